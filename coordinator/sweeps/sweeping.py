@@ -71,6 +71,10 @@ def sweep(
     """
     if keep not in KEEP:
         raise SceneError(f"--keep '{keep}': keep {', '.join(KEEP)}")
+    if workers < 0 or not limit > 0.0:
+        raise SceneError(
+            f"--workers {workers}, --limit {limit:g} s: neither can be negative, and a run needs some time"
+        )
     plan = planned(scene, vary, sample, design, seed)
     with Study(into, plan, Task.of(plan.scene, limit, keep, judged)) as study:
         watch(study, None)

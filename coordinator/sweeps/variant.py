@@ -20,6 +20,7 @@ from heavylift.coordinator.run.in_memory import CUT, Played, play
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.loading import parse
+from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scenes import bundled
 from heavylift.recordings.format.samples import POSE
 
@@ -36,11 +37,12 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Task:
-    """What all variants of a study share: the text of the scene and its name, seconds of wall time that a run may take,
-    which recordings are kept, whether limits and clearances are judged."""
+    """What all variants of a study share: the text of the scene, its name, what is laid over it, seconds of wall time
+    that a run may take, which recordings are kept, whether limits and clearances are judged."""
 
     text: str
     name: str
+    settings: tuple[str, ...]
     limit_s: float
     keep: Keep
     judged: bool
@@ -49,7 +51,9 @@ class Task:
     def of(cls, scene: LoadedScene, limit_s: float, keep: Keep, judged: bool) -> Task:
         """Of a scene; what it extends is in its text."""
         name = scene.path.name if scene.path in bundled().values() else str(scene.path)
-        return cls(scene.merged or scene.text, name, limit_s, keep, judged)
+        if "extends" in read(scene.text, name).data:  # files that a worker elsewhere has not
+            return cls(scene.merged, name, (), limit_s, keep, judged)
+        return cls(scene.text, name, scene.settings, limit_s, keep, judged)
 
 
 def played(task: Task, variant: Variant) -> Row:
@@ -58,7 +62,7 @@ def played(task: Task, variant: Variant) -> Row:
     row: Row = {"number": variant.number, "status": "done", "sentence": ""}
     scene = None
     try:
-        scene = parse(task.text, task.name, variant.settings, passing=True)
+        scene = parse(task.text, task.name, (*task.settings, *variant.settings), passing=True)
         run = play(scene.plan, task.limit_s)
         row |= _numbers(run, task.judged)
     except SceneError as error:

@@ -29,9 +29,9 @@ from heavylift.nodes.scene import load
 from shared.rows import SHORT, options, row
 
 SCENE = "lift"
-RUNS = 4 if SHORT else 60
-GROWING = 10 if SHORT else 10_000
-POOLED = 4 if SHORT else 120
+RUNS = 2 if SHORT else 60
+GROWING = 4 if SHORT else 10_000
+POOLED = 2 if SHORT else 120
 NUMBERS = itertools.count()
 PAGE_MB = os.sysconf("SC_PAGE_SIZE") / 2**20
 
@@ -83,10 +83,10 @@ def main() -> None:
     played(judged, next(variants(1)))
     row("runs a second and core, without verdict", rate(bare), "1/s", at_least=30.0)
     row("runs a second and core, with verdict and clearances", rate(judged), "1/s", at_least=10.0)
-    spent = min(_seconds(lambda: play(scene.plan)) for _ in range(3 if SHORT else 20))
+    spent = min(_seconds(lambda: play(scene.plan)) for _ in range(1 if SHORT else 20))
     row("the run of a loaded variant alone", 1e3 * spent, "ms")
     with tempfile.TemporaryDirectory() as folder:
-        study = sweep(SCENE, ["block.mass={301 t, 302 t, 303 t}"], into=Path(folder) / "1", executor=InThisThread())
+        study = sweep(SCENE, ["block.mass={301 t, 302 t}"], into=Path(folder) / "1", executor=InThisThread())
         digests = [run(load(SCENE, r["settings"]), Path(folder) / f"{n}.mcap", in_process=True).digest
                    for n, r in study.rows.items()]  # fmt: skip
         row(

@@ -65,6 +65,18 @@ def test_a_row_is_the_run_with_its_settings(tmp_path: Path) -> None:
     assert "6 variants of pendulum: 4 done, 2 refused" in page(study)
 
 
+def test_settings_and_what_a_scene_extends_are_part_of_it(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text("extends: pendulum\nname: mine\nend: 1 s\n")
+    mine = load(tmp_path / "mine.yaml", ["samples=10 Hz"])
+    study = sweep(mine, ["mechanism.bodies.load.mass={1 kg, -1 kg}"], into=tmp_path / "study", executor=AtOnce())
+    assert statuses(study) == ["done", "refused"]
+    again = run(load(mine.path, [*mine.settings, *study.rows[0]["settings"]]), tmp_path / "a.mcap", in_process=True)
+    assert study.rows[0]["digest"] == again.digest
+    assert "--set 'samples=10 Hz'" in study.rows[0]["command"]
+    told = sweep(load("pendulum", ["end=1 s"]), ["gravity={x, y}"], into=tmp_path / "told", executor=AtOnce())
+    assert "--set:1:9: error: gravity" in told.rows[0]["sentence"]
+
+
 def test_every_engine_tells_the_same(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as threads:
         found = studied(tmp_path / "threads", threads)
@@ -144,7 +156,9 @@ def test_a_pool_of_processes_and_the_command_line(tmp_path: Path, monkeypatch, c
     assert row["command"] == "heavylift run pendulum --set 'end=2 s' -o pendulum-000001.mcap"
 
 
-@pytest.mark.parametrize("options", [{"keep": "some"}, {"sample": -1}, {"sample": 10, "design": "random"}])
+@pytest.mark.parametrize(
+    "options", [{"keep": "some"}, {"workers": -1}, {"limit": 0.0}, {"sample": -1}, {"sample": 10, "design": "random"}]
+)
 def test_what_cannot_be_asked_is_one_sentence(tmp_path: Path, options) -> None:
     with pytest.raises(HeavyliftError):
         studied(tmp_path / "study", **options)
