@@ -22,7 +22,9 @@ import numpy as np
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import Input, UncertainInput, inputs, settings, uncertain_inputs
-from heavylift.nodes.scene.text.overlay import path_in
+from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.text.faults import raise_faults
+from heavylift.nodes.scene.text.overlay import override, path_in
 from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scene.text.units import NUMBER
 from numpy.typing import NDArray
@@ -102,6 +104,8 @@ def axes_of(scene: LoadedScene, vary: Sequence[str], sampling: bool) -> list[Axi
         axes += [
             Axis(one.name, unit=one.unit, uncertain=one) for one in uncertain_inputs(scene) if one.path not in given
         ]
+    for axis in axes:
+        _check(scene, axis)
     if not axes:
         told = "the scene states no uncertain input, such as 'mass: 480 t +- 3 %', and there is no --vary"
         raise SceneError(
@@ -179,6 +183,18 @@ def _unit(texts: Sequence[str]) -> str:
     found = [re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", text) for text in texts]
     units = {match[1] if match else "" for match in found}
     return units.pop() if len(units) == 1 else ""
+
+
+def _check(scene: LoadedScene, axis: Axis) -> None:
+    """Raises SceneError for a path of which no value can be read: neither the first nor the last."""
+    for p in (0.0, 1.0):
+        source = read(scene.merged or scene.text, scene.path.name)
+        for setting in axis.setting(axis.quantile(p)[0]):
+            override(source, setting)
+        validate(source)
+        if not source.faults:
+            return
+    raise_faults(source, source.faults)
 
 
 def _parts(text: str) -> list[str]:

@@ -73,7 +73,7 @@ def test_settings_and_what_a_scene_extends_are_part_of_it(tmp_path: Path) -> Non
     again = run(load(mine.path, [*mine.settings, *study.rows[0]["settings"]]), tmp_path / "a.mcap", in_process=True)
     assert study.rows[0]["digest"] == again.digest
     assert "--set 'samples=10 Hz'" in study.rows[0]["command"]
-    told = sweep(load("pendulum", ["end=1 s"]), ["gravity={x, y}"], into=tmp_path / "told", executor=AtOnce())
+    told = sweep(load("pendulum", ["end=1 s"]), ["gravity={x, 9.8 m/s2}"], into=tmp_path / "told", executor=AtOnce())
     assert "--set:1:9: error: gravity" in told.rows[0]["sentence"]
 
 
