@@ -20,6 +20,7 @@ import typer
 __all__ = ["page"]
 
 MODULES = (
+    "heavylift",
     "heavylift.nodes.scene",
     "heavylift.nodes.limits",
     "heavylift.coordinator.run",

@@ -2,7 +2,7 @@
 
 scenes, gallery        scenes that are not run: check, statics, modes, equations, tradeoff, new, gallery, ...
 running, operating     runs: run, resume; what is said to a run that goes on, and who looks at it
-files, replaying       recordings; measuring: beside a real lift, uncertain inputs
+files, replaying       recordings; measuring: beside a real lift, uncertain inputs; sweeping: many runs of one scene
 own_models, hosts      devs, trust; several hosts
 health                 doctor
 common                 the application, help, completion, exit codes
@@ -10,6 +10,18 @@ common                 the application, help, completion, exit codes
 
 from heavylift.coordinator.commands.common.app import app
 
-from . import files, health, hosts, measuring, operating, own_models, replaying, running, scenes
+from . import files, health, hosts, measuring, operating, own_models, replaying, running, scenes, sweeping
 
-__all__ = ["app", "files", "health", "hosts", "measuring", "operating", "own_models", "replaying", "running", "scenes"]
+__all__ = [
+    "app",
+    "files",
+    "health",
+    "hosts",
+    "measuring",
+    "operating",
+    "own_models",
+    "replaying",
+    "running",
+    "scenes",
+    "sweeping",
+]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from heavylift.kernel.description.mechanics import System
-from heavylift.nodes.models import hooked_later, subscriptions
+from heavylift.nodes.models import NodeModel, hooked_later, subscriptions
 from heavylift.nodes.plan.plan import Plan
 
 from .parts import KernelConfig
@@ -13,14 +13,14 @@ from .parts import KernelConfig
 __all__ = ["kernel_config"]
 
 
-def kernel_config(plan: Plan, systems: Iterable[System]) -> KernelConfig:
-    """Of a plan and the mechanics that its models declare."""
+def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable[System]) -> KernelConfig:
+    """Of a plan, its models and the mechanics that they declare."""
     return KernelConfig(
         list(systems),
         plan.gravity,
         plan.tolerance,
         round(1e9 / plan.samples_hz),
-        {element: list(models) for element, models in subscriptions(plan).items()},
+        {element: list(hearing) for element, hearing in subscriptions(plan, models).items()},
         plan.method,
         plan.step,
         hooked_later(plan),

@@ -59,7 +59,7 @@ class _Stages:
 
 def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
     """The kernel's part of a plan and its models."""
-    return kernel_config(plan, (m.declare() for m in models.values()))
+    return kernel_config(plan, models, (m.declare() for m in models.values()))
 
 
 def check_steps(scene: LoadedScene) -> None:

@@ -4,7 +4,7 @@ Every message goes through its wire form. With a random generator, DONEs are tak
 grants can be cut at random; neither may change what the models do.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from random import Random
 
 import msgspec
@@ -27,6 +27,11 @@ def run_in_memory(
         if isinstance(hello, Fail):
             raise ModelError(hello.sentence)
         coordinator.hello(name, hello)
+    return go_on(coordinator, by_name, order, cut)
+
+
+def go_on(coordinator: Coordinator, by_name: Mapping[str, Node], order: Random, cut: bool = False) -> Outcome:
+    """The same of nodes that have said HELLO, again if the end has been moved."""
     answers: list[tuple[str, Done]] = []
     while True:
         for name, grant in coordinator.ready():

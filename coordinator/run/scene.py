@@ -46,6 +46,7 @@ from heavylift.nodes.scene.operator_command import spoken
 from heavylift.recordings import Spectator, file_path
 
 from .conversation import Conversation
+from .in_memory import PATIENCE_ns
 from .joining import joined
 from .watch import Watch
 
@@ -55,8 +56,6 @@ if TYPE_CHECKING:
 __all__ = ["Result", "run"]
 
 AHEAD_ns = 10 * 10**9  # simulated time that may be decided at once, and that a command may have to wait for
-PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
-# that swings undamped never comes to rest, and a run must not go on for ever
 
 
 def run(
@@ -179,7 +178,7 @@ class _Run(Watch):
             self.talk.welcome(name, part(ScenePart(plan)))
         declared = dict(self.talk.hello(agreed) for _ in self._models)  # they arrive in any order
         systems = [_declared(name, declared[name]) for name in self._models]
-        self.talk.welcome(KERNEL, part(KernelPart(kernel_config(self._plan, systems), agreed)))
+        self.talk.welcome(KERNEL, part(KernelPart(kernel_config(self._plan, self._models, systems), agreed)))
         _, layout = self.talk.hello(agreed)
         self._record.layout(layout, systems)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import re
+from contextlib import AbstractContextManager
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
     from .measuring import Measured
 
-__all__ = ["curve", "drawn", "inline"]
+__all__ = ["COLOURS", "INK", "LIMIT", "PAPER", "QUIET", "curve", "drawn", "in_page", "inline", "styled"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7a6fd0", "#6b7682", "#8c3b1b",
            "#17a589", "#c2185b")  # fmt: skip
@@ -45,8 +46,13 @@ def drawn(measured: Measured, out: Path, force: bool = False) -> Path:
 
 def inline(measured: Measured) -> str:
     """The figure as an <svg> element with text of the page."""
+    return in_page(_canvas(measured, "none"))
+
+
+def in_page(figure: Figure) -> str:
+    """A figure drawn in this module's inks as an <svg> element with text and colours of the page."""
     text = io.StringIO()
-    _canvas(measured, "none").savefig(text, format="svg", metadata={"Date": None}, transparent=True)
+    figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
     svg = text.getvalue()
     for colour, variable in THEME.items():
         svg = re.sub(colour, variable, svg, flags=re.IGNORECASE)
@@ -68,16 +74,22 @@ def curve(run: Played, measured: Measured) -> tuple[np.ndarray, np.ndarray]:
     return t[keep], y[keep]
 
 
-def _canvas(measured: Measured, fonts: str) -> Figure:
+def styled(fonts: str) -> AbstractContextManager[None]:
+    """Within it figures have the inks of this module; `fonts` of an SVG: "none" is text, "path" outlines."""
     from matplotlib import rc_context
-    from matplotlib.figure import Figure
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,
              "font.size": 9.5, "axes.linewidth": 0.8,
              "text.color": INK, "axes.edgecolor": QUIET, "axes.labelcolor": INK, "xtick.color": QUIET,
              "ytick.color": QUIET, "legend.labelcolor": INK, "axes.facecolor": "none", "path.simplify": True,
              "font.family": ["DejaVu Sans", "sans-serif"]}  # fmt: skip
-    with rc_context(style):
+    return rc_context(style)
+
+
+def _canvas(measured: Measured, fonts: str) -> Figure:
+    from matplotlib.figure import Figure
+
+    with styled(fonts):
         canvas = Figure(figsize=(11.0, 8.4), facecolor=PAPER, layout="constrained")
         upper, lower = canvas.subplots(2, 1, height_ratios=(1.7, 1))
         _precision(upper, measured)

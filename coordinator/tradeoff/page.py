@@ -20,7 +20,7 @@ from .verdict import NOISE, Row, answers, percent
 if TYPE_CHECKING:
     from .measuring import Measured
 
-__all__ = ["page"]
+__all__ = ["STYLE", "page"]
 
 STYLE = (Path(__file__).parent / "page.css").read_text()
 

@@ -60,7 +60,7 @@ def figures(shown: Shown, unit: str) -> list[Figure]:
 
 def recorded(plan: Plan, rec: Recording) -> Shown:
     """What a recorded run of a plan shows, as `play` tells it of one that is not recorded."""
-    stages = [(e.t_ns, e.value["action"], e.value["name"]) for e in rec.events(COMMANDER, "stage")]
+    stages = [(e.t_ns * 1e-9, e.value["action"], e.value["name"]) for e in rec.events(COMMANDER, "stage")]
     names = rec.columns("rope/tension") if "rope/tension" in rec.signals() else []
     place = f"pose/{plan.block.name}" if plan.block else "joint/position"
     ropes = [rope.name for rope in plan.rig.hook_ropes] if plan.block else names

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import msgspec
@@ -10,6 +10,7 @@ from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import untouched
 from heavylift.recordings import Recording
@@ -21,7 +22,7 @@ from .conduct import Conduct, conduct_findings, conduct_of, landing
 from .history import Past, blocks, history_of
 from .limits import judged, signals_of_run, table
 
-__all__ = ["JUDGES", "judge", "verdict_of"]
+__all__ = ["JUDGES", "judge", "judged_with_uses", "verdict_of"]
 
 RESOLVED = "resolved.json"  # the plan in a recording
 SEVERITIES = ("red", "warning", "note")
@@ -38,6 +39,7 @@ class Bench:
     not_looked_at: list[str] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
     limits: LimitTable | None = None
+    uses: Sequence[Use] = ()
 
 
 def _geometry(bench: Bench) -> None:
@@ -60,7 +62,7 @@ def _limits(bench: Bench) -> None:
     )  # fmt: skip
     found = judged(plan, signals)
     bench.findings += found.findings
-    bench.limits = table(found)
+    bench.limits, bench.uses = table(found), found.uses
 
 
 def _clearances(bench: Bench) -> None:
@@ -83,11 +85,16 @@ JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _conduct)
 
 def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
     """The verdict of a run."""
+    return judged_with_uses(plan, history, conduct)[0]
+
+
+def judged_with_uses(plan: Plan, history: Past, conduct: Conduct) -> tuple[Judged, Sequence[Use]]:
+    """The verdict of a run, and the worst of each limit that it is made of."""
     bench = Bench(plan, history, conduct)
     for one in JUDGES:
         one(bench)
     findings = [_placed(f, conduct) for f in _in_order(bench.findings)]
-    return Judged(
+    verdict = Judged(
         red=any(f.severity == "red" for f in findings),
         line=_line(findings, bool(plan.limits or bench.clearances)),
         findings=tuple(msgspec.convert(msgspec.to_builtins(f), Found) for f in findings),
@@ -95,6 +102,7 @@ def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
         clearances=tuple(bench.clearances),
         limits=bench.limits,
     )
+    return verdict, bench.uses
 
 
 def verdict_of(rec: Recording) -> Judged | None:

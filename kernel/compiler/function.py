@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .symbol import GRAPHS, Graph, Sym, is_sym, node
+from .symbol import RECORDING, Graph, Sym, is_sym, node
 
 __all__ = ["OPAQUE", "Function", "Outputs", "Primitive", "flatten", "placed", "symbols"]
 
@@ -85,7 +85,7 @@ class Function:
         return sum(n.args[0].operations if n.op == "call" else n.op not in IDLE for n in self.nodes)
 
     def __call__(self, **values: Any) -> SimpleNamespace:
-        if not GRAPHS or GRAPHS[-1].opaque:
+        if not RECORDING.graphs or RECORDING.graphs[-1].opaque:
             out = self.body(**{k: v if self.inputs[k] == OPAQUE else np.array(flatten(v)) for k, v in values.items()})
             return SimpleNamespace(**{k: np.array(flatten(v)) for k, v in out.items()})
         call = node("call", self, *(tuple(flatten(values[k])) for k in self.inputs))

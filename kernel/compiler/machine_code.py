@@ -10,6 +10,7 @@ import ctypes
 import hashlib
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import llvmlite
@@ -22,8 +23,9 @@ __all__ = ["Library", "cache_folder", "sources"]
 _MOST_BLOCKS = 16
 
 
+@cache
 def sources() -> bytes:
-    """All of the kernel that machine code depends on."""
+    """All of the kernel that machine code depends on, as it was when it was first asked for."""
     here = Path(__file__).parents[1]
     return b"".join(p.read_bytes() for p in sorted(here.rglob("*.py")))
 
@@ -93,5 +95,5 @@ class Library:
             assert b.flags.c_contiguous, f"{name}: block is not contiguous"
         if name not in self._calls:
             self._calls[name] = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _MOST_BLOCKS)(self.address(name))
-        pointers = [b.ctypes.data for b in blocks]
+        pointers = [b.__array_interface__["data"][0] for b in blocks]  # a third of the time of `ctypes.data`
         self._calls[name](*pointers, *[0] * (_MOST_BLOCKS - len(pointers)))

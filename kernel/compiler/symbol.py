@@ -10,6 +10,7 @@ to write instead.
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from numbers import Real
@@ -19,13 +20,22 @@ if TYPE_CHECKING:
     import numpy as np
 
 __all__ = [
-    "GRAPHS", "Array", "Graph", "Scalar", "Scalars", "Sym", "Value", "any_of", "exponent", "is_sym", "maximum",
+    "RECORDING", "Array", "Graph", "Scalar", "Scalars", "Sym", "Value", "any_of", "exponent", "is_sym", "maximum",
     "minimum", "named", "node", "power_of_two", "printing", "scope", "select", "sqrt",
 ]  # fmt: skip
 
 Value = Any  # in traced text: a float or a symbol, or an array of them
 _NUMBERS = (float, int, Real)  # among the latter NumPy's, which this file starts without
-GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
+
+
+class _Recording(threading.local):
+    """What a thread records: the graphs, innermost last."""
+
+    def __init__(self) -> None:
+        self.graphs: list[Graph] = []
+
+
+RECORDING = _Recording()
 
 
 def _is_array(x: Any) -> bool:
@@ -43,11 +53,11 @@ class Graph:
         self.scope = ""  # the law whose text is being recorded
 
     def __enter__(self) -> Graph:
-        GRAPHS.append(self)
+        RECORDING.graphs.append(self)
         return self
 
     def __exit__(self, *_: object) -> None:
-        GRAPHS.pop()
+        RECORDING.graphs.pop()
 
 
 class Sym:
@@ -138,7 +148,7 @@ def is_sym(x: Any) -> bool:
 
 def node(op: str, *args: Any, width: int | None = None) -> Sym:
     """The node of an operation in the graph being recorded, new or already there."""
-    graph = GRAPHS[-1]
+    graph = RECORDING.graphs[-1]
     found = graph.table.get((op, args))  # equal numbers of different types are one key
     if found is not None:
         return found
@@ -230,14 +240,17 @@ def power_of_two(n: Any) -> Any:
 
 def printing(x: Any) -> bool:
     """Whether x is traced for print, where a function keeps its name."""
-    return is_sym(x) and GRAPHS[-1].opaque
+    return is_sym(x) and RECORDING.graphs[-1].opaque
 
 
 def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
     """Let a function of scalars (or of vector symbols) take arrays, too."""
 
     def apply(*args: Any) -> Any:
-        if not any(_is_array(x) for x in args):
+        for x in args:
+            if _is_array(x):
+                break
+        else:
             return f(*args)
         import numpy as np
 
@@ -271,7 +284,7 @@ def any_of(conditions: Iterable[Any]) -> Any:
 @contextmanager
 def scope(name: str) -> Iterator[None]:
     """Within it the names of quantities are those of the law `name`."""
-    graph = GRAPHS[-1] if GRAPHS else None
+    graph = RECORDING.graphs[-1] if RECORDING.graphs else None
     if graph is not None:
         graph.scope = name
     yield
@@ -281,16 +294,17 @@ def scope(name: str) -> Iterator[None]:
 
 def named(label: str, x: Any) -> Any:
     """Give a traced quantity the name that printed equations use; returns x (an opaque graph: new symbols)."""
-    if not GRAPHS or not GRAPHS[-1].opaque:
+    graphs = RECORDING.graphs
+    if not graphs or not graphs[-1].opaque:
         return x
-    if GRAPHS[-1].scope:
-        label = f"{label}({GRAPHS[-1].scope})"
+    if graphs[-1].scope:
+        label = f"{label}({graphs[-1].scope})"
     import numpy as np
 
     flat = np.ravel(np.asarray(x, dtype=object)).tolist()
     suffix = {1: [""], 3: [".x", ".y", ".z"], 6: [".rx", ".ry", ".rz", ".x", ".y", ".z"]}
     suffix[9] = [f".{a}{b}" for a in "xyz" for b in "xyz"]
     labels = [label + s for s in suffix.get(len(flat), [f".{i}" for i in range(len(flat))])]
-    GRAPHS[-1].equations += list(zip(labels, flat, strict=True))
+    graphs[-1].equations += list(zip(labels, flat, strict=True))
     fresh = [node("in", t, -1) if is_sym(e) else e for t, e in zip(labels, flat, strict=True)]
     return np.array(fresh, dtype=object).reshape(np.shape(x)) if np.shape(x) else fresh[0]

@@ -78,9 +78,11 @@ def _built(x: Any, where: str) -> Any:
 
 def _read(value: Any, hint: Any, where: str) -> Any:
     """A value as its annotation wants it."""
+    if type(value) is hint and hint in (float, str, bool):  # as nearly all are
+        return value
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
-    origin, inner = get_origin(hint), get_args(hint)
+    origin, inner = _taken_apart(hint)
     if origin in (Union, UnionType):
         found = next((h for h in inner if _is_class(h) and isinstance(value, h)), None)
         good = found is not None or (value is None and type(None) in inner)
@@ -111,6 +113,12 @@ def _read(value: Any, hint: Any, where: str) -> Any:
     if not good:
         raise KernelError(f"{where} is {_shown(value)}; it must be {_wanted(hint)}")
     return value
+
+
+@cache
+def _taken_apart(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """Origin and arguments of an annotation."""
+    return get_origin(hint), get_args(hint)
 
 
 def _fits(values: Any, hint: Any) -> bool:

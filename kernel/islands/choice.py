@@ -31,6 +31,7 @@ def simulate(
     `ties`: ropes that tie though they are not hooked yet, since they will be; the other arguments are a `Simulation`'s.
     """
     options: dict[str, Any] = {"method": method, "step": step, "tensions_only": tensions_only}
-    if apart and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
+    system = check_description(system)
+    if apart and len(islands_of(system, loose_ropes(system, ties))) > 1:
         return Islands(system, tolerance, sample_ns, subscribed, ties, **options)
     return Simulation(system, tolerance, sample_ns, subscribed, **options)

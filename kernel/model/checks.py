@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from math import degrees, isfinite, sqrt
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 from heavylift.kernel.algebra.dense import dot, eigenvalues, norm
@@ -38,6 +39,7 @@ ADDRESSED = (
     ("ropes", "rigid_ropes", "supports", "stops", "brakes", "locks", "forces", "contacts", "thresholds"),
 )
 AXES = (0, 1)  # about which an attitude is measured
+_checked: WeakValueDictionary[int, System] = WeakValueDictionary()  # by id: descriptions that are what they must be
 POSITIVE = {"RigidRope": ("L0",)}  # of laws see the force table
 NOT_NEGATIVE = {"Drive": ("kp", "kv"), "RigidRope": ("mass",)}
 
@@ -45,6 +47,8 @@ NOT_NEGATIVE = {"Drive": ("kp", "kv"), "RigidRope": ("mass",)}
 def check_description(system: System) -> System:
     """The description in tuples and floats (see `field_types`); raises KernelError for the first item that cannot
     be."""
+    if _checked.get(id(system)) is system:
+        return system
     system = plain(system)
     if not isfinite(system.gravity):
         raise KernelError(f"gravity is {system.gravity}; it must be a finite number")
@@ -80,6 +84,7 @@ def check_description(system: System) -> System:
     for s in system.stops:
         if s.lower > s.upper:
             raise KernelError(f"stop '{s.name}': its lower limit {s.lower:g} lies above the upper one, {s.upper:g}")
+    _checked[id(system)] = system
     return system
 
 

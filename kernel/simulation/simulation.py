@@ -268,7 +268,7 @@ class Simulation(Commanded):
             t_stop=next(iter(self.references.breaks(self.epoch)), NEVER),
             t_rest=self.references.rest(self.epoch),
         )
-        native.set(scale=float(scale_of(native["scale"], native.velocities)))
+        native.set(scale=float(scale_of(native["scale"], native.velocities.tolist())))
         native.call("refresh")
         if native["scale"] < 1.0:
             native.set(**rounded(self._accelerations, self.state[: program.nq].copy(), native["tol"]))

@@ -7,6 +7,7 @@ mechanics.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TypeAlias
 
 from heavylift.kernel.description.mechanics import WORLD, Master, Point, System, assembled
@@ -124,9 +125,9 @@ def _built(plan: Plan, name: str) -> NodeModel:
     return model
 
 
-def system(plan: Plan) -> System:
-    """The mechanics that all models declare together."""
-    return assembled([model.declare() for model in build(plan).values()], plan.gravity)
+def system(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> System:
+    """The mechanics that all models declare together; `models`: of the plan, where they are built already."""
+    return assembled([model.declare() for model in (models or build(plan)).values()], plan.gravity)
 
 
 def couplings(plan: Plan) -> list[Coupling]:
@@ -144,10 +145,10 @@ def couplings(plan: Plan) -> list[Coupling]:
     return found
 
 
-def subscriptions(plan: Plan) -> dict[str, tuple[str, ...]]:
-    """Which nodes hear the state events of which rope, support or threshold."""
+def subscriptions(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> dict[str, tuple[str, ...]]:
+    """Which nodes hear the state events of which rope, support or threshold; `models` as for `system`."""
     found: dict[str, tuple[str, ...]] = {}
-    for name, model in build(plan).items():
+    for name, model in (models or build(plan)).items():
         for element in sorted({e for actor in _actors(model) for e in actor.hears}):
             found[element] = (*found.get(element, ()), name)
     return found

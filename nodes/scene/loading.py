@@ -60,6 +60,7 @@ class LoadedScene:
     merged: str = ""  # text of the whole scene as JSON where it extends another one or has settings laid over it
     typed: str = ""  # its path or the name of a bundled scene, as it was given
     settings: tuple[str, ...] = ()  # laid over it
+    passing: bool = False  # one of many that nobody loads again
 
     @property
     def placement(self) -> dict[str, str]:
@@ -74,7 +75,7 @@ class LoadedScene:
     @cached_property
     def statics(self) -> Followed:
         """The action list followed at rest, as far as that goes."""
-        return follow(self.plan)
+        return follow(self.plan, keep=not self.passing)
 
     @cached_property
     def followed(self) -> Following | None:
@@ -119,9 +120,9 @@ def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
     raise SceneError(f"{scene!r} is no scene; give its path, the name of a bundled one, or what `load` returns")
 
 
-def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = ()) -> LoadedScene:
-    """The scene of a YAML text that stands in no file yet."""
-    return replace(_build(Path(name), name, text, overrides), typed=name)
+def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False) -> LoadedScene:
+    """The scene of a YAML text that stands in no file yet; `passing`: one of many that nobody loads again."""
+    return replace(_build(Path(name), name, text, overrides, passing), typed=name)
 
 
 def begun(name: str, like: str) -> str:
@@ -146,7 +147,7 @@ def check(scene: LoadedScene | str | Path) -> Report:
     return report(scene.plan, scene.statics, scene.followed, scene.uses, scene.findings, str(scene.verdict or ""))
 
 
-def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
+def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False) -> LoadedScene:
     source = _source(path, name, text, path.parent, ())
     if not source.data:
         raise_faults(source, source.faults)
@@ -186,6 +187,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         scene,
         merged=whole,
         settings=tuple(overrides),
+        passing=passing,
     )
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     raise_faults(source, _impossible(source, loaded))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import msgspec
@@ -40,11 +41,14 @@ class Followed:
         return not self.why
 
 
-def follow(built: plan.Plan) -> Followed:
-    """Follow the action list of a plan, as it is modelled without simplifications; from the cache if it was before."""
+def follow(built: plan.Plan, keep: bool = True) -> Followed:
+    """Follow the action list of a plan, as it is modelled without simplifications; from the cache if it was before.
+
+    `keep`: it is likely to be asked for again.
+    """
     whole = msgspec.structs.replace(built, fidelity=_whole(built.fidelity))
     name = f"{_key(whole)}.path"
-    if data := read_cached(name):
+    if keep and (data := read_cached(name)):
         try:
             return msgspec.msgpack.decode(data, type=Followed)
         except msgspec.DecodeError:
@@ -57,7 +61,8 @@ def follow(built: plan.Plan) -> Followed:
     notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)
     since = None if unstable is None else unstable * 1e-9
     found = Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut)
-    write_cached(name, msgspec.msgpack.encode(found))
+    if keep:
+        write_cached(name, msgspec.msgpack.encode(found))
     return found
 
 
@@ -67,7 +72,12 @@ def _whole(fidelity: plan.Fidelity) -> plan.Fidelity:
 
 
 def _key(built: plan.Plan) -> str:
+    return hashlib.sha256(_sources() + plan.encode(built)).hexdigest()
+
+
+@cache
+def _sources() -> bytes:
     here = Path(__file__).parent.parent
     layers = ("statics", "models", "devs", "plan")
     own = b"".join(p.read_bytes() for layer in layers for p in sorted((here / layer).rglob("*.py")))
-    return hashlib.sha256(sources() + own + plan.encode(built)).hexdigest()
+    return hashlib.sha256(sources() + own).digest()

@@ -69,10 +69,11 @@ class Rehearsal:
 
     def __init__(self, plan: Plan, after: str = "") -> None:
         self.plan, self.after, self.why, self.cut = plan, after, "", ""
-        self._hears = subscriptions(plan)
-        self.path = EquilibriumPath(Simulation(_placed(system(plan)), method=AtRest.name), frozenset(self._hears))
         self.models = Models(plan)
-        self.simulator = Simulator(self.models, microsteps=plan.microsteps)
+        self._hears = subscriptions(plan, self.models.models)
+        placed = _placed(system(plan, self.models.models))
+        self.path = EquilibriumPath(Simulation(placed, method=AtRest.name), frozenset(self._hears))
+        self.simulator = Simulator(self.models, microsteps=plan.microsteps, watched=False)
         self.states: list[StaticState] = []
         self.acted: list[Acted] = []
         self.stages: list[str] = []

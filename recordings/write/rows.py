@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from .sink import Sink
 
-__all__ = ["Block", "Peak", "Rows"]
+__all__ = ["Block", "Peak", "Rows", "note_peaks"]
 
 
 class Peak(NamedTuple):
@@ -111,15 +111,16 @@ class Rows:
         messages = self._ropes.messages([times[i] for i in drawn], poses[drawn])
         return {i: message.tobytes() for i, message in zip(drawn, messages, strict=True)}
 
-    def note_peaks(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-        """Keep each rope's largest tension, of all accepted steps if the rows have them."""
-        tension = self.layout.find("rope/peak") or self.layout.find("rope/tension")
-        when = self.layout.find("rope/peak_time")
-        if tension is None:
-            return
-        values = rows[:, tension.start : tension.stop]
-        for i, k in enumerate(values.argmax(axis=0).tolist()):
-            name = tension.names[i]
-            if name not in self.peaks or values[k, i] > self.peaks[name].tension:
-                at = rows[k, when.start + i] if when else times[k] / 1e9
-                self.peaks[name] = Peak(float(values[k, i]), float(at))
+
+def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int], rows: NDArray[np.float64]) -> None:
+    """Keep each rope's largest tension, of all accepted steps if the rows have them."""
+    tension = layout.find("rope/peak") or layout.find("rope/tension")
+    when = layout.find("rope/peak_time")
+    if tension is None:
+        return
+    values = rows[:, tension.start : tension.stop]
+    for i, k in enumerate(values.argmax(axis=0).tolist()):
+        name = tension.names[i]
+        if name not in peaks or values[k, i] > peaks[name].tension:
+            at = rows[k, when.start + i] if when else times[k] / 1e9
+            peaks[name] = Peak(float(values[k, i]), float(at))

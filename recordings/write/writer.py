@@ -25,7 +25,7 @@ from heavylift.recordings.format.samples import SAMPLER, Note, SampleLayout, dec
 from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, RecordedEvent, event_schema
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
 
-from .rows import Block, Peak, Rows
+from .rows import Block, Peak, Rows, note_peaks
 from .sink import Sink
 
 __all__ = ["Recorder"]
@@ -150,7 +150,7 @@ class Recorder:
         for number, t_ns, row in zip(count(self._next_sample), times, block.columns, strict=False):
             self.digest.samples(number, t_ns, row.tobytes())
         heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(block)))
-        rows.note_peaks(times, values)
+        note_peaks(rows.peaks, rows.layout, times, values)
         self._next_sample = batch.first + len(batch.times)
         self._last_sample = max(self._last_sample, batch.times[-1])
         self._drain()

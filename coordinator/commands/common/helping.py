@@ -16,6 +16,7 @@ MARK = "    heavylift "
 HEADINGS = {
     "scenes": "Scenes",
     "running": "Runs",
+    "sweeping": "Runs",
     "operating": "Runs that go on",
     "files": "Recordings",
     "measuring": "Recordings",

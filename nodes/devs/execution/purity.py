@@ -19,7 +19,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model
 from heavylift.nodes.devs.ports import Port
-from heavylift.nodes.devs.tags import Instant
+from heavylift.nodes.devs.tags import NEVER, Instant
 
 from .rules import fail
 
@@ -39,13 +39,16 @@ State = tuple[Atomic, list[object] | None, dict[str, object], dict[str, bytes]]
 class Witness:
     """Compares the states of atomics `before` and `after` a tag, once `left` is negative or if one of them is `new`."""
 
-    def __init__(self) -> None:
-        self.left = 0  # tags that are passed by
+    def __init__(self, looks: bool = True) -> None:
+        self.looks = looks
+        self.left = 0 if looks else NEVER  # tags that are passed by
         self.new: set[int] = set()  # atomics of classes that have not spoken
         self._first, self._met, self._random = FIRST, set[type[Atomic]](), Random(EVERY)
 
     def meet(self, atomics: list[Atomic]) -> None:
         """Take note of who is there."""
+        if not self.looks:
+            return
         self._atomics = atomics
         classes: set[type[Atomic]] = {*map(type, atomics)}
         unknown = {cls for cls in classes - self._met if cls.output is not Atomic.output}

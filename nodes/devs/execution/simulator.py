@@ -43,10 +43,15 @@ class Simulator:
         log: Callable[[Transition], None] | None = None,
         microsteps: int = LIMIT,
         trace: Trace | None = None,
+        watched: bool = True,
     ) -> None:
-        """`log` hears of every transition, `trace` keeps them; a zero-time loop of `microsteps` tags is an error."""
+        """`log` hears of every transition, `trace` keeps them; a zero-time loop of `microsteps` tags is an error.
+
+        `watched`: it is looked whether an output changes the state; needless for models of which others look.
+        """
         self.model, self._patience = model, Patience(microsteps)
         self.trace = Log(log) if log is not None else trace
+        self._watched = watched
         self._present, self._observed = Present(live=True), Observed()
         self.atomics: list[Atomic] = []
         self._due: Tag | None = None  # the next tag, once it is looked for
@@ -71,7 +76,7 @@ class Simulator:
         self._spoken = False  # whether lambda has run for it
         self._staged: list[tuple[InPort[Message], Message]] = []
         self._observed = Observed()
-        self._schedule, self._witness = Schedule(self.atomics), Witness()
+        self._schedule, self._witness = Schedule(self.atomics), Witness(self._watched)
         self._witness.meet(self.atomics)
         self._present.now, self._present.speaker, self._present.busy = (0, 0), None, False
         for m in self.atomics:
@@ -259,7 +264,7 @@ class Simulator:
         self._due, self._spoken, self._observed = None, False, Observed()
         self._present.now, self._present.busy = self._last, False
         self._adopt()
-        self._schedule, self._witness = Schedule(self.atomics), Witness()
+        self._schedule, self._witness = Schedule(self.atomics), Witness(self._watched)
         self._witness.meet(self.atomics)
         for m in self.atomics:
             self._schedule.enter(m, self._last[0])

@@ -1,15 +1,25 @@
 """What is laid over the data of a scene: the scene that extends it, and settings of the command line.
 
 `extends: other.yaml` merges mappings key by key (lists and values replace); marks keep their own file.
+
+A path is written as errors print it, `cranes.west.at`, `actions[2].all hooks`; beside that `block.com.x` is the first
+number of a place, `stage up/all hooks` a key of the action of that name, and a word of an order, as in
+`stage up/all hooks/by`, stands for the quantity behind it.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from .source import DEEPEST, Data, Mark, Path, Source, child, read
+from .units import NUMBER
 
-__all__ = ["merged", "override"]
+__all__ = ["merged", "override", "path_in"]
+
+AXES = {"x": 0, "y": 1, "z": 2}
+STAGE = re.compile(r"\s*stage\s+([^/]+?)\s*/\s*(.+)")
+PART = re.compile(r"[^./\[\]]+")
 
 
 def merged(below: Source, above: Source) -> Source:
@@ -26,7 +36,7 @@ def override(source: Source, setting: str) -> None:
     """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""
     dotted, equals, text = setting.partition("=")
     file = "--set"
-    path: Path = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in dotted.strip().split("."))
+    path = path_in(source, dotted)
     mark = Mark(file, 1, len(dotted) + 2 + len(text) - len(text.lstrip()), setting)
     if not equals or not dotted.strip():
         source.fault((), "write a setting as key=value", mark=Mark(file, 1, 1, setting))
@@ -46,6 +56,9 @@ def override(source: Source, setting: str) -> None:
             source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
         at = below
     last, value = path[-1], inner.data["value"]
+    if isinstance(at, str) and (said := _said(at, str(last), text.strip())):
+        override(source, f"{'.'.join(map(str, path[:-1]))}={said}")
+        return
     _forget(source, path, child(at, last))
     match at, last:
         case dict(), str():
@@ -59,6 +72,28 @@ def override(source: Source, setting: str) -> None:
     for below_path in inner.values:
         if below_path:
             source.values[(*path, *below_path[1:])] = mark
+
+
+def path_in(source: Source, text: str) -> Path:
+    """The path that a user has written, in the data of a scene."""
+    path: list[str | int] = []
+    actions = source.data.get("actions")
+    if (named := STAGE.fullmatch(text)) and isinstance(actions, list):
+        stages = [action.get("stage") if isinstance(action, dict) else None for action in actions]
+        if named[1] in stages:
+            path, text = ["actions", stages.index(named[1])], named[2]
+    for word in PART.findall(text):
+        part = word.strip()
+        at = source.at(tuple(path))
+        place = isinstance(at, list) and len(at) == len(AXES) and part in AXES
+        path.append(AXES[part] if place else int(part) if part.isdecimal() and len(part) < 10 else part)
+    return tuple(path)
+
+
+def _said(phrase: str, word: str, text: str) -> str:
+    """The phrase with another quantity behind a word; "" if there is none."""
+    found, count = re.subn(rf"(\b{re.escape(word)}\s+){NUMBER}\s*[^\s\d]*", lambda m: m[1] + text, phrase, count=1)
+    return found if count else ""
 
 
 def _overlay(merged: Source, upper: Source, below: Data, above: Data, path: Path) -> Data:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path as FilePath
 from typing import TypeAlias
 
@@ -123,7 +124,22 @@ class _TooLong(Exception):
 
 def read(text: str, name: str, root: FilePath | None = None) -> Source:
     """Data and marks of one YAML text; what cannot be read becomes a fault. `root`: the scene's folder."""
-    source = Source(name, root=root or FilePath())
+    found = _composed(text, name)
+    data = _copied(found.data)
+    assert isinstance(data, dict)
+    return Source(name, data, dict(found.keys), dict(found.values), list(found.faults), root=root or FilePath())
+
+
+def _copied(data: Data) -> Data:
+    """Mappings and lists that others may change."""
+    if isinstance(data, dict):
+        return {key: _copied(value) for key, value in data.items()}
+    return [_copied(value) for value in data] if isinstance(data, list) else data
+
+
+@lru_cache(maxsize=64)  # variants of a scene share its text, and settings among them theirs
+def _composed(text: str, name: str) -> Source:
+    source = Source(name)
     if len(text) > 2 * LARGEST:  # one that is merged of several
         source.fault((), f"a scene has at most {2 * LARGEST} characters", mark=Mark(name, 1, 1, ""))
         return source

@@ -1,0 +1,208 @@
+"""`heavylift sweep`, `heavylift limits`: many runs of one scene."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from heavylift.coordinator.commands.common.app import Json, Scene, Sets, Strict, app, quantity, written_to
+
+from .hosts import Certificates
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from heavylift.coordinator.sweeps.study import Study
+
+WORKERS_s = 30.0  # for the first worker of a scheduler to come
+TELL_s = 10.0  # between two lines where there is no terminal
+
+
+@app.command()
+def sweep(
+    scene: Scene,
+    vary: Annotated[
+        list[str] | None, typer.Option("--vary", help="'block.mass=200..400 t by 25 t', 'PATH={one, another}'")
+    ] = None,
+    sample: Annotated[int, typer.Option("--sample", help="draw so many of --vary and of the uncertain inputs")] = 0,
+    design: Annotated[str, typer.Option("--design", help="of the sample: sobol or lhs")] = "sobol",
+    seed: Annotated[int, typer.Option("--seed", help="of the sample")] = 1,
+    output: Annotated[Path, written_to("folder of the study")] = Path("study"),
+    workers: Annotated[int, typer.Option("--workers", help="processes; default all cores")] = 0,
+    scheduler: Annotated[str, typer.Option("--scheduler", help="of dask: tls://HOST:8786")] = "",
+    keys: Certificates = Path("certificates"),
+    keep: Annotated[str, typer.Option("--keep", help="recordings of: none, failed, all")] = "none",
+    verify: Annotated[int, typer.Option("--verify", help="run so many again here and compare digests")] = 0,
+    limit: Annotated[str, typer.Option("--limit", help="wall time of a run, then it is cut")] = "60 s",
+    sets: Sets = None,
+    strict: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Run variants of a scene.    heavylift sweep lift --vary 'block.mass=200..400 t by 25 t' -o study
+
+    Rows go to study/rows.parquet as they come, with the command that repeats each, and study/summary.html tells what
+    they say. A path is one that --set takes; each value is run with each other one, or --sample draws them. The same
+    command goes on with a study that was stopped.
+    """
+    import json
+
+    from heavylift.coordinator.sweeps.page import page, told
+    from heavylift.coordinator.sweeps.summary import summary
+    from heavylift.coordinator.sweeps.sweeping import sweep as run_all
+    from heavylift.coordinator.sweeps.sweeping import verified
+    from heavylift.kernel.errors import Stopped
+    from heavylift.nodes.scene import load
+    from heavylift.nodes.scene.text.units import DURATION
+
+    loaded = load(scene, sets or [])
+    seconds = quantity("--limit", limit, DURATION)
+    progress = _Progress()
+    with _engine(scheduler, keys) as executor:
+        try:
+            study = run_all(
+                loaded, vary or [], into=output, sample=sample, design=design, seed=seed, executor=executor,
+                workers=workers, keep=keep, limit=seconds, watch=progress,  # type: ignore[arg-type]
+            )  # fmt: skip
+        except Stopped:
+            if progress.study is not None:
+                (output / "summary.html").write_text(page(progress.study))
+            raise
+        finally:
+            progress.end()
+    (output / "summary.html").write_text(page(study))
+    found, again = summary(study), verified(study, verify)
+    differing = [number for number, equal in again if not equal]
+    if as_json:
+        typer.echo(json.dumps({"study": str(output), **found.counts, "verified": len(again), "differing": differing}))
+    else:
+        typer.echo(told(study, found))
+        for number, equal in again:
+            typer.echo(f"variant {number}: {'the same digest again' if equal else 'ANOTHER DIGEST'}")
+        typer.echo(f"wrote {output / 'summary.html'} and {output / 'rows.parquet'}")
+    if differing or (strict and set(found.counts) - {"done"}):
+        raise typer.Exit(1)
+
+
+@app.command()
+def limits(
+    scene: Scene,
+    of: Annotated[list[str], typer.Option("--of", help="'block.com.x', 'stage up/all hooks/hoist=1..20 m/min'")],
+    limit: Annotated[str, typer.Option("--limit", help="wall time of a run")] = "60 s",
+    sets: Sets = None,
+    as_json: Json = False,
+) -> None:
+    """Find how far a number may go before the verdict is red.    heavylift limits lift --of 'block.mass=300..900 t'
+
+    The verdict is that of a run; upwards from where it is green. Exit code 1 where it is red at the start, never turns
+    red, or is green again beyond. The limit lies between the last green and the first red value.
+    """
+    import json
+
+    from heavylift.coordinator.sweeps.limiting import limits_of
+    from heavylift.nodes.scene import load
+    from heavylift.nodes.scene.text.units import DURATION
+
+    loaded, seconds = load(scene, sets or []), quantity("--limit", limit, DURATION)
+    found = []
+    for asked in of:
+        found.append(
+            limits_of(loaded, asked, seconds, lambda x, row: typer.echo(f"  {x:.5g}: {row['status']}", err=True))
+        )
+        if not as_json:
+            typer.echo(str(found[-1]))
+    if as_json:
+        keys = ("path", "unit", "green", "red", "why", "wrong")
+        typer.echo(json.dumps([{key: getattr(one, key) for key in keys} for one in found]))
+    if any(one.wrong for one in found):
+        raise typer.Exit(1)
+
+
+class _Progress:
+    """How far a study is: a bar on a terminal, else a line now and then."""
+
+    def __init__(self) -> None:
+        from rich.console import Console
+        from rich.live import Live
+
+        self.study: Study | None = None
+        self._console = Console(stderr=True)
+        self._live = Live(console=self._console, refresh_per_second=4, transient=True)
+        self._done, self._counts = 0, dict[str, int]()
+        self._began = self._told = time.monotonic()
+
+    def __call__(self, study: Study, row: dict[str, Any] | None) -> None:
+        """The study has begun (None), or a row has come."""
+        if row is None:
+            self.study = study
+            known = len(study.rows)
+            if known:
+                self._console.print(f"{known} of {len(study.plan.variants)} runs are there already", highlight=False)
+            if self._console.is_terminal:
+                self._live.start()
+            self._began, self._left = time.monotonic(), len(study.waiting)
+            return
+        self._began = self._began if self._done else time.monotonic()  # workers take a while to start
+        self._done += 1
+        self._counts[row["status"]] = self._counts.get(row["status"], 0) + 1
+        now = time.monotonic()
+        if self._console.is_terminal:
+            self._live.update(self._line(now))
+        elif now - self._told > TELL_s:
+            self._told = now
+            self._console.print(self._line(now), highlight=False, soft_wrap=True)
+
+    def end(self) -> None:
+        """No more."""
+        if self._live.is_started:
+            self._live.stop()
+
+    def _line(self, now: float) -> str:
+        from heavylift.coordinator.run.progress import clock
+
+        rate = max(self._done - 1, 0.5) / max(0.5, now - self._began)
+        counts = ", ".join(f"{n} {status}" for status, n in sorted(self._counts.items()))
+        left = clock((self._left - self._done) / rate)
+        return f"{self._done} of {self._left} runs, {rate:.1f} a second, {left} to go: {counts}"
+
+
+@contextmanager
+def _engine(scheduler: str, keys: Path) -> Iterator[Executor | None]:
+    """The workers of a dask scheduler, as an executor; None without one."""
+    if not scheduler:
+        yield None
+        return
+    from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
+    from heavylift.kernel.errors import ProtocolError
+
+    try:
+        import distributed
+    except ImportError:
+        raise ProtocolError("--scheduler needs dask.distributed; install heavylift[sweep]") from None
+    dask: Any = distributed  # which says little of its types
+    secured = None
+    if scheduler.startswith("tls://"):
+        own = Credentials.load(keys, COORDINATOR)
+        secured = dask.Security(
+            tls_ca_file=str(own.authority),
+            tls_client_cert=str(own.certificate),
+            tls_client_key=str(own.key),
+            require_encryption=True,
+        )
+    try:
+        client = dask.Client(scheduler, security=secured, timeout=10)
+    except (OSError, TimeoutError, ValueError, TypeError) as error:
+        raise ProtocolError(
+            f"--scheduler '{scheduler}': nobody answers there ({error}); start `dask scheduler`"
+        ) from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=WORKERS_s)
+        except TimeoutError:
+            raise ProtocolError(
+                f"--scheduler '{scheduler}': it has no workers; start `dask worker {scheduler}`"
+            ) from None
+        yield client.get_executor(pure=False)

@@ -1,0 +1,33 @@
+"""heavylift in Python: what `import heavylift` gives; everything is imported when it is first used.
+
+simulate(scene or system, until, ...) -> Result     a run as named arrays, in seconds
+sweep(scene, ["block.mass=200..400 t by 25 t"], into="study")      many variants of one scene, on any Executor
+load(scene, ["block.mass=200 t"])                    a scene with settings laid over it, for all that take scenes
+run(scene, "run.mcap"), Recording("run.mcap")        a recorded run; reading it
+run_models("my_models:build", ...)                   DEVS models of your own
+"""
+
+from typing import TYPE_CHECKING
+
+from heavylift.kernel.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from heavylift.coordinator.run.models import run_models
+    from heavylift.coordinator.run.scene import run
+    from heavylift.coordinator.run.simulate import Result, simulate
+    from heavylift.coordinator.sweeps import sweep
+    from heavylift.nodes.scene import load
+    from heavylift.recordings import Recording
+
+MODULES = {
+    "Recording": "recordings",
+    "Result": "coordinator.run.simulate",
+    "load": "nodes.scene",
+    "run": "coordinator.run.scene",
+    "run_models": "coordinator.run.models",
+    "simulate": "coordinator.run.simulate",
+    "sweep": "coordinator.sweeps",
+}
+
+__all__ = ["Recording", "Result", "load", "run", "run_models", "simulate", "sweep"]
+__getattr__ = on_demand("heavylift", {name: f".{module}" for name, module in MODULES.items()})

@@ -1,0 +1,263 @@
+"""A run as a function of Python: from a scene or a system to named arrays, in seconds and SI units.
+
+    result = simulate("lift", keep=["rope/tension"])
+    result.t, result["rope/tension"]["crane.H1"], result["rope/tension"].unit       # (n,) [s], (n,), "N"
+    result.stages, result.peaks, result.events, result.verdict, result.to_pandas()
+
+It writes no file and starts no process, thread or session, so any thread or pool may call it; a result can be pickled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
+
+import msgspec
+import numpy as np
+from heavylift.coordinator.live.commands import COMMAND, OPERATOR, Given
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError
+from heavylift.kernel.islands import choice
+from heavylift.kernel.simulation.commanded import Commanded
+from heavylift.kernel.simulation.native.samples import channels, published
+from heavylift.nodes.devs import Event, Tag, encode, ns
+from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
+from heavylift.nodes.plan.places import located
+from heavylift.nodes.scene import LoadedScene, loaded
+from heavylift.nodes.scene.operator_command import spoken
+from heavylift.recordings.format.text import meant
+from heavylift.recordings.read.signal import Signal, titles
+from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.write.rows import Peak
+from numpy.typing import NDArray
+
+from .in_memory import Played, play
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Happened", "Result", "StageSpan", "simulate"]
+
+SAMPLES = 1000  # of a system that nobody asks for others
+STOP = "stop"
+Order = tuple[float, str]  # when [s], and an operator's words
+Command = tuple[float, Callable[[Commanded], object]]  # when [s], and what is told to the simulation
+
+
+class StageSpan(NamedTuple):
+    """A stage of the action list, from when to when [s]."""
+
+    name: str
+    start: float
+    end: float
+
+
+class Happened(NamedTuple):
+    """An event: when [s], of whom, on which port or what, and its message or number."""
+
+    t: float
+    source: str
+    port: str
+    value: Any
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result:
+    """What a run has shown: times (n,) [s]; signals by name; stages; the largest tension [N] of each rope and when [s];
+    events; sentences of the kernel and when [s]; the verdict, None of a system; what the action list still waited for;
+    the digest, which is that of `run`."""
+
+    t: NDArray[np.float64]
+    signals: dict[str, Signal]
+    stages: list[StageSpan]
+    peaks: dict[str, Peak]
+    events: list[Happened]
+    notes: list[tuple[float, str]]
+    verdict: Judged | None = None
+    unfinished: str = ""
+    digest: str = ""
+
+    def __getitem__(self, name: str) -> Signal:
+        """The signal of this name, such as "rope/tension"; SignalError names those that there are."""
+        if name not in self.signals:
+            raise SignalError(f"the result has no signal {name}; {meant(name, list(self.signals))}")
+        return self.signals[name]
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """All signals in one DataFrame: the time [s] as index, `signal/column [unit]` as columns."""
+        try:
+            import pandas
+        except ImportError:
+            raise RecordingError("a DataFrame needs pandas; install heavylift[pandas] or use .t and [name]") from None
+        columns = {
+            f"{name}/{title}": signal.values[:, i]
+            for name, signal in self.signals.items()
+            for i, title in enumerate(titles(signal))
+        }
+        return pandas.DataFrame(columns, index=pandas.Index(self.t, name="time [s]"))
+
+    def __repr__(self) -> str:
+        told = f"; {self.verdict.line}" if self.verdict else ""
+        span = f"{self.t[0]:g} to {self.t[-1]:g} s" if len(self.t) else "nothing"
+        return f"<Result: {span}, {len(self.t)} samples of {', '.join(self.signals) or 'no signal'}{told}>"
+
+
+@overload
+def simulate(
+    model: System,
+    until: float,
+    *,
+    every: float | None = None,
+    orders: Sequence[Command] = (),
+    keep: Sequence[str] = ("*",),
+    tolerance: float = 1e-7,
+    method: str = "dopri5",
+    step: float | None = None,
+) -> Result: ...
+
+
+@overload
+def simulate(
+    model: LoadedScene | str | Path,
+    until: float | None = None,
+    *,
+    every: float | None = None,
+    orders: Sequence[Order] = (),
+    keep: Sequence[str] = ("*",),
+) -> Result: ...
+
+
+def simulate(
+    model: System | LoadedScene | str | Path,
+    until: float | None = None,
+    *,
+    every: float | None = None,
+    orders: Sequence[Any] = (),
+    keep: Sequence[str] = ("*",),
+    **options: Any,
+) -> Result:
+    """Simulate a scene (loaded, its path or name) to its end or `until` [s], or a system of the kernel `until` [s].
+
+    Samples are taken `every` so many seconds: by default as the scene says, of a system a thousand.  `orders`: (when
+    [s], what): to a scene in an operator's words, "crane H1: hoist 1 m/min by 1 m"; to a system a function of the
+    simulation, `lambda s: s.set_brake("b", True)`.  `keep`: signals by name or pattern that the result is to hold.
+    `tolerance`, `method`, `step` [s]: of a system; a scene says them itself.  Raises HeavyliftError.
+    """
+    for name, value in (("until", until), ("every", every), *(("an order", order[0]) for order in orders)):
+        if value is not None and not (isfinite(value) and (value > 0.0 or (name == "an order" and value == 0.0))):
+            raise KernelError(f"{name} is {value:g} s; it must be a positive time")
+    orders = sorted(orders, key=lambda order: order[0])
+    if isinstance(keep, str):
+        keep = (keep,)
+    if isinstance(model, System):
+        return _of_system(model, until, every, orders, keep, **options)
+    if options:
+        raise SceneError(f"{', '.join(options)}: a scene says that itself; load it with --set, such as method=radau5")
+    return _of_scene(loaded(model), until, every, orders, keep)
+
+
+def _of_scene(
+    scene: LoadedScene, until: float | None, every: float | None, orders: Sequence[Order], keep: Sequence[str]
+) -> Result:
+    changed = {**({"end": until} if until is not None else {}), **({"samples_hz": 1.0 / every} if every else {})}
+    plan, given = msgspec.structs.replace(scene.plan, **changed), list[Given]()
+    words: dict[int, str] = {}
+    for t, said in orders:
+        t_ns = max(ns(t), max(words, default=-1) + 1)
+        words[t_ns] = said
+        order = OperatorCommand(said, _orders(scene, said))
+        given.append(Given(Tag(t_ns), encode(order)))
+    run = play(plan, commands=given)
+    for e in run.events:
+        if isinstance(e.value, OperatorAnswer) and e.value.refused:
+            told = located(plan, e.value.refused, e.value.at)
+            raise ModelError(f"the order '{e.value.text}' at {e.value.t_ns * 1e-9:g} s is refused: {told}")
+    heard = {e.t for e in run.events if (e.source, e.port) == (OPERATOR, COMMAND)}
+    if late := [t_ns for t_ns in words if t_ns not in heard]:
+        at = late[0]
+        raise ModelError(f"the order '{words[at]}' at {at * 1e-9:g} s: too late, the run ends at {_end(run):g} s")
+    signals = _signals(run.t, run.rows, run.layout.channels, keep)
+    stages = [(t, name) for t, _, name in run.conduct.stages]
+    ends = [t for t, _ in stages[1:]] + [_end(run)]
+    return Result(
+        run.t,
+        signals,
+        [StageSpan(name, t, end) for (t, name), end in zip(stages, ends, strict=True)] if stages else [],
+        run.peaks,
+        [_happened(e) for e in run.events],
+        [(t / 1e9, said) for t, said in run.notes],
+        run.verdict,
+        run.unfinished,
+        run.digest,
+    )
+
+
+def _orders(scene: LoadedScene, words: str) -> bytes:
+    return b"" if words == STOP else msgspec.msgpack.encode(spoken(scene, words))
+
+
+def _end(run: Played) -> float:
+    return run.end_ns / 1e9
+
+
+def _happened(e: Event) -> Happened:
+    return Happened(e.t / 1e9, e.source, e.port, e.value)
+
+
+def _of_system(
+    system: System,
+    until: float | None,
+    every: float | None,
+    orders: Sequence[Command],
+    keep: Sequence[str],
+    tolerance: float = 1e-7,
+    method: str = "dopri5",
+    step: float | None = None,
+) -> Result:
+    if until is None:
+        raise KernelError("a system has no end of its own; say `until` which time [s] it is to move")
+    end, period = ns(until), ns(every if every is not None else until / SAMPLES)
+    s = choice.simulate(system, tolerance, max(1, period), frozenset(), method, step)
+    s.start()
+    for t, order in orders:
+        if ns(t) >= end:
+            raise KernelError(f"an order at {t:g} s: too late, the run ends at {until:g} s")
+        s.interrupt(ns(t))
+        order(s)
+        s.settle()
+    s.interrupt(end)
+    s.settle()
+    rows = [row for row in s.rows if row[0] < end] + s.rows[-1:]
+    times = np.array([t for t, _ in rows]) / 1e9
+    signals = _signals(times, published(s.method, np.array([row for _, row in rows])), channels(s.method), ("*",))
+    peaks = dict[str, Peak]()
+    if "rope/peak" in signals:
+        most, when = signals["rope/peak"], signals["rope/peak_time"]
+        for i, (name, k) in enumerate(zip(most.names, most.values.argmax(axis=0), strict=True)):
+            peaks[name] = Peak(float(most.values[k, i]), float(when.values[k, i]))
+    events = [Happened(t / 1e9, e.name, e.what, e.value) for t, e in s.log]
+    notes = [(note.t_ns / 1e9, note.sentence) for note in s.notes]
+    return Result(times, _kept(signals, keep), [], peaks, events, notes)
+
+
+def _signals(
+    t: NDArray[np.float64], rows: NDArray[np.float64], columns: Sequence[Any], keep: Sequence[str]
+) -> dict[str, Signal]:
+    """Signals of the rows (n, width) by name."""
+    known = {c.topic: Signal(t, rows[:, c.start : c.stop], list(c.names), c.unit, c.topic) for c in columns}
+    return _kept(known, keep)
+
+
+def _kept(signals: dict[str, Signal], keep: Sequence[str]) -> dict[str, Signal]:
+    """Those that are to be kept, without the memory of the others."""
+    if "*" in keep:
+        return signals
+    for pattern in keep:
+        if not any(fnmatchcase(name, pattern) for name in signals):
+            raise SignalError(f"keep: there is no signal {pattern}; {meant(pattern, list(signals))}")
+    chosen = {name: x for name, x in signals.items() if any(fnmatchcase(name, pattern) for pattern in keep)}
+    return {name: Signal(x.t, x.values.copy(), x.names, x.unit, name) for name, x in chosen.items()}

@@ -1,0 +1,12 @@
+"""Many runs of one scene: what is varied, on which engine, and what comes of it.
+
+axes, designs       `--vary` and `--sample`: values of paths, grids, Sobol and Latin hypercube designs, their indices
+variant             one run as a row of numbers, in any worker
+study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Executor
+limiting            how far a number may go before the verdict turns red
+summary, page       what the rows say: counts, curves, histograms, indices, probabilities of exceeding each limit
+"""
+
+from .sweeping import sweep
+
+__all__ = ["sweep"]

@@ -1,0 +1,222 @@
+"""What a sweep varies: `--vary PATH=VALUES`, and the variants that come of it.
+
+    block.mass=200..400 t by 25 t                      a range in steps; without `by` all of it, for --sample
+    stage up/all hooks={hoist 1 m/min by 1 m, hoist 3 m/min by 1 m}     one of several
+
+Paths are those of `--set`.  Steps are counted in decimals, so that 0..1 m by 0.1 m has eleven values.  A sample is
+drawn in quantiles: a range is uniform, of several each is as likely, and an uncertain input of the scene has the
+distribution that the scene states.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from functools import cached_property
+from itertools import product
+from math import sqrt
+
+import numpy as np
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene.inputs import Input, UncertainInput, inputs, settings, uncertain_inputs
+from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.text.faults import raise_faults
+from heavylift.nodes.scene.text.overlay import override, path_in
+from heavylift.nodes.scene.text.source import read
+from heavylift.nodes.scene.text.units import NUMBER
+from numpy.typing import NDArray
+
+__all__ = ["Axis", "Variant", "axes_of", "grid", "sampled"]
+
+RANGE = re.compile(rf"\s*({NUMBER})\s*([^\d.]*?)\s*\.\.\s*({NUMBER})\s*(.*?)\s*(?:\bby\s+({NUMBER})\s*(.*?)\s*)?")
+MOST = 1_000_000  # variants of a study
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Something that is varied: its path as written, the texts that it may have, or the ends of its range in `unit`, or
+    the uncertain input of the scene that it is; `first`: a setting that must come before."""
+
+    path: str
+    texts: tuple[str, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    unit: str = ""
+    uncertain: UncertainInput | None = None
+    first: str = ""
+
+    @cached_property
+    def numbers(self) -> list[float] | None:
+        """The texts as numbers of one unit; None if they are none."""
+        found = [re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", text) for text in self.texts]
+        units = {match[2] for match in found if match}
+        return [float(match[1]) for match in found if match] if all(found) and len(units) == 1 else None
+
+    @property
+    def label(self) -> str:
+        """Path and unit, as figures and columns show it."""
+        unit = self.uncertain.unit if self.uncertain else self.unit
+        return f"{self.path} [{unit}]" if unit else self.path
+
+    def quantile(self, p: float) -> tuple[str, float]:
+        """The text, and the number that figures show, below which a part p of all values lies."""
+        if self.uncertain is not None:
+            one = self.uncertain
+            x = (one.value + _standard(one, p) * one.sd) / one.factor
+            x = min(max(x, one.bounds[0] / one.factor), one.bounds[1] / one.factor)
+            return f"{x!r} {one.unit}".strip(), x
+        if self.texts:
+            i = min(int(p * len(self.texts)), len(self.texts) - 1)
+            return self.texts[i], self.value(i)
+        x = self.low + p * (self.high - self.low)
+        return f"{x!r} {self.unit}".strip(), x
+
+    def value(self, i: int) -> float:
+        """The number that figures show of a text: its own, or which it is."""
+        return self.numbers[i] if self.numbers else float(i)
+
+    def setting(self, text: str) -> list[str]:
+        """What `--set` takes."""
+        if self.uncertain is not None:
+            return settings([self.uncertain], [text])
+        return [*([self.first] if self.first else []), f"{self.path}={text}"]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One run of a study: its number, its settings, and the number of each axis."""
+
+    number: int
+    settings: tuple[str, ...]
+    values: tuple[float, ...]
+
+
+def axes_of(scene: LoadedScene, vary: Sequence[str], sampling: bool) -> list[Axis]:
+    """The axes that are asked for, and in a sample the uncertain inputs of the scene; raises SceneError."""
+    axes = [_axis(scene, text, sampling) for text in vary]
+    given = {_place(scene, axis.path) for axis in axes}
+    if len(given) < len(axes):
+        raise SceneError("--vary: one path is varied twice; give all its values at once")
+    if sampling:
+        axes += [
+            Axis(one.name, unit=one.unit, uncertain=one) for one in uncertain_inputs(scene) if one.path not in given
+        ]
+    for axis in axes:
+        _check(scene, axis)
+    if not axes:
+        told = "the scene states no uncertain input, such as 'mass: 480 t +- 3 %', and there is no --vary"
+        raise SceneError(
+            f"--sample: {told}" if sampling else "nothing is varied; say --vary 'block.mass=200..400 t by 25 t'"
+        )
+    return axes
+
+
+def grid(axes: Sequence[Axis]) -> list[Variant]:
+    """Each value of each axis with each of the others; the last axis changes fastest."""
+    count = 1
+    for axis in axes:
+        count *= len(axis.texts)
+    if count > MOST:
+        raise SceneError(f"--vary: {count} variants; a study has at most {MOST}")
+    places = product(*(range(len(axis.texts)) for axis in axes))
+    return [
+        Variant(
+            number,
+            tuple(x for axis, i in zip(axes, point, strict=True) for x in axis.setting(axis.texts[i])),
+            tuple(axis.value(i) for axis, i in zip(axes, point, strict=True)),
+        )
+        for number, point in enumerate(places)
+    ]
+
+
+def sampled(axes: Sequence[Axis], quantiles: NDArray[np.float64]) -> list[Variant]:
+    """Variants of quantiles (n, axes)."""
+    found = []
+    for number, point in enumerate(quantiles):
+        drawn = [axis.quantile(float(p)) for axis, p in zip(axes, point, strict=True)]
+        said = tuple(x for axis, (text, _) in zip(axes, drawn, strict=True) for x in axis.setting(text))
+        found.append(Variant(number, said, tuple(x for _, x in drawn)))
+    return found
+
+
+def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
+    path, equals, values = (part.strip() for part in text.partition("="))
+    if not (equals and path and values):
+        raise SceneError(f"--vary '{text}': write PATH=VALUES, such as 'block.mass=200..400 t by 25 t'")
+    first = _first(scene, path)
+    if values.startswith("{") and values.endswith("}"):
+        texts = tuple(dict.fromkeys(part for each in _parts(values[1:-1]) if (part := each.strip())))
+        if not texts:
+            raise SceneError(f"--vary '{text}': there is nothing between the braces")
+        return Axis(path, texts, unit=_unit(texts), first=first)
+    found = RANGE.fullmatch(values)
+    if found is None:
+        return Axis(path, (values,), unit=_unit([values]), first=first)
+    low_text, unit_low, high_text, unit, step_text, unit_step = found.groups()
+    for other in (unit_low, unit_step):
+        if other and other != unit:
+            raise SceneError(f"--vary '{text}': write one unit, {unit or 'none'} or {other}")
+    try:
+        low, high = Decimal(low_text), Decimal(high_text)
+        step = None if step_text is None else Decimal(step_text)
+    except InvalidOperation:
+        raise SceneError(f"--vary '{text}': these are no numbers") from None
+    if low >= high or (step is not None and step <= 0):
+        raise SceneError(f"--vary '{text}': the range is empty; let it lead upwards, in steps above 0")
+    if step is None and not sampling:
+        raise SceneError(f"--vary '{text}': say in which steps, 'by ...', or how many to draw, --sample 1000")
+    if step is None:
+        return Axis(path, (), float(low), float(high), unit, first=first)
+    count = int((high - low) / step) + 1
+    if count > MOST:
+        raise SceneError(f"--vary '{text}': {count} values; a study has at most {MOST} variants")
+    return Axis(
+        path, tuple(f"{(low + i * step).normalize():f} {unit}".strip() for i in range(count)), unit=unit, first=first
+    )
+
+
+def _unit(texts: Sequence[str]) -> str:
+    """The one that all numbers have; "" where there is none."""
+    found = [re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", text) for text in texts]
+    units = {match[1] if match else "" for match in found}
+    return units.pop() if len(units) == 1 else ""
+
+
+def _check(scene: LoadedScene, axis: Axis) -> None:
+    """Raises SceneError for a path of which no value can be read: neither the first nor the last."""
+    for p in (0.0, 1.0):
+        source = read(scene.merged or scene.text, scene.path.name)
+        for setting in axis.setting(axis.quantile(p)[0]):
+            override(source, setting)
+        validate(source)
+        if not source.faults:
+            return
+    raise_faults(source, source.faults)
+
+
+def _parts(text: str) -> list[str]:
+    """What commas outside of brackets separate."""
+    return re.split(r",(?![^\[]*\])", text)
+
+
+def _first(scene: LoadedScene, path: str) -> str:
+    """What must be set before a number of a place that the scene leaves to its default."""
+    try:
+        found: Input = inputs(scene, [path])[0]
+    except SceneError:
+        return ""
+    return found.whole
+
+
+def _place(scene: LoadedScene, path: str) -> tuple[str | int, ...]:
+    return path_in(read(scene.merged or scene.text, scene.path.name), path)
+
+
+def _standard(one: UncertainInput, p: float) -> float:
+    """The quantile of its distribution with mean 0 and standard deviation 1."""
+    from scipy.special import ndtri
+
+    return sqrt(12.0) * (p - 0.5) if one.kind == "uniform" else float(ndtri(min(max(p, 1e-12), 1.0 - 1e-12)))

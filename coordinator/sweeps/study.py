@@ -1,0 +1,179 @@
+"""The folder of a study: what it is, its rows so far, recordings that are kept, the page.
+
+study.json       what is varied; a folder goes on with the same study only
+parts/           rows as they come, one Parquet file for each second or so; a kill takes no more with it
+rows.parquet     all rows, whenever the study stops; recordings/000012.mcap, summary.html
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shlex
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from heavylift.coordinator.participants.participant import version
+from heavylift.kernel.errors import OutputError, RecordingError
+from heavylift.nodes.scene import LoadedScene
+from heavylift.recordings.write.outputs import file_path, writing
+
+from .axes import Axis, Variant
+from .variant import Row, Task
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["INPUT", "Planned", "Study"]
+
+ABOUT, PARTS, ROWS, RECORDINGS = "study.json", "parts", "rows.parquet", "recordings"
+INPUT = "input/"  # before the name of a column: what was varied
+
+
+@dataclass(frozen=True)
+class Planned:
+    """What a study is: its scene, axes, how many draws of which design (0: the whole grid), the seed."""
+
+    scene: LoadedScene
+    axes: Sequence[Axis]
+    variants: Sequence[Variant]
+    design: str
+    sample: int
+    seed: int
+
+    def about(self, task: Task) -> dict[str, Any]:
+        """As it stands in the folder."""
+        said = [asdict(task), [v.settings for v in self.variants], self.design, version()]
+        return {
+            "heavylift study": 1,
+            "scene": self.scene.plan.name,
+            "varied": [axis.label for axis in self.axes],
+            "variants": len(self.variants),
+            "design": self.design or "grid",
+            "seed": self.seed,
+            "heavylift": version(),
+            "fingerprint": sha256(json.dumps(said).encode()).hexdigest(),
+        }
+
+
+class Study:
+    """A study on disk, as a context of one process at a time; rows are appended and never taken back."""
+
+    def __init__(self, folder: str | Path, plan: Planned, task: Task) -> None:
+        """Begin or go on; OutputError if the folder holds something else."""
+        self.path, self.plan, self.task = file_path(folder), plan, task
+        about, file = plan.about(task), self.path / ABOUT
+        with writing(self.path):
+            if file.is_file():
+                self._check(json.loads(file.read_text()), about)
+            elif self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
+                raise OutputError(f"{self.path}: is there already and holds no study; choose another folder with -o")
+            else:
+                self.path.mkdir(parents=True, exist_ok=True)
+                file.write_text(json.dumps(about, indent=1) + "\n")
+            for name in (PARTS, RECORDINGS):
+                (self.path / name).mkdir(exist_ok=True)
+            self._lock = open(file)  # noqa: SIM115 - closed with the study
+            try:
+                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise OutputError(f"{self.path}: another process is at this study; wait for it, or stop it") from None
+        self.rows: dict[int, Row] = {row["number"]: row for row in self._read() if row["status"] != "lost"}
+        self._number = len(list((self.path / PARTS).iterdir()))
+
+    def _check(self, found: dict[str, Any], about: dict[str, Any]) -> None:
+        if found.get("fingerprint") == about["fingerprint"]:
+            return
+        names = ("scene", "varied", "variants", "design", "seed", "heavylift")
+        differing = [f"{name} {found.get(name)}" for name in names if found.get(name) != about[name]]
+        told = ", ".join(differing) or "other values or options"
+        raise OutputError(f"{self.path}: holds another study ({told}); choose another folder with -o")
+
+    @property
+    def waiting(self) -> list[Variant]:
+        """The variants that have no row yet."""
+        return [variant for variant in self.plan.variants if variant.number not in self.rows]
+
+    def append(self, rows: Sequence[Row]) -> None:
+        """Write rows; they are on the disk when this returns."""
+        if not rows:
+            return
+        import pyarrow
+        from pyarrow import parquet
+
+        whole = [self._whole(row) for row in rows]
+        self.rows |= {row["number"]: row for row in whole}
+        self._number += 1
+        part = self.path / PARTS / f"{self._number:08d}.parquet"
+        with writing(part):
+            hidden = part.with_suffix(".new")
+            parquet.write_table(pyarrow.Table.from_pylist(_even(whole)), hidden)
+            with open(hidden, "rb+") as file:
+                os.fsync(file.fileno())
+            hidden.rename(part)
+
+    def _whole(self, row: Row) -> Row:
+        """A worker's row with what is known here: its settings, its inputs, the command that repeats it."""
+        variant = self.plan.variants[row["number"]]
+        found = {key: value for key, value in row.items() if key != "recording"}
+        found["settings"] = list(variant.settings)
+        found |= {INPUT + axis.label: x for axis, x in zip(self.plan.axes, variant.values, strict=True)}
+        sets = " ".join(f"--set {shlex.quote(setting)}" for setting in [*self.plan.scene.settings, *variant.settings])
+        name = f"{self.plan.scene.plan.name}-{variant.number:06d}.mcap"
+        found["command"] = f"heavylift run {shlex.quote(self.plan.scene.typed)} {sets} -o {name}"
+        if data := row.get("recording"):
+            path = self.path / RECORDINGS / f"{variant.number:06d}.mcap"
+            with writing(path):
+                path.write_bytes(data)
+            found["recording"] = str(path.relative_to(self.path))
+        return found
+
+    def join(self) -> None:
+        """All rows in one file."""
+        from pyarrow import Table, parquet
+
+        with writing(self.path / ROWS):
+            if self.rows:
+                hidden = self.path / f"{ROWS}.new"
+                parquet.write_table(Table.from_pylist(_even([self.rows[n] for n in sorted(self.rows)])), hidden)
+                hidden.rename(self.path / ROWS)
+            for part in (self.path / PARTS).iterdir():
+                part.unlink()
+        self._number = 0
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """All rows as a DataFrame, by the number of the variant."""
+        try:
+            import pandas
+        except ImportError:
+            raise RecordingError("a DataFrame needs pandas; install heavylift[pandas] or read rows.parquet") from None
+        return pandas.DataFrame(_even([self.rows[n] for n in sorted(self.rows)])).set_index("number")
+
+    def _read(self) -> list[Row]:
+        from pyarrow import ArrowException, parquet
+
+        found: list[Row] = []
+        for path in [self.path / ROWS, *sorted((self.path / PARTS).glob("*.parquet"))]:
+            try:
+                found += parquet.read_table(path).to_pylist() if path.exists() else []
+            except (ArrowException, OSError) as error:
+                raise RecordingError(
+                    f"{path}: cannot be read ({str(error).splitlines()[0]}); remove it, its rows run again"
+                ) from None
+        return [{key: value for key, value in row.items() if value is not None} for row in found]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.close()
+
+
+def _even(rows: Sequence[Row]) -> list[Row]:
+    """The rows with all columns of any of them, in the order in which they are first met."""
+    names = dict.fromkeys(name for row in rows for name in row)
+    return [{name: row.get(name) for name in names} for row in rows]

@@ -1,0 +1,93 @@
+"""What the rows of a study say: how many came to what, the limits, and which input moves which result."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .designs import Index, base_rows, drawn, indices
+from .study import INPUT, Study
+
+__all__ = ["RESULTS", "Chance", "Summary", "summary"]
+
+RESULTS = {
+    "use": "largest use of a load's limit",
+    "clearance [m]": "smallest clearance [m]",
+    "swing [deg]": "largest swing of a hook's ropes [deg]",
+}
+LEVEL = 0.95
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Chance:
+    """A limit in a study: variants that were judged, mean and largest use, how many were beyond it, as a part of all;
+    and between which parts it lies at a level of 95 %, of independent draws only."""
+
+    limit: str
+    judged: int
+    mean: float
+    most: float
+    beyond: int
+    part: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Counts by status; results (n,) of the variants that came to their end, by name, beside their inputs by axis;
+    the limits, the most used first; indices by result."""
+
+    counts: dict[str, int]
+    waiting: int
+    inputs: dict[str, Floats]
+    results: dict[str, Floats]
+    chances: list[Chance]
+    indices: dict[str, list[Index]]
+
+
+def summary(study: Study) -> Summary:
+    """Of all rows so far."""
+    plan, rows = study.plan, [study.rows[n] for n in sorted(study.rows)]
+    ended = [row for row in rows if row["status"] in ("done", "red")]
+    inputs = {axis.label: _column(ended, INPUT + axis.label) for axis in plan.axes}
+    results = {name: values for name in RESULTS if np.isfinite(values := _column(ended, name)).any()}
+    independent = base_rows(plan.design, len(plan.variants), len(plan.axes))
+    alone = [row for row in ended if not plan.sample or independent[row["number"]]]
+    names = dict.fromkeys(name for row in ended for name in row if name.startswith("use/"))
+    chances = [_chance(name, _column(alone, name)) for name in names]
+    found: dict[str, list[Index]] = {}
+    if plan.sample and len(ended) == len(plan.variants):
+        labels = [axis.label for axis in plan.axes]
+        quantiles = drawn(plan.design, plan.sample, len(labels), plan.seed)
+        found = {name: indices(plan.design, labels, quantiles, values, plan.seed) for name, values in results.items()}
+    return Summary(
+        dict(sorted(Counter(row["status"] for row in rows).items())),
+        len(study.waiting),
+        inputs,
+        results,
+        sorted(chances, key=lambda x: -x.most),
+        {name: listed for name, listed in found.items() if listed},
+    )
+
+
+def _chance(name: str, uses: Floats) -> Chance:
+    """Clopper and Pearson's interval (1934), which holds for any probability and never less than its level."""
+    from scipy.special import betaincinv
+
+    uses = uses[np.isfinite(uses)]
+    n, k = len(uses), int((uses > 1.0).sum())
+    tail = (1.0 - LEVEL) / 2.0
+    low = float(betaincinv(k, n - k + 1, tail)) if k else 0.0
+    high = float(betaincinv(k + 1, n - k, 1.0 - tail)) if k < n else 1.0
+    mean, most = (float(uses.mean()), float(uses.max())) if n else (np.nan, np.nan)
+    return Chance(name.removeprefix("use/"), n, mean, most, k, k / n if n else np.nan, low, high)
+
+
+def _column(rows: Sequence[dict[str, object]], name: str) -> Floats:
+    return np.array([np.nan if (x := row.get(name)) is None else x for row in rows], np.float64)

@@ -1,0 +1,201 @@
+"""Runs the variants of a study on any `concurrent.futures.Executor`, and writes each row as it comes.
+
+A few variants more than there are workers are with the executor, so that memory does not grow with the study.  A worker
+that dies takes its pool with it: what was with the pool is run again one by one, and the variant that ends its worker
+once more is a row "lost".  Ctrl-C leaves all rows that were done, and the same study goes on later.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from heavylift.kernel.errors import ProtocolError, SceneError, Stopped
+from heavylift.nodes.scene import LoadedScene, loaded
+
+from .axes import Variant, axes_of, grid, sampled
+from .designs import DESIGNS, drawn
+from .study import Planned, Study
+from .variant import KEEP, Keep, Row, Task, played
+
+__all__ = ["planned", "sweep", "verified"]
+
+AHEAD, MOST = 3, 256  # variants with the executor for each worker; in all, if nobody says how many there are
+WAIT_s, WRITE_s = 0.2, 1.0  # for a variant to be done; between two files of rows
+LIMIT_s = 60.0  # of wall time that a run may take
+Watch = Callable[[Study, Row | None], None]
+
+
+def planned(
+    scene: LoadedScene | str | Path, vary: Sequence[str] = (), sample: int = 0, design: str = DESIGNS[0], seed: int = 1
+) -> Planned:
+    """What a study of a scene would run; raises SceneError for what cannot be varied."""
+    scene = loaded(scene)
+    if sample < 0:
+        raise SceneError(f"--sample {sample}: there is no such number of draws")
+    axes = axes_of(scene, [vary] if isinstance(vary, str) else vary, sample > 0)
+    variants = sampled(axes, drawn(design, sample, len(axes), seed)) if sample else grid(axes)
+    return Planned(scene, axes, variants, design if sample else "", sample, seed)
+
+
+def sweep(
+    scene: LoadedScene | str | Path,
+    vary: Sequence[str] = (),
+    *,
+    into: str | Path,
+    sample: int = 0,
+    design: str = DESIGNS[0],
+    seed: int = 1,
+    executor: Executor | None = None,
+    workers: int = 0,
+    keep: Keep = "none",
+    judged: bool = True,
+    limit: float = LIMIT_s,
+    watch: Watch = lambda study, row: None,
+) -> Study:
+    """Run variants of a scene into the folder `into`, those that it has not yet; the study has them as `rows`.
+
+    `vary`: axes, "block.mass=200..400 t by 25 t", each value with each, or with `sample` so many draws of them and of
+    the scene's uncertain inputs.  `executor`: any; else a pool of so many processes (`workers`, default all cores).
+    `keep`: recordings of "failed" or "all" variants; without `judged` there is no verdict; `limit`: seconds of a run.
+    Raises HeavyliftError, Stopped on Ctrl-C.
+    """
+    if keep not in KEEP:
+        raise SceneError(f"--keep '{keep}': keep {', '.join(KEEP)}")
+    if workers < 0 or not limit > 0.0:
+        raise SceneError(
+            f"--workers {workers}, --limit {limit:g} s: neither can be negative, and a run needs some time"
+        )
+    plan = planned(scene, vary, sample, design, seed)
+    with Study(into, plan, Task.of(plan.scene, limit, keep, judged)) as study:
+        watch(study, None)
+        try:
+            if study.waiting:
+                _run(study, executor, workers or (0 if executor else os.cpu_count() or 1), watch)
+        except KeyboardInterrupt:
+            done, count = len(study.rows), len(plan.variants)
+            told = f"stopped after {done} of {count} runs, which are kept; the same command goes on"
+            raise Stopped(f"{study.path}: {told}") from None
+        finally:
+            study.join()
+    return study
+
+
+def verified(study: Study, count: int) -> list[tuple[int, bool]]:
+    """So many variants, from the first to the last, run again in this process: number, whether the digest is equal."""
+    known = [n for n in sorted(study.rows) if study.rows[n].get("digest")]
+    chosen = [known[round(i * (len(known) - 1) / max(1, count - 1))] for i in range(min(count, len(known)))]
+    found = []
+    for n in dict.fromkeys(chosen):
+        again = played(study.task, study.plan.variants[n])
+        found.append((n, again.get("digest") == study.rows[n]["digest"]))
+    return found
+
+
+def _run(study: Study, executor: Executor | None, workers: int, watch: Watch) -> None:
+    """All variants that wait."""
+    most = AHEAD * workers if workers else MOST
+    waiting, suspects = deque(study.waiting), deque[Variant]()
+    while waiting or suspects:
+        with _pool(min(workers or 1, len(waiting) + len(suspects))) if executor is None else _given(executor) as pool:
+            broken = _with(pool, study, waiting, suspects, most, watch)
+        if broken and executor is not None:
+            raise ProtocolError(f"the executor has lost its workers ({broken}); start it anew, the same study goes on")
+
+
+def _with(
+    pool: Executor, study: Study, waiting: deque[Variant], suspects: deque[Variant], most: int, watch: Watch
+) -> str:
+    """Run variants on a pool until none waits; why it is broken, "" if it is not.
+
+    `suspects` were with a pool that broke: one of them alone is with the next one.
+    """
+    running: dict[Future[Row], Variant] = {}
+    alone = False
+    rows: list[Row] = []
+    written = time.monotonic()
+    try:
+        while waiting or suspects or running:
+            while (waiting or suspects) and len(running) < (1 if suspects or (alone and running) else most):
+                alone, variant = bool(suspects), (suspects or waiting)[0]
+                try:
+                    future = pool.submit(played, study.task, variant)
+                except BrokenExecutor as error:
+                    suspects.extend(running.values())
+                    return str(error)
+                (suspects or waiting).popleft()
+                running[future] = variant
+            done, _ = wait(running, timeout=WAIT_s, return_when=FIRST_COMPLETED)
+            broken: dict[Variant, BaseException] = {}
+            for future in done:
+                variant, why = running.pop(future), future.exception()
+                if isinstance(why, BrokenExecutor):
+                    broken[variant] = why
+                    continue
+                rows.append(_lost(variant, f"{type(why).__name__}: {why}") if why else future.result())
+                watch(study, rows[-1])
+            if broken:
+                told = str(next(iter(broken.values())))
+                if alone and len(broken) + len(running) == 1:
+                    rows.append(_lost(next(iter(broken)), f"its worker died: {told}"))
+                    watch(study, rows[-1])
+                else:
+                    suspects.extend([*broken, *running.values()])
+                return told
+            if rows and time.monotonic() - written > WRITE_s:
+                study.append(rows)
+                rows, written = [], time.monotonic()
+        return ""
+    finally:
+        for future in running:
+            future.cancel()
+        study.append(rows)
+
+
+def _lost(variant: Variant, sentence: str) -> Row:
+    return {"number": variant.number, "status": "lost", "sentence": sentence}
+
+
+@contextmanager
+def _given(executor: Executor) -> Iterator[Executor]:
+    """An executor of the caller's, who shuts it down."""
+    yield executor
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[Executor]:
+    """Processes of our own, which end with this one; at an error they do not finish what they have begun."""
+    import heavylift.coordinator.verdict.judging  # noqa: F401 - which all workers share that way
+
+    context: Any = multiprocessing.get_context("fork")  # others would run the main module of a user again
+    pool = ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(os.getpid(),))
+    try:
+        yield pool
+    except BaseException:
+        for process in list((pool._processes or {}).values()):
+            process.terminate()
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown(cancel_futures=True)
+
+
+def _begin(parent: int) -> None:
+    """A worker: Ctrl-C is for its parent, without which it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    def follow() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()

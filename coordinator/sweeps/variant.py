@@ -1,0 +1,136 @@
+"""One variant of a scene as a row of numbers: what a worker of a sweep does, wherever it is.
+
+A worker is told everything by its arguments and returns plain data, so it may be a process of a pool, a thread, or one
+of dask's on another host.  The row has the digest that `heavylift run` has with the same settings.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import tempfile
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from heavylift.coordinator.run.in_memory import CUT, Played, play
+from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene.loading import parse
+from heavylift.nodes.scene.text.source import read
+from heavylift.nodes.scenes import bundled
+from heavylift.recordings.format.samples import POSE
+
+from .axes import Variant
+
+__all__ = ["FAILED", "KEEP", "Keep", "Task", "played"]
+
+Keep = Literal["none", "failed", "all"]
+KEEP: tuple[Keep, ...] = ("none", "failed", "all")
+PLACES = ("hook height", "rope length", "rails", "girder")  # limits that say how far something may go
+FAILED = ("red", "refused", "failed", "cut", "lost")
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What all variants of a study share: the text of the scene, its name, what is laid over it, seconds of wall time
+    that a run may take, which recordings are kept, whether limits and clearances are judged."""
+
+    text: str
+    name: str
+    settings: tuple[str, ...]
+    limit_s: float
+    keep: Keep
+    judged: bool
+
+    @classmethod
+    def of(cls, scene: LoadedScene, limit_s: float, keep: Keep, judged: bool) -> Task:
+        """Of a scene; what it extends is in its text."""
+        name = scene.path.name if scene.path in bundled().values() else str(scene.path)
+        if "extends" in read(scene.text, name).data:  # files that a worker elsewhere has not
+            return cls(scene.merged, name, (), limit_s, keep, judged)
+        return cls(scene.text, name, scene.settings, limit_s, keep, judged)
+
+
+def played(task: Task, variant: Variant) -> Row:
+    """The row of a variant: status, sentence, numbers, who has run it; `recording` holds the bytes of one to keep."""
+    began, cpu = time.perf_counter(), time.thread_time()
+    row: Row = {"number": variant.number, "status": "done", "sentence": ""}
+    scene = None
+    try:
+        scene = parse(task.text, task.name, (*task.settings, *variant.settings), passing=True)
+        run = play(scene.plan, task.limit_s)
+        row |= _numbers(run, task.judged)
+    except SceneError as error:
+        row |= {"status": "refused", "sentence": str(error)}
+    except HeavyliftError as error:
+        row |= {"status": "cut" if CUT in str(error) else "failed", "sentence": str(error)}
+    if scene is not None and (task.keep == "all" or (task.keep == "failed" and row["status"] in ("red", "failed"))):
+        row["recording"] = _recorded(scene)
+    row |= {"host": platform.node(), "process": os.getpid()}
+    return row | {"cpu_s": time.thread_time() - cpu, "wall_s": time.perf_counter() - began}
+
+
+def _numbers(run: Played, judged: bool) -> Row:
+    """All that a row tells of a run that came to its end; SI units, in the names of the columns."""
+    row: Row = {"digest": run.digest, "simulated [s]": run.end_ns / 1e9, "unfinished": run.unfinished}
+    row |= {f"peak/{rope} [N]": peak.tension for rope, peak in run.peaks.items()}
+    row |= {f"peak time/{rope} [s]": peak.time for rope, peak in run.peaks.items()}
+    stages = [(name, t) for t, _, name in run.conduct.stages if name]
+    ends = [t for _, t in stages[1:]] + [run.end_ns / 1e9]
+    row |= {f"stage/{name} [s]": end - t for (name, t), end in zip(stages, ends, strict=False)}
+    row["swing [deg]"] = _swing(run)
+    if judged:
+        verdict = run.verdict
+        row |= {"verdict": verdict.line, "status": "red" if verdict.red else "done"}
+        row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
+        uses = {f"{x.limit.subject} {x.limit.quantity}": x for x in run.uses if x.use is not None}
+        row |= {f"use/{name}": x.use for name, x in uses.items()}
+        loads = [(x.use, name) for name, x in uses.items() if x.limit.quantity not in PLACES]
+        row |= {"use": np.nan, "limit": ""}
+        if loads:
+            most, name = max(loads)
+            row |= {"use": most, "limit": name, "limit stage": uses[name].stage, "limit at [s]": uses[name].t}
+    return row
+
+
+def _swing(run: Played) -> float:
+    """The largest angle between a hook's ropes and the vertical [deg]; not a number without such ropes."""
+    hooks = {rope.name for rope in run.plan.rig.hook_ropes}
+    lines = [line for line in run.rigs[0][1] if line.rope in hooks]
+    most = np.nan
+    for line in lines:
+        a, b = (_points(run, body, p) for body, p in ((line.a_body, line.a), (line.b_body, line.b)))
+        if a is not None and b is not None:
+            d = b - a
+            angle = np.degrees(np.arctan2(np.hypot(d[:, 0], d[:, 1]), np.abs(d[:, 2])))
+            most = float(np.fmax(most, angle.max()))
+    return most
+
+
+def _points(run: Played, body: str, p: tuple[float, float, float]) -> np.ndarray | None:
+    """(n, 3) where a point of a body is; None of one that has no pose."""
+    if body == "world":
+        return np.broadcast_to(np.array(p), (len(run.times), 3))
+    channel = run.layout.find(POSE + body)
+    if channel is None:
+        return None
+    pose = run.rows[:, channel.start : channel.stop]
+    q, s, v = pose[:, 3:6], pose[:, 6:7], np.array(p)
+    t = 2.0 * np.cross(q, v)
+    return np.asarray(pose[:, :3] + v + s * t + np.cross(q, t))
+
+
+def _recorded(scene: LoadedScene) -> bytes:
+    """The recording of the variant; nothing of one that cannot be recorded."""
+    from heavylift.coordinator.run.scene import run
+
+    with tempfile.TemporaryDirectory(prefix="heavylift-") as folder:
+        path = Path(folder) / "run.mcap"
+        with suppress(HeavyliftError):  # the row says why; the recording goes as far as the run
+            run(scene, path, in_process=True)
+        return path.read_bytes() if path.exists() else b""

@@ -1,0 +1,125 @@
+"""How fast variants of the bundled lift run, and what the engine around them costs.
+
+    python tests/bench/sweep.py [--json] [--short]
+
+Runs a second and core are of CPU time in one thread, warm, as a worker has it: loading a variant with all its checks,
+the run, its digest; then with limits and clearances judged as well.  The engine's overhead is the wall time of a study
+on an executor that runs in this thread, less that of its variants.  Growth is that of the resident set from the first
+tenth of the runs to the last; two workers are compared with one by wall time, so other work on the machine counts.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import resource
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.sweeps import sweep
+from heavylift.coordinator.sweeps.axes import Variant
+from heavylift.coordinator.sweeps.variant import Task, played
+from heavylift.nodes.scene import load
+from shared.rows import SHORT, options, row
+
+SCENE = "lift"
+RUNS = 2 if SHORT else 60
+GROWING = 4 if SHORT else 10_000
+POOLED = 2 if SHORT else 120
+NUMBERS = itertools.count()
+PAGE_MB = os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+class InThisThread(Executor):
+    """The least that an engine can cost."""
+
+    def submit(self, f: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(f(*args, **kwargs))
+        return future
+
+
+def variants(count: int) -> Iterator[Variant]:
+    """Lifts of masses that were not run before: nothing of them is in a cache."""
+    for number in range(count):
+        yield Variant(number, (f"block.mass={300 + 0.001 * next(NUMBERS)} t",), ())
+
+
+def rate(task: Task) -> float:
+    """Runs a second of CPU time: of the fastest half, for other work only ever slows them."""
+    spent = []
+    for variant in variants(RUNS):
+        began = time.thread_time()
+        assert played(task, variant)["status"] == "done"
+        spent.append(time.thread_time() - began)
+    fastest = sorted(spent)[: max(1, len(spent) // 2)]
+    return len(fastest) / sum(fastest)
+
+
+def resident() -> float:
+    """[MB]"""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * PAGE_MB
+
+
+def pooled(folder: Path, workers: int) -> float:
+    """Wall seconds of a study on a pool of processes."""
+    began = time.perf_counter()
+    low = 300 + next(NUMBERS)
+    study = sweep(SCENE, [f"block.mass={low}..{low + 0.001 * (POOLED - 1)} t by 0.001 t"], into=folder, workers=workers)
+    assert len(study.rows) == POOLED
+    return time.perf_counter() - began
+
+
+def main() -> None:
+    options(__doc__)
+    scene = load(SCENE)
+    bare, judged = Task.of(scene, 60.0, "none", False), Task.of(scene, 60.0, "none", True)
+    played(judged, next(variants(1)))
+    row("runs a second and core, without verdict", rate(bare), "1/s", at_least=30.0)
+    row("runs a second and core, with verdict and clearances", rate(judged), "1/s", at_least=10.0)
+    spent = min(_seconds(lambda: play(scene.plan)) for _ in range(1 if SHORT else 20))
+    row("the run of a loaded variant alone", 1e3 * spent, "ms")
+    with tempfile.TemporaryDirectory() as folder:
+        study = sweep(SCENE, ["block.mass={301 t, 302 t}"], into=Path(folder) / "1", executor=InThisThread())
+        digests = [run(load(SCENE, r["settings"]), Path(folder) / f"{n}.mcap", in_process=True).digest
+                   for n, r in study.rows.items()]  # fmt: skip
+        row(
+            "digests that differ from those of `run`",
+            sum(r["digest"] not in digests for r in study.rows.values()),
+            "",
+            at_most=0,
+        )
+        masses = ", ".join(f"{400 + 0.01 * n:g} t" for n in range(RUNS))
+        began = time.perf_counter()
+        study = sweep(
+            SCENE, [f"block.mass={{{masses}}}"], into=Path(folder) / "2", executor=InThisThread(), judged=False
+        )
+        whole = time.perf_counter() - began
+        inside = sum(r["wall_s"] for r in study.rows.values())
+        row("overhead of the engine", 1e3 * (whole - inside) / RUNS, "ms a run", at_most=5.0)
+        one, two = pooled(Path(folder) / "3", 1), pooled(Path(folder) / "4", 2)
+        row("two workers beside one", one / two, "x", at_least=1.5)
+    most = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    row("largest worker", most, "MB", at_most=200.0)
+    before = 0.0
+    for variant in variants(GROWING):
+        if variant.number == GROWING // 10:
+            before = resident()
+        played(bare, variant)
+    row(f"growth over {GROWING} runs", resident() - before, "MB", at_most=20.0)
+
+
+def _seconds(f: Any) -> float:
+    began = time.thread_time()
+    f()
+    return time.thread_time() - began
+
+
+if __name__ == "__main__":
+    main()

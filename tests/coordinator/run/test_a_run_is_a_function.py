@@ -1,0 +1,102 @@
+"""`heavylift.simulate`: a scene or a system as named arrays, in seconds; the run is that of `heavylift run`."""
+
+from __future__ import annotations
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from math import cos, pi, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.simulate import simulate
+from heavylift.kernel.description.mechanics import Body, Joint, System
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.scene import load
+
+STICK = System(
+    bodies=(Body("bob", 2.0, (0.0, 0.0, -1.0)),),
+    joints=(Joint("pin", "revolute", "world", "bob", axis=(0.0, 1.0, 0.0), q0=(0.01,)),),
+)
+
+
+@pytest.fixture(scope="module")
+def lift():
+    return simulate("lift")
+
+
+def test_a_pendulum_swings_as_its_closed_form() -> None:
+    period = 2.0 * pi / sqrt(STICK.gravity)
+    swung = simulate(STICK, until=2.0 * period, every=0.01)
+    assert swung.t[-1] == pytest.approx(2.0 * period, abs=1e-9)
+    assert (np.diff(swung.t) > 0.0).all()
+    expected = [0.01 * cos(sqrt(STICK.gravity) * t) for t in swung.t]
+    assert swung["joint/position"]["pin.angle"] == pytest.approx(expected, abs=1e-6)
+
+
+def test_a_scene_is_the_run_that_would_be_recorded(lift, tmp_path: Path) -> None:
+    recorded = run("lift", tmp_path / "lift.mcap", in_process=True)
+    assert lift.digest == recorded.digest
+    assert lift.verdict == recorded.verdict
+    assert lift.peaks == recorded.peaks
+    assert not lift.unfinished
+
+
+def test_what_was_shown_has_names_and_units(lift) -> None:
+    tension = lift["rope/tension"]
+    assert (tension.unit, tension["crane.H1"].shape) == ("N", lift.t.shape)
+    assert [s.name for s in lift.stages] == ["take up slack", "lift off", "up", "sideways", "swing"]
+    assert all(a.end == b.start for a, b in zip(lift.stages, lift.stages[1:], strict=False))
+    assert lift.events[-1].t <= lift.stages[-1].end
+    frame = lift.to_pandas()
+    assert frame.index.name == "time [s]"
+    assert frame["rope/tension/crane.H1 [N]"].max() <= lift.peaks["crane.H1"].tension
+
+
+def test_only_what_is_kept_travels(lift) -> None:
+    few = simulate("lift", keep=["rope/tension"])
+    assert list(few.signals) == ["rope/tension"]
+    assert len(pickle.dumps(few)) < len(pickle.dumps(lift)) / 3
+    assert pickle.loads(pickle.dumps(few)).digest == lift.digest
+
+
+def test_threads_do_not_meet(lift) -> None:
+    scenes = [load("lift", [f"block.mass={mass} t"]) for mass in (250, 300, 350)]
+    with ThreadPoolExecutor(3) as pool:
+        found = list(pool.map(simulate, scenes))
+    assert found[1].digest == lift.digest  # its own mass
+    assert [x.digest for x in found] == [simulate(scene).digest for scene in scenes]
+
+
+def test_an_operator_speaks_in_seconds() -> None:
+    said = simulate("lift", until=60.0, orders=[(58.0, "crane H1: hoist 0.3 m/min by 0.01 m")])
+    assert [(e.t, e.value.text) for e in said.events if e.source == "operator"] == [
+        (58.0, "crane H1: hoist 0.3 m/min by 0.01 m")
+    ]
+
+
+def test_a_system_is_told_by_functions() -> None:
+    quiet = simulate(STICK, 1.0, every=0.1, orders=[(0.5, lambda s: None)])
+    assert quiet["joint/position"]["pin.angle"][-1] == pytest.approx(
+        simulate(STICK, 1.0)["joint/position"]["pin.angle"][-1]
+    )
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (lambda: simulate(STICK), "a system has no end of its own"),
+        (lambda: simulate(STICK, float("nan")), "until is nan s; it must be a positive time"),
+        (lambda: simulate("lift", every=0.0), "every is 0 s; it must be a positive time"),
+        (lambda: simulate("lift", orders=[(70.0, "crane H1: hoist 1 m/min by 1 m")]), "too late, the run ends at 60 s"),
+        (lambda: simulate("lift", orders=[(3.0, "crane H1: hoist 1 m/min by 1 m")]), "while its hoist"),
+        (lambda: simulate("lift", keep=["rope/tensoin"]), "did you mean rope/tension?"),
+        (lambda: simulate("lift", method="radau5"), "a scene says that itself"),
+        (lambda: simulate("nowhere"), "there is no scene 'nowhere'"),
+    ],
+)
+def test_what_cannot_be_is_one_sentence(asked, told: str) -> None:
+    with pytest.raises(HeavyliftError) as found:
+        asked()
+    assert told in str(found.value)

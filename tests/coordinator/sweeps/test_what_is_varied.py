@@ -1,0 +1,128 @@
+"""`--vary` and `--sample`: paths as errors print them, ranges in steps, alternatives, draws of uncertain inputs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from heavylift.coordinator.sweeps.sweeping import planned
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import load
+
+UNCERTAIN = ["block.mass=300 t +- 6 %", "rig.loaders.loader-1.sling=9.9..10.1 m"]
+
+
+@pytest.fixture(scope="module")
+def lift():
+    return load("lift")
+
+
+@pytest.fixture(scope="module")
+def unsure():
+    return load("lift", UNCERTAIN)
+
+
+def settings(scene, *vary: str) -> list[tuple[str, ...]]:
+    return [variant.settings for variant in planned(scene, vary).variants]
+
+
+def test_a_range_is_counted_in_decimals(lift) -> None:
+    assert settings(lift, "block.mass=0..0.3 t by 0.1 t") == [
+        ("block.mass=0 t",),
+        ("block.mass=0.1 t",),
+        ("block.mass=0.2 t",),
+        ("block.mass=0.3 t",),
+    ]
+    assert settings(lift, "block.mass=200 t..260 t by 25") == [
+        ("block.mass=200 t",),
+        ("block.mass=225 t",),
+        ("block.mass=250 t",),
+    ]
+
+
+def test_each_value_meets_each_other(lift) -> None:
+    found = planned(
+        lift, ["block.mass={200 t, 300 t}", "stage up/all hooks={hoist 1 m/min by 1 m, hoist 3 m/min by 1 m}"]
+    )
+    assert [variant.values for variant in found.variants] == [(200.0, 0.0), (200.0, 1.0), (300.0, 0.0), (300.0, 1.0)]
+    assert found.variants[1].settings == ("block.mass=200 t", "stage up/all hooks=hoist 3 m/min by 1 m")
+    assert [axis.label for axis in found.axes] == ["block.mass [t]", "stage up/all hooks"]
+
+
+def test_a_list_is_one_of_several(lift) -> None:
+    assert settings(lift, "block.at={[40 m, 75 m, 6 m], [41 m, 75 m, 6 m]}") == [
+        ("block.at=[40 m, 75 m, 6 m]",),
+        ("block.at=[41 m, 75 m, 6 m]",),
+    ]
+
+
+def test_a_number_of_a_place_that_is_not_written_is_varied(lift) -> None:
+    (first, second), *_ = settings(lift, "block.com.x={0.1 m, 0.2 m}")
+    assert load("lift", [first, second]).scene.block.com == (0.1, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("setting", "speed", "by"),
+    [
+        ("actions[2].all hooks=hoist 1 m/min by 2 m", 1, 2),
+        ("stage up/all hooks=hoist 1 m/min by 2 m", 1, 2),
+        ("stage up/all hooks/by=2.5 m", 3, 2.5),
+        ("actions[2].all hooks.hoist=2 m/min", 2, 1),
+    ],
+)
+def test_orders_and_their_words_have_paths(setting: str, speed: float, by: float) -> None:
+    order = load("lift", [setting]).plan.actions[2].orders[0]
+    assert (order.speed, order.by) == (pytest.approx(speed / 60.0), -by)
+
+
+@pytest.mark.parametrize("path", ["block.at[0]", "block.at.x"])
+def test_a_number_of_a_list_has_a_path(path: str) -> None:
+    assert load("lift", [f"{path}=40.5 m"]).scene.block.at == (40.5, 75.0, 6.0)
+
+
+@pytest.mark.parametrize(
+    ("vary", "told"),
+    [
+        ("block.mass", "write PATH=VALUES"),
+        ("block.mass=400..200 t by 25 t", "the range is empty"),
+        ("block.mass=200..400 t by 0 t", "the range is empty"),
+        ("block.mass=200..400 t by 25 kg", "write one unit, t or kg"),
+        ("block.mass=200..400 t", "say in which steps"),
+        ("block.mass={}", "nothing between the braces"),
+        ("block.mas={1 t, 2 t}", "unknown key 'mas'"),
+        ("actions[9].all hooks={hoist 1 m/min by 1 m}", "the scene has no place"),
+        ("rig.loaders.loader-9.sling=9..10 m by 1 m", "loader-9"),
+        ("block.mass={heavy, light}", "block.mass"),
+        ("block.mass=1..2 t by 0.0000001 t", "at most 1000000"),
+    ],
+)
+def test_what_cannot_be_varied_is_one_sentence(lift, vary: str, told: str) -> None:
+    with pytest.raises(SceneError) as found:
+        planned(lift, [vary])
+    assert told in str(found.value)
+
+
+def test_nothing_to_vary_is_said(lift) -> None:
+    with pytest.raises(SceneError, match="nothing is varied"):
+        planned(lift)
+    with pytest.raises(SceneError, match="states no uncertain input"):
+        planned(lift, sample=10)
+    with pytest.raises(SceneError, match="varied twice"):
+        planned(lift, ["block.at[0]={1 m, 2 m}", "block.at.x={3 m, 4 m}"])
+
+
+def test_uncertain_inputs_are_drawn_as_they_are_stated(unsure) -> None:
+    found = planned(unsure, sample=1000, design="lhs", seed=7)
+    mass, sling = np.array([variant.values for variant in found.variants]).T
+    assert (mass.mean(), mass.std()) == (pytest.approx(300.0, rel=1e-3), pytest.approx(9.0, rel=0.02))
+    assert (sling.min(), sling.max()) == (pytest.approx(9.9, abs=3e-4), pytest.approx(10.1, abs=3e-4))
+    again = planned(unsure, sample=1000, design="lhs", seed=7)
+    assert again.variants == found.variants
+    assert planned(unsure, sample=1000, design="lhs", seed=8).variants != found.variants
+
+
+def test_a_sobol_design_has_no_more_runs_than_asked(unsure) -> None:
+    found = planned(unsure, ["stage up/all hooks/hoist=1..3 m/min"], sample=100)
+    assert len(found.axes) == 3
+    assert len(found.variants) == 16 * 5
+    with pytest.raises(SceneError, match="needs at least 5 runs"):
+        planned(unsure, ["stage up/all hooks/hoist=1..3 m/min"], sample=4)
