@@ -8,7 +8,7 @@ Lowest layer first
     verdict, record         what was found in a run; what it puts on record
     replay, run             a recording runs again; one run
     trace, tradeoff         where the time of a run went; speed against accuracy, measured
-    measured                a run beside the log of a real crane
+    measured, uncertainty   a run beside the log of a real crane; how sure its figures are
     sweeps                  many runs of one scene on any engine
     commands, cli           the command `heavylift`; reference: writes REFERENCE.md; stopping: by signals
     face                    what `import heavylift` gives

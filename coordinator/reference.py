@@ -72,7 +72,8 @@ def _keys() -> Iterator[str]:
     schema = json_schema()
     grammar = inspect.cleandoc((phrases.__doc__ or "").partition("\n\n")[2])
     yield (
-        "A quantity is written with its unit; `string` stands for a name, `list` and `mapping` for several. What an "
+        "A quantity is written with its unit, and perhaps how uncertain it is (`480 t +- 3 %`, `480 t sd 5 t`, "
+        "`460..500 t`); `string` stands for a name, `list` and `mapping` for several. What an "
         f"order and a condition may say:\n\n```\n{grammar}\n```"
     )
     parts = {"the scene": schema, **schema["$defs"]}

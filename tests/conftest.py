@@ -2,12 +2,15 @@
 founding lift.
 
 `pytest` runs in some eight minutes on two cores; `pytest --full tests tests/full` runs large tests and matrices, too.
+`pytest --quick tests/kernel` ends within a minute: of each test the first case, and of these the cheapest, by what they
+took when they ran last.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +19,8 @@ from heavylift.kernel.trust import allowed
 
 ONE_RUN = "turnover"  # the folder whose tests read one and the same run
 MATRICES = "full"  # the one whose files are shared out by the last of their parameters
+SECONDS = "heavylift/seconds"  # in pytest's cache: what each test took when it ran last, with what it prepared
+QUICK_s, UNKNOWN_s = 40.0, 0.25  # of tests that --quick runs; of one that has not run here
 
 
 @pytest.fixture
@@ -27,11 +32,28 @@ def code_allowed(tmp_path: Path) -> Iterator[None]:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--full", action="store_true", help="run what is marked large, too")
+    parser.addoption("--quick", action="store_true", help="run what takes less than a minute")
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    if config.cache is not None and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Clock(config.cache))
     told = "large(beyond=0): with --full only, or if it is named; of many cases all but the first so many"
     config.addinivalue_line("markers", told)
+
+
+class Clock:
+    """Remembers what each test took."""
+
+    def __init__(self, cache: pytest.Cache) -> None:
+        self._cache, self._seconds = cache, Counter[str]()
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self._seconds[report.nodeid] += report.duration
+
+    def pytest_sessionfinish(self) -> None:
+        known = self._cache.get(SECONDS, {})
+        self._cache.set(SECONDS, known | {test: round(seconds, 2) for test, seconds in self._seconds.items()})
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -57,9 +79,22 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if config.getoption("full") or any("::" in arg for arg in config.args):
         return
     cases: Counter[str] = Counter()
-    large = [item for item in items if _is_large(item, cases)]
+    large = {item for item in items if _is_large(item, cases)}
+    if config.getoption("quick"):
+        large |= set(items) - _quick([item for item in items if item not in large], config)
     items[:] = [item for item in items if item not in large]
-    config.hook.pytest_deselected(items=large)
+    config.hook.pytest_deselected(items=list(large))
+
+
+def _quick(items: list[pytest.Item], config: pytest.Config) -> set[pytest.Item]:
+    """The first case of each test, the cheapest of them, as far as the time goes."""
+    known = config.cache.get(SECONDS, {}) if config.cache is not None else {}
+    firsts = {item.nodeid.partition("[")[0]: item for item in reversed(items)}.values()
+    costs = {item: known.get(item.nodeid, UNKNOWN_s) for item in firsts}
+    cheapest = sorted(costs, key=lambda item: (costs[item], item.nodeid))
+    return {
+        item for item, spent in zip(cheapest, accumulate(costs[x] for x in cheapest), strict=True) if spent <= QUICK_s
+    }
 
 
 def _is_large(item: pytest.Item, cases: Counter[str]) -> bool:

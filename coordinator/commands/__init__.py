@@ -2,7 +2,7 @@
 
 scenes, gallery        scenes that are not run: check, statics, modes, equations, tradeoff, new, gallery, ...
 running, operating     runs: run, resume; what is said to a run that goes on, and who looks at it
-files, replaying       recordings; measuring: beside a real lift; sweeping: many runs of one scene
+files, replaying       recordings; measuring: beside a real lift, uncertain inputs; sweeping: many runs of a scene
 own_models, hosts      devs, trust; several hosts
 health                 doctor
 common                 the application, help, completion, exit codes

@@ -1,4 +1,4 @@
-"""`heavylift measured`: a real lift beside its run."""
+"""`heavylift measured`, `heavylift sensitivities`: a real lift beside its run; what uncertain inputs do to a run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,36 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from heavylift.coordinator.commands.common.app import File, Force, Json, app, quantity, written_to
+from heavylift.coordinator.commands.common.app import (
+    File,
+    Force,
+    Json,
+    Scene,
+    Sets,
+    app,
+    quantity,
+    written_to,
+)
+
+Inputs = Annotated[
+    list[str] | None, typer.Option("--input", help="uncertainty of an input (95 %): 'block.mass +- 3 %'")
+]
+
+
+@app.command()
+def sensitivities(scene: Scene, inputs: Inputs = None, sets: Sets = None, as_json: Json = False) -> None:
+    """Find which uncertain input moves which peak most.    heavylift sensitivities lift --input 'block.mass +- 3 %'
+
+    Inputs are uncertain as the scene states (mass: 480 t +- 3 %, 480 t sd 5 t, 460..500 t) or --input does. Each takes
+    two runs, four where events switch; bars are at a level of 95 %, shares are those of their squares.
+    """
+    import json
+
+    from heavylift.coordinator.uncertainty.sensitivities import sensitivities as find
+    from heavylift.nodes.scene import load
+
+    found = find(load(scene, sets or []), inputs or [], say=lambda x: typer.echo(f"  {x}", err=True))
+    typer.echo(json.dumps(found.data()) if as_json else str(found))
 
 
 @app.command()
@@ -20,9 +49,7 @@ def measured(
     estimate: Annotated[
         list[str] | None, typer.Option("--estimate", help="input of the scene to fit: block.mass, block.com.x, ...")
     ] = None,
-    inputs: Annotated[
-        list[str] | None, typer.Option("--input", help="uncertainty of an input (95 %): 'block.mass +- 3 %'")
-    ] = None,
+    inputs: Inputs = None,
     output: Annotated[Path | None, written_to("default NAME-measured.mcap")] = None,
     force: Force = False,
     as_json: Json = False,
@@ -30,8 +57,8 @@ def measured(
     """Put a real lift beside its run; estimate inputs.    heavylift measured lift.mcap log.csv --map map.yaml
 
     Writes a new recording with the channels of the log beside the run's, which plot, view and report draw dashed. For
-    each: E = run - log and its uncertainty u_val, 95 %, after ASME V&V 20; --input says how uncertain the scene is,
-    which takes two runs for each. --estimate fits inputs of the scene, names
+    each: E = run - log and its uncertainty u_val, 95 %, after ASME V&V 20; the scene or --input says how uncertain
+    inputs are, which takes two runs for each. --estimate fits inputs of the scene, names
     those that the log does not tell, and writes the others into a scene beside the recording.
     """
     import json

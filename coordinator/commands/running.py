@@ -27,6 +27,8 @@ from heavylift.coordinator.commands.common.app import (
 from .hosts import Certificates, open_door
 
 if TYPE_CHECKING:
+    from heavylift.coordinator.uncertainty.certificate import Certifying
+    from heavylift.nodes.scene import LoadedScene
     from heavylift.recordings import Spectator
 
 
@@ -54,6 +56,9 @@ def run(
     drive: Annotated[
         list[str] | None, typer.Option("--drive", help="a drive follows a log: 'west.H1.hoist=log.csv:hoist_speed'")
     ] = None,
+    certify: Annotated[
+        bool, typer.Option("--certify", help="tell how sure peaks, swings, times and places are; runs it several times")
+    ] = False,
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
@@ -83,7 +88,12 @@ def run(
         placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
         door = open_door(placement.remote, listen, keys, in_process)
         path = output or Path(f"{loaded.plan.name}.mcap")
-        with live_page(view) as page, Keyboard() as keyboard, Progress(loaded.plan, as_json) as watch:
+        with (
+            live_page(view) as page,
+            Keyboard() as keyboard,
+            certified(loaded, certify) as certifying,
+            Progress(loaded.plan, as_json) as watch,
+        ):
             result = simulate(
                 loaded,
                 path,
@@ -98,10 +108,11 @@ def run(
                 keyboard=keyboard,
                 force=force,
             )
+            certificate = certifying.written(result.recording) if certifying else None
     finally:
         if crew is not None:
             crew.end()
-    summary(loaded.plan, result, as_json)
+    summary(loaded.plan, result, as_json, certificate)
     if strict and result.verdict is not None and result.verdict.red:
         raise typer.Exit(1)
 
@@ -134,6 +145,20 @@ def resume(
     summary(begun.scene.plan, result, as_json)
     if strict and result.verdict is not None and result.verdict.red:
         raise typer.Exit(1)
+
+
+@contextmanager
+def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
+    """Runs by which a run is certified, begun on the idle core, if that is wanted."""
+    if not wanted:
+        yield None
+        return
+    from heavylift.coordinator.uncertainty.certificate import certifying
+
+    with certifying(scene) as found:
+        typer.echo(found.price, err=True)
+        found.begin()
+        yield found
 
 
 @contextmanager

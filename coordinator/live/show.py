@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Message

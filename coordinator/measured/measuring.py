@@ -13,8 +13,8 @@ from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.run.resume import Beginning
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.scene.inputs import inputs, uncertain_inputs
+from heavylift.nodes.scene.keys.validate import uncertainties
 from heavylift.nodes.scene.text.source import read
-from heavylift.nodes.scene.text.uncertainty import separated
 from heavylift.recordings import Recording, file_path
 from heavylift.recordings.read.extended import extended
 from heavylift.recordings.write.outputs import beside as named_beside
@@ -119,7 +119,7 @@ def _uncertain(rec: Recording) -> bool:
     """Whether the recorded scene states how uncertain inputs are."""
     files = rec.attachments
     text = files.get(MERGED) or next((text for name, text in files.items() if name != RESOLVED), b"")
-    return RESOLVED in files and bool(separated(read(text.decode(errors="replace"), rec.path.name)))
+    return RESOLVED in files and bool(uncertainties(read(text.decode(errors="replace"), rec.path.name)))
 
 
 def _placed(rec: Recording, log: Measured, model: list[Curve], offset: float | None) -> Alignment:

@@ -2,8 +2,8 @@
 
 ASME V&V 20-2009: u_val^2 = u_num^2 + u_input^2 + u_D^2, standard uncertainties.  Where |E| is well above u_val, E is
 the error of the model; where it is within, model and measurement cannot be told apart.  u_num: what the run's tolerance
-promises of its tensions, and straight lines between its samples; u_input: of runs with inputs one standard uncertainty
-more and less; u_D: what the map states of the sensor, and the log's time.
+promises of its tensions, or its certificate tells, and straight lines between its samples; u_input: of runs with inputs
+one standard uncertainty more and less; u_D: what the map states of the sensor, and the log's time.
 """
 
 from __future__ import annotations
@@ -105,7 +105,11 @@ def beside(log: Measured, at: Alignment, errors: list[Floats], rows: NDArray[np.
 
 
 def accuracy(rec: Recording) -> float:
-    """Accuracy of tensions that the run's tolerance serves; nothing is known of fixed steps."""
+    """Accuracy of tensions: by the certificate of the run, else what its tolerance serves; nothing is known of fixed
+    steps."""
+    bars = [bar for bar in rec.fact("certified", {}).get("bars", []) if bar["quantity"] == "rope tension"]
+    if bars and all(bar["numerical"] is not None for bar in bars):
+        return float(max(bar["numerical"] / abs(bar["value"]) for bar in bars))
     return 0.0 if "step" in rec.run else float(rec.run.get("tolerance", "0")) / TOLERANCE_OF_ACCURACY
 
 

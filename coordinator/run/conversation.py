@@ -20,7 +20,8 @@ from heavylift.coordinator.protocol.core import Outcome
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.tape import Tape
-from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.kernel.errors import ProtocolError, Stopped
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs.execution.rules import LIMIT

@@ -9,7 +9,8 @@ from heavylift.coordinator.hosts.door import Door
 from heavylift.coordinator.participants.participant import NODE_MODULE, PRELOAD, Participant
 from heavylift.coordinator.supervision.failover import DEADLINE_s, Succession
 from heavylift.coordinator.supervision.processes import Processes
-from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.coordinator.transport.placement import Placement
 
 __all__ = ["joined"]

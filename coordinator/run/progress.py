@@ -11,7 +11,7 @@ import sys
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Self
+from typing import Protocol, Self
 
 import msgspec
 from heavylift.coordinator.record.scene import Result, rated
@@ -97,11 +97,23 @@ def clock(seconds: float) -> str:
     return f"{s // 3600}:{s // 60 % 60:02}:{s % 60:02}"
 
 
-def summary(plan: Plan, result: Result, as_json: bool = False) -> None:
+class Certified(Protocol):
+    """How sure the figures of a run are."""
+
+    @property
+    def told(self) -> list[str]:
+        """In lines for people."""
+
+    def data(self) -> dict[str, object]:
+        """As plain data."""
+
+
+def summary(plan: Plan, result: Result, as_json: bool = False, certificate: Certified | None = None) -> None:
     """Print how the run ended and what each rope saw; as JSON, in SI units."""
     if as_json:
         verdict = msgspec.to_builtins(result.verdict)
         told = asdict(replace(result, verdict=None)) | {"recording": str(result.recording), "verdict": verdict}
+        told |= {"certified": certificate.data()} if certificate else {}
         print(json.dumps(told))
         return
     console = Console(highlight=False)
@@ -118,6 +130,8 @@ def summary(plan: Plan, result: Result, as_json: bool = False) -> None:
             beyond = "bold red" if name in red else None
             table.add_row(name, f"{tension / 1e3:.1f}", clock(when), *rest, style=beyond)
         console.print(table)
+    if certificate is not None:
+        console.print("\n" + "\n".join(certificate.told), markup=False, soft_wrap=True)
     factor = result.sim_s / result.wall_s if result.wall_s else 0.0
     console.print(
         f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time, {result.grants} grants"

@@ -31,8 +31,9 @@ from heavylift.coordinator.record.budget import Budget
 from heavylift.coordinator.record.scene import Record, Result
 from heavylift.coordinator.supervision.failover import DEADLINE_s
 from heavylift.coordinator.supervision.processes import Processes
-from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.link import LOCAL
+from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError

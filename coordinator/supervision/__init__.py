@@ -1,6 +1,7 @@
 """Node processes are started, watched, replaced when they die, and ended; no run ends otherwise for it.
 
 processes, keeper       start and end them; the small process between
+of_the_system           what the system says of processes, and must allow
 stall_detector          whether one that owes an answer makes progress
 failover                replaces a lost process; replay_log: what its successor is told
 journal                 a file that a killed process leaves readable

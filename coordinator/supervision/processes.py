@@ -12,7 +12,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -31,8 +30,9 @@ from heavylift.kernel.errors import ProtocolError
 
 from .hash_seed import SEED
 from .keeper import STACKS, python
+from .of_the_system import GONE, check_room, ended, exit_told, state
 
-__all__ = ["KEEPER", "Processes", "state"]
+__all__ = ["KEEPER", "Processes"]
 
 KEEPER = "the keeper"  # in place of a process's name, and no name that one can have
 GRACE_s = 0.8  # in which nodes leave a run that is over
@@ -41,13 +41,6 @@ KILL_s = 0.5  # from SIGKILL to giving up
 REAP_s = 10.0  # the same for a process that must not live beside its successor
 LOOK_s = 0.05  # between two looks at a keeper that owes an answer
 STACKS_s = 0.5  # in which a process writes where it is
-TAIL_chars = 300
-GONE = ("", "Z")  # what the system says of a process that has ended
-MB = 1 << 20
-LIMITS = (  # of the system, below which libraries end even a small run in words of their own
-    (resource.RLIMIT_NOFILE, 32, 1, "files may be open at once", "-n 256"),
-    (resource.RLIMIT_AS, 800, MB, "MB of memory may be addressed by a process", "-v unlimited"),
-)
 
 
 class Processes:
@@ -55,13 +48,7 @@ class Processes:
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
         """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
-        for kind, needed, unit, what, command in LIMITS:
-            given = resource.getrlimit(kind)[0]
-            if given != resource.RLIM_INFINITY and given < needed * unit:
-                raise ProtocolError(
-                    f"only {given // unit} {what}, and a run in processes needs at least {needed}; raise the limit "
-                    f"(`ulimit {command}`) or run --in-process"
-                )
+        check_room()
         self.directory = RunDirectory.chosen()
         self.pids: dict[str, int] = {}
         """Process id of each process that has been started."""
@@ -160,9 +147,9 @@ class Processes:
     def _loss(self) -> str:
         """How the keeper was lost, or ""; it stays a zombie, so that its process group can be nobody else's."""
         with self._change:
-            if not self._lost and (ended := _ended(self._keeper)) is not None:
+            if not self._lost and (how := ended(self._keeper)) is not None:
                 self._errors.seek(0)
-                self.give_up("it " + _exit(ended, self._errors.read().decode(errors="replace")))
+                self.give_up("it " + exit_told(how, self._errors.read().decode(errors="replace")))
             return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
@@ -201,8 +188,6 @@ class Processes:
             self._orphans = dict.fromkeys(self._commands, self._lost)
         self._launch()
 
-    # ---- what is seen of processes -----------------------------------------------------------------------------------
-
     def pid(self, process: str) -> int | None:
         """The process id of its present incarnation."""
         return self._keeper.pid if process == KEEPER else self.pids.get(process)
@@ -230,7 +215,7 @@ class Processes:
             return {name: lost for name in self._commands if self.state(name) in GONE}
         with self._change:
             exits, orphans, alive = dict(self._exits), dict(self._orphans), self._alive()
-        found = {name: f"its process {_exit(how, self.output(name))}" for name, how in exits.items()} | orphans
+        found = {name: f"its process {exit_told(how, self.output(name))}" for name, how in exits.items()} | orphans
         now = time.monotonic()
         self._unreported = {n: self._unreported.get(n, now) for n in alive if self.state(n) == "Z"}
         silent = [name for name, since in self._unreported.items() if now - since > REPORT_s]
@@ -240,8 +225,6 @@ class Processes:
         """All that a node has written to its standard output and error."""
         log = self.directory.log(node)
         return log.read_text(errors="replace") if log.exists() else ""
-
-    # ---- the end -----------------------------------------------------------------------------------------------------
 
     def stop(self, grace: float = GRACE_s) -> None:
         """Wait `grace` [s] for nodes to leave, then kill them; the keeper stays and guards the directory."""
@@ -309,44 +292,9 @@ class Processes:
         self.end(grace=GRACE_s if error is None else 0.0)
 
 
-def state(pid: int) -> str:
-    """The system's letter for what a process does; "" if there is none or it cannot be seen."""
-    try:
-        with open(f"/proc/{pid}/stat") as stat:
-            return stat.read().rpartition(")")[2].split()[0]
-    except OSError:
-        return ""
-
-
 def _write(orders: SimpleQueue[bytes], to: IO[bytes]) -> None:
     """Pass orders on, in a thread of its own: a keeper that is stopped does not read them."""
     with contextlib.suppress(OSError):  # it has ended
         while order := orders.get():
             to.write(order)
             to.flush()
-
-
-def _ended(child: subprocess.Popen[bytes]) -> int | None:
-    """How a child has ended, as an exit code, -N: signal N; None if it has not. It stays a zombie where that can be."""
-    if not hasattr(os, "waitid"):
-        return child.poll()
-    try:
-        found = os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
-    except ChildProcessError:
-        return child.wait()
-    if found is None:
-        return None
-    return found.si_status if found.si_code == os.CLD_EXITED else -found.si_status
-
-
-def _exit(how: int | str, said: str) -> str:
-    """How a process has ended, with its last line."""
-    if isinstance(how, str):
-        return f"could not be started ({how})"
-    if how >= 0:
-        told = f"ended with exit code {how}"
-    else:
-        known = {int(number): f" ({number.name})" for number in signal.Signals}
-        told = f"was ended by signal {-how}{known.get(-how, '')}"
-    lines = said[-TAIL_chars:].strip().splitlines()
-    return f'{told} and last wrote "{lines[-1].strip()}"' if lines else told

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from .communication import Distributed, Held
 
-__all__ = ["Measured", "communicating", "measure", "too_small"]
+__all__ = ["Measured", "communicating", "measure", "too_small", "unit_of"]
 
 TIGHT, TIGHTER = 1e-8, 1e-9  # tolerances of the reference and of what shows its convergence
 SCOUT = 1e-4
@@ -121,7 +121,7 @@ def measure(
             commands[str(row)], kept[str(row)] = setting.words(scene), played
             planner.tell(setting, played.prepared_s, row.wall_s * row.runs, row.worst)
         say(f"{row}: {row.reason or f'{row.speed:.3g} x real time, worst error {row.worst:.2e}'}")
-    unit = _unit(scene)
+    unit = unit_of(scene)
     verdict = judge(rows, limit, unit)
     drawn = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
     return Measured(
@@ -179,7 +179,7 @@ def too_small(budget: float, why: str, needed: float) -> SceneError:
     )
 
 
-def _unit(scene: LoadedScene) -> str:
+def unit_of(scene: LoadedScene) -> str:
     """Of places: of a block, or of the coordinates of all joints of a mechanism."""
     plan = scene.plan
     if plan.block is not None:

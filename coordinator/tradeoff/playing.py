@@ -16,7 +16,7 @@ from heavylift.nodes.plan.actions import Lifted, Move, Wait
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import SampleLayout
 
-__all__ = ["CUT", "Played", "Shown", "Span", "play"]
+__all__ = ["CUT", "Played", "Shown", "Span", "play", "spans"]
 
 WHOLE = "the whole run"
 
@@ -102,7 +102,7 @@ def _shown(
     at = channel.start if channel else 0
     empty = np.zeros((len(t), 0))
     return Shown(
-        _spans(plan, stages, last),
+        spans(plan, stages, last),
         t,
         ropes,
         rows[:, [tension.start + i for i in picks]] if tension else empty,
@@ -112,7 +112,7 @@ def _shown(
     )
 
 
-def _spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
+def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
     """One for each action; the whole run where there are none."""
     if not stages:
         return [Span(WHOLE, 0.0, last, True, False)]

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from heavylift.nodes.plan.question import Asked
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["MEANT", "askable", "asked", "default_limit", "errors", "farthest"]
+__all__ = ["MEANT", "askable", "asked", "default_limit", "errors", "farthest", "swing"]
 
 MEANT: dict[Asked, str] = {
     "rope tension": "peak of each hook rope; a sample above the true peak counts as well",
@@ -62,7 +62,7 @@ def default_limit(scene: LoadedScene) -> float:
 
 def askable(shown: Shown) -> dict[Asked, str]:
     """Quantity -> "" if the run tells it, else why it does not."""
-    swings = any(_swing(shown, span, span.end - span.start) for span in shown.spans if span.free)
+    swings = any(swing(shown, span, span.end - span.start) for span in shown.spans if span.free)
     return {
         "rope tension": "" if (shown.peaks > LOADED).any() else "no rope of the scene carries anything",
         "swing": "" if swings else "nothing swings while it is left to itself: add a stage that waits, or end later",
@@ -137,13 +137,13 @@ def _way(shown: Shown) -> np.ndarray:
 def _swings(run: Shown, true: Shown) -> Iterator[float]:
     for mine, right in _pairs(run, true):
         lasts = min(mine.end - mine.start, right.end - right.start)
-        exact = _swing(true, right, lasts) if right.free else None
+        exact = swing(true, right, lasts) if right.free else None
         if exact is not None:
-            got = _swing(run, mine, lasts)
+            got = swing(run, mine, lasts)
             yield max(abs(a / b - 1.0) for a, b in zip(got, exact, strict=True)) if got else 1.0
 
 
-def _swing(shown: Shown, span: Span, lasts: float) -> tuple[float, float] | None:
+def swing(shown: Shown, span: Span, lasts: float) -> tuple[float, float] | None:
     """Frequency [Hz] and amplitude of the sinusoid, on a straight line, that fits the swing of a stage best."""
     inside = (shown.t >= span.start) & (shown.t <= span.start + lasts)
     t, first = np.unique(shown.t[inside], return_index=True)

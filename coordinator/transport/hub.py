@@ -1,4 +1,4 @@
-"""The coordinator's end of a run: `Hub` for nodes in their own processes, `LocalHub` for nodes in this one.
+"""The coordinator's end of a run with nodes in processes of their own; `local_hub` has that for nodes in this one.
 
 Contract of both: messages of one node arrive in order, each once, each checked; anything else raises a
 ProtocolError. `samples` holds all batches that a node sent before the message that `receive` has given last.
@@ -10,7 +10,6 @@ A watching thread wakes `receive` with a message to ourselves (liveness.py).
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
 
@@ -21,13 +20,13 @@ from zenoh.handlers import Callback, FifoChannel
 from .exchange import Exchange
 from .frame import Reader, Topic, Writer
 from .keys import HUB, OBSERVER, OPERATOR, check_names, key
-from .link import FIFO, LOCAL, JOIN_s, LocalLink, matched
+from .link import FIFO, JOIN_s, matched
 from .liveness import Lookout
 from .placement import Placement
 from .run_directory import RunDirectory
-from .session import Listening, Ticket, hub_session, local_session, new_password, new_run_id
+from .session import Listening, Ticket, hub_session, new_password, new_run_id
 
-__all__ = ["Hub", "LocalHub"]
+__all__ = ["Hub"]
 
 ANSWER_s = 1.0  # in which a process says that it is alive
 WAKE = HUB  # in place of a node's name: a message of the hub to itself
@@ -262,50 +261,3 @@ class Hub(Exchange):
 
     def _wake(self) -> None:
         self._session.put(self._wake_key, b"", congestion_control=zenoh.CongestionControl.BLOCK)
-
-
-class LocalHub(Exchange):
-    """Connects the coordinator with nodes in this process: one thread, one session, no end point.
-
-    Each message is put through Zenoh and enqueued by a synchronous callback; `receive` is the one loop that
-    hands the queued messages to the nodes' handlers, in the order in which they were sent, until one speaks.
-    """
-
-    def __init__(self, nodes: Iterable[str]) -> None:
-        super().__init__(local_session(), new_run_id(), Placement({LOCAL: check_names(nodes, "node")}))
-        self._inbox: deque[zenoh.Sample] = deque()
-        keep = Callback(self._inbox.append, indirect=False)
-        self._subscriber = self._session.declare_subscriber(key(self.run, "out", "*", "*"), keep)
-        self._ready: deque[str] = deque()
-        self._links: dict[str, LocalLink] = {}
-        self.sampled: Callable[[], None] = lambda: None
-        """Called when a node has sampled, in the middle of its work."""
-
-    def link(self, node: str) -> LocalLink:
-        """The node's end; made on the first call."""
-        if node not in self._links:
-            self._links[node] = LocalLink(self._session, self.run, node, self._ready, lambda: self.sampled())
-        return self._links[node]
-
-    def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """The next (node, message); lets nodes work until there is one; None if none can come in time."""
-        while not self._inbox:
-            if self._ready:
-                self._links[self._ready.popleft()].dispatch()
-            elif timeout is not None:
-                return None
-            else:
-                raise ProtocolError(
-                    f"run {self.run}: the coordinator waits for a message, but no node of this process "
-                    "has one to answer, send a message before receiving"
-                )
-        sample = self._inbox.popleft()
-        got = self._open(str(sample.key_expr), sample, self._out)
-        assert got is not None, "nodes of this process have no successors"
-        return got
-
-    def close(self) -> None:
-        """End the session."""
-        while self._links:
-            self._links.popitem()[1].close()
-        super().close()

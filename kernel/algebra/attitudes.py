@@ -7,26 +7,37 @@ from numpy.typing import NDArray
 
 __all__ = ["quaternions"]
 
+SKEW, ROUNDED = 1e-12, 1e-5  # by which rows of a rotation that was rounded may be off orthogonal, and off one
+
 
 def quaternions(R: NDArray[np.float64]) -> NDArray[np.float64]:
     """(n, 4) unit quaternions x y z w, w >= 0, of (n, 3, 3) rotations of floats, or of the rotations next to them.
 
     Shepperd (1978): of four equal quaternions the one without cancellation.  Sums have one order, as the bits must.
     """
-    sheared = ~np.isclose(R @ R.transpose(0, 2, 1), np.eye(3), atol=1e-12).all(axis=(1, 2))
+    a, b, c, d, e, f, g, h, i = columns = np.ascontiguousarray(R.reshape(-1, 9).T)
+    squares = ((a, b, c), (d, e, f), (g, h, i))
+    sheared = np.zeros(len(R), dtype=bool)
+    for j, u in enumerate(squares):
+        for k, v in enumerate(squares[: j + 1]):
+            off = abs(u[0] * v[0] + u[1] * v[1] + u[2] * v[2] - (j == k))
+            sheared |= ~(off <= (ROUNDED if j == k else SKEW))
     if sheared.any():
         U, _, Vt = np.linalg.svd(R[sheared])
-        R = R.copy()
-        R[sheared] = U @ Vt
-    diagonal = R[:, range(3), range(3)]
-    trace = diagonal[:, 0] + diagonal[:, 1] + diagonal[:, 2]
-    K = np.empty((len(R), 4, 4))
-    K[:, :3, :3] = R + R.transpose(0, 2, 1)
-    K[:, range(3), range(3)] += (1.0 - trace)[:, None]
-    K[:, 3, :3] = K[:, :3, 3] = R[:, (2, 0, 1), (1, 2, 0)] - R[:, (1, 2, 0), (2, 0, 1)]
-    K[:, 3, 3] = 1.0 + trace
-    q = K[range(len(R)), np.column_stack([diagonal, trace]).argmax(axis=1)]
-    x, y, z, w = q.T
-    q /= np.sqrt(x * x + y * y + z * z + w * w)[:, None]
+        columns[:, sheared] = (U @ Vt).reshape(-1, 9).T
+    trace = a + e + i
+    rest = 1.0 - trace
+    K = (
+        (a + a + rest, b + d, c + g, h - f),
+        (b + d, e + e + rest, f + h, c - g),
+        (c + g, f + h, i + i + rest, d - b),
+        (h - f, c - g, d - b, 1.0 + trace),
+    )
+    largest = np.stack([a, e, i, trace]).argmax(axis=0)
+    x, y, z, w = (np.choose(largest, column) for column in zip(*K, strict=True))
+    size = np.sqrt(x * x + y * y + z * z + w * w)
+    x, y, z, w = x / size, y / size, z / size, w / size
     opposite = (w < 0) | ((w == 0) & ((x < 0) | ((x == 0) & ((y < 0) | ((y == 0) & (z < 0))))))
-    return np.where(opposite[:, None], -q, q)
+    q = np.stack([x, y, z, w], axis=1)
+    q[opposite] = -q[opposite]
+    return q

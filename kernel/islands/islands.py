@@ -102,8 +102,6 @@ class Islands(Commanded):
             self.parts.append(same)
         self.samples.cut(self.parts, loose)
 
-    # ---- life ---------------------------------------------------------------------------------------------
-
     def start(self) -> None:
         """Find the discrete states of the initial pose, take the first sample."""
         self.order.check_new(self.epoch)
@@ -177,8 +175,6 @@ class Islands(Commanded):
         if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self.samples.struck:
             return None
         return self.samples.next_ns, self.samples.whole(parts)
-
-    # ---- events and commands --------------------------------------------------------------------------------
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
@@ -280,8 +276,6 @@ class Islands(Commanded):
             self._stop_all()
             self._cut(self.loose - {rope})
         super().hook(rope, a, b, L0)
-
-    # ---- snapshots ------------------------------------------------------------------------------------------
 
     def snapshot(self) -> Snapshot:
         """All that the future depends on."""

@@ -101,8 +101,6 @@ class Simulation(Commanded):
     def _addressed(self, what: str, kind: str, name: str) -> Commands:
         return self.commands
 
-    # ---- life ---------------------------------------------------------------------------------------------
-
     def start(self) -> None:
         """Find the discrete states of the initial pose, take the first sample; raises KernelError the second time."""
         native = self.native
@@ -188,8 +186,6 @@ class Simulation(Commanded):
         elif status == STILL:
             self.events.take_back()
             self.still = True
-
-    # ---- stops --------------------------------------------------------------------------------------------
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""

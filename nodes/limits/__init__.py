@@ -11,8 +11,10 @@ Finding   one thing that was found, with its place, time, value and limit
     rows(uses)                  -> cells of the table that people read
 
 judging, reading, signals    the table judged; how each quantity is read; what it is read from
+rope_signals                 ropes and points of bodies in these signals
 standards, reeving, sharing  factors of standards; parts of a reeved rope; shares that are indeterminate
-geometry, telling            whether a block can be what the scene says; uses in words
+geometry                     whether a block can be what the scene says
+telling, sentences           uses in words; the sentence of each quantity
 
 Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.
 """

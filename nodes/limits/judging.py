@@ -14,8 +14,9 @@ from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Limit, Use
 
 from .reading import axis_of, read
+from .sentences import NOISE
 from .signals import Signals, signals_of
-from .telling import NOISE, SAME, finding_of, sorted_findings
+from .telling import SAME, finding_of, sorted_findings
 
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan

@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.description.forces import Signal, Wind
-from heavylift.kernel.description.mechanics import WORLD, Point
+from heavylift.kernel.description.mechanics import Point
 from heavylift.nodes.plan.limit import Limit
 
 from .reeving import drum_end_factor, lead_factor
+from .rope_signals import block_mass, carries, place, rope_direction, rope_length, rope_of
 from .signals import Column, Signals
 
 if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import HookRope, Plan
+    from heavylift.nodes.plan.plan import Plan
 
 __all__ = ["READERS", "Reading", "axis_of", "read"]
 
-CARRIES = 0.02  # of the capacity of its hook: with less below its loader a hook is empty
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 ALONG, ACROSS, UP = 0, 1, 2  # world axes: rails, girders, height
 
@@ -44,8 +44,8 @@ def read(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
     """What the chart of a limit is over, at each instant: the trolley's place on its girder [m]."""
-    rope = _rope(plan, limit.elements[0])
-    trolley = _body(signals, rope.lines[0].a.body) if rope else None
+    rope = rope_of(plan, limit.elements[0])
+    trolley = signals.poses.get(rope.lines[0].a.body) if rope else None
     return None if trolley is None else trolley[0][:, ACROSS]
 
 
@@ -54,10 +54,10 @@ def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
 
 def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """What hangs below the hook blocks of some ropes [kg]."""
-    ropes = [rope for name in limit.elements if (rope := _rope(plan, name)) and name in signals.tensions]
+    ropes = [rope for name in limit.elements if (rope := rope_of(plan, name)) and name in signals.tensions]
     if not ropes:
         return None
-    dead = sum(_block_mass(plan, rope) for rope in ropes)
+    dead = sum(block_mass(plan, rope) for rope in ropes)
     total = np.sum([signals.tensions[rope.name] for rope in ropes], axis=0) / plan.gravity - dead
     values = np.maximum(total, 0.0)
     exact = None
@@ -88,12 +88,12 @@ def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 def _pull(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """A part of a hook rope at its upper end, with its own weight [N]: the one at the drum in hoisting, or the most
     loaded one, which is the same in hoisting and the dead end in lowering."""
-    rope = _rope(plan, limit.elements[0])
+    rope = rope_of(plan, limit.elements[0])
     if rope is None or rope.name not in signals.tensions:
         return None
     reeved = rope.falls, rope.drum_ends, rope.efficiency
     lead = drum_end_factor(*reeved, hoisting=True) if limit.quantity == "drum pull" else lead_factor(*reeved)
-    own = rope.line / rope.falls * plan.gravity * _length(signals, rope)
+    own = rope.line / rope.falls * plan.gravity * rope_length(signals, rope)
     values, exact = lead * signals.tensions[rope.name] / rope.falls + own, None
     if rope.name in signals.peaks:
         peak, when = signals.peaks[rope.name]
@@ -103,7 +103,7 @@ def _pull(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 def _factor(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Breaking force of a part of a hook rope over what its most loaded part carries."""
-    rope, pull = _rope(plan, limit.elements[0]), _pull(plan, limit, signals)
+    rope, pull = rope_of(plan, limit.elements[0]), _pull(plan, limit, signals)
     if rope is None or pull is None or not rope.breaking:
         return None
     with np.errstate(divide="ignore"):
@@ -117,12 +117,12 @@ def _factor(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 def _off_lead(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
     def reader(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
         """Angle of a hook rope to the vertical, along the rails or across them, while it holds a load [rad]."""
-        rope = _rope(plan, limit.elements[0])
-        d = _direction(signals, rope) if rope else None
+        rope = rope_of(plan, limit.elements[0])
+        d = rope_direction(signals, rope) if rope else None
         if rope is None or d is None:
             return None
         angle = np.arctan2(np.abs(d[:, axis]), np.abs(d[:, UP]))
-        return Reading(np.where(_carries(plan, rope, signals), angle, np.nan))
+        return Reading(np.where(carries(plan, rope, signals), angle, np.nan))
 
     return reader
 
@@ -134,7 +134,7 @@ def _bridle(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
         return None
     values = np.full(len(signals.t), np.nan)
     tight = signals.tensions[sling.name] > TIGHT * sling.rated
-    beam = _place(signals, sling.beam)
+    beam = place(signals, sling.beam)
     for lug, inside in signals.lugs(sling.name):
         end = _lug(plan, signals, lug)
         if beam is None or end is None:
@@ -150,11 +150,11 @@ def _side(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     axis = ALONG if limit.over == "along" else ACROSS
     total = np.zeros(len(signals.t))
     for name in limit.elements:
-        rope = _rope(plan, name)
-        d = _direction(signals, rope) if rope else None
+        rope = rope_of(plan, name)
+        d = rope_direction(signals, rope) if rope else None
         if rope is None or d is None or name not in signals.tensions:
             return None
-        total = total + signals.tensions[name] * d[:, axis] / _length(signals, rope)
+        total = total + signals.tensions[name] * d[:, axis] / rope_length(signals, rope)
     return Reading(np.abs(total))
 
 
@@ -163,8 +163,8 @@ def _side(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 def _eye(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Height of a hook eye [m]."""
-    rope = _rope(plan, limit.elements[0])
-    eye = _place(signals, rope.eye) if rope else None
+    rope = rope_of(plan, limit.elements[0])
+    eye = place(signals, rope.eye) if rope else None
     return None if eye is None else Reading(eye[:, UP])
 
 
@@ -177,7 +177,7 @@ def _unwound(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 def _coordinate(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
     def reader(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
         """Where a crane stands on its rails, or a trolley on its girder [m]."""
-        body = _body(signals, limit.elements[0])
+        body = signals.poses.get(limit.elements[0])
         return None if body is None else Reading(body[0][:, axis])
 
     return reader
@@ -236,71 +236,9 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
 }
 
 
-def _rope(plan: Plan, name: str) -> HookRope | None:
-    return next((rope for rope in plan.rig.hook_ropes if rope.name == name), None)
-
-
-def _block_mass(plan: Plan, rope: HookRope) -> float:
-    hooks = (hook for crane in plan.cranes for hook in crane.hooks)
-    return next((hook.block_mass for hook in hooks if hook.rope == rope.name), 0.0)
-
-
-def _length(signals: Signals, rope: HookRope) -> Column:
-    """Length of a hook rope from trolley to hook (n,) [m]; without poses its unstretched length."""
-    d = _direction(signals, rope)
-    if d is not None:
-        return signals.once(("length", rope.name), lambda: np.linalg.norm(d, axis=1))
-    return signals.lengths.get(rope.name, np.full(len(signals.t), rope.L0))
-
-
-def _direction(signals: Signals, rope: HookRope) -> Column | None:
-    """From a trolley to its hook (n, 3) [m]: the mean of the rope's lines."""
-    if any(point.body not in (*signals.poses, WORLD) for line in rope.lines for point in (line.a, line.b)):
-        return None
-
-    def make() -> Column:
-        each = [line.share * (_placed(signals, line.b) - _placed(signals, line.a)) for line in rope.lines]
-        return np.asarray(np.sum(each, axis=0))
-
-    return signals.once(("direction", rope.name), make)
-
-
-def _carries(plan: Plan, rope: HookRope, signals: Signals) -> Column:
-    """Whether a load hangs below the loader of a rope, at each instant (n,)."""
-    slings = [s.name for s in plan.rig.slings if s.loader == rope.carries and s.name in signals.tensions]
-    if not slings:
-        return np.ones(len(signals.t), dtype=bool)
-    capacity = next(hook.capacity for crane in plan.cranes for hook in crane.hooks if hook.rope == rope.name)
-    return np.asarray(np.sum([signals.tensions[s] for s in slings], axis=0) > CARRIES * capacity * plan.gravity)
-
-
-def _body(signals: Signals, name: str) -> tuple[Column, Column] | None:
-    return signals.poses.get(name)
-
-
-def _place(signals: Signals, point: Point) -> Column | None:
-    """Places (n, 3) of a point of a body [m]; None if the body is not on record."""
-    return _placed(signals, point) if point.body in signals.poses or point.body == WORLD else None
-
-
-def _placed(signals: Signals, point: Point) -> Column:
-    if point.body == WORLD:
-        return np.tile(np.array(point.p, dtype=float), (len(signals.t), 1))
-    p, R = signals.poses[point.body]
-
-    def make() -> Column:
-        found = p  # column by column: what lies one after the other in memory is summed in one go
-        for i, x in enumerate(point.p):
-            if x:
-                found = found + x * R[:, :, i]
-        return found
-
-    return signals.once((point.body, point.p), make)
-
-
 def _lug(plan: Plan, signals: Signals, name: str) -> Column | None:
     found = next((lug.p for lug in plan.block.lugs if lug.name == name), None) if plan.block else None
-    return None if plan.block is None or found is None else _place(signals, Point(plan.block.name, found))
+    return None if plan.block is None or found is None else place(signals, Point(plan.block.name, found))
 
 
 def _near(signals: Signals, values: Column, t: float) -> float:

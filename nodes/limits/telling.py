@@ -1,36 +1,23 @@
-"""Uses of limits in a planner's words: the sentence of what is beyond its limit, and the rows of the table.
-
-One row of `WORDS` per quantity: what kind of finding it is, how its values are written, and its sentence.
-"""
+"""Uses of limits in a planner's words: findings of what is beyond its limit, and the rows of the table."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from math import degrees
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Limit, Use
 from msgspec.structs import replace
 
+from .sentences import NOISE, WORDS, bound, percent, shown
+
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan
 
-__all__ = ["HEAD", "NOISE", "SAME", "WORDS", "finding_of", "likewise", "rows", "shown", "sorted_findings", "unjudged"]
+__all__ = ["HEAD", "SAME", "finding_of", "likewise", "rows", "sorted_findings", "unjudged"]
 
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is told first
-NOISE = {"N": 1.0, "kg": 0.1, "rad": 1e-6, "m": 1e-6}  # by unit: values below it, and differences, are rounding
 HEAD = ("limit", "worst of", "worst", "at", "may be", "use", "source")
-
-
-@dataclass(frozen=True)
-class Words:
-    """How a quantity is reported; `refused`: a scene whose path at rest is beyond it cannot be run."""
-
-    kind: str
-    sentence: Callable[[Use, bool], str]
-    refused: bool = False
 
 
 def finding_of(plan: Plan, use: Use, *, dynamic: bool) -> Finding | None:
@@ -52,7 +39,7 @@ def finding_of(plan: Plan, use: Use, *, dynamic: bool) -> Finding | None:
         stage=use.stage,
         t=use.t if dynamic else None,
         value=value,
-        limit=_bound(use) if use.beyond else limit.warning,
+        limit=bound(use) if use.beyond else limit.warning,
         unit=limit.unit,
     )
 
@@ -106,11 +93,6 @@ def _size(use: Use) -> float:
     return value if use.use is None else use.use
 
 
-def percent(use: float) -> str:
-    """A use; so close to the limit that it would be rounded to it, with a digit that tells on which side."""
-    return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 or abs(use - 1.0) < 5e-5 else f"{100 * use:.2f} %"
-
-
 def unjudged(limits: Iterable[Limit], uses: Sequence[Use] = ()) -> list[str]:
     """What nobody judged, in sentences: limits that are not known, and what could not be read."""
     unknown: dict[str, list[Limit]] = {}
@@ -133,35 +115,10 @@ def _few(names: Sequence[str]) -> str:
     return ", ".join(each[:3]) + (f" and {len(each) - 3} more" if len(each) > 3 else "")
 
 
-def shown(limit: Limit, value: float | None) -> str:
-    """A value of a limit's quantity, as people write it."""
-    if value is None:
-        return ""
-    match limit.unit:
-        case "kg":
-            return f"{value / 1e3:.1f} t"
-        case "N":
-            value = value if abs(value) >= NOISE[limit.unit] else 0.0
-            return f"{value / 1e3:.4g} kN" if abs(value) < 1e6 else f"{value / 1e3:.0f} kN"
-        case "rad":
-            return f"{degrees(value):.2f} deg"
-        case "m":
-            return f"{value:.2f} m"
-    return f"{value:.2f} {limit.unit}".strip()
-
-
 def clock(t: float | None) -> str:
     """A time of a run, h:mm:ss.s; nothing for the start, or where there is none."""
     minutes, seconds = divmod(round(t or 0.0, 1), 60.0)
     return f"{int(minutes) // 60}:{int(minutes) % 60:02}:{seconds:04.1f}" if t else ""
-
-
-def _bound(use: Use) -> float:
-    limit = use.limit
-    if limit.between is not None and use.value is not None:
-        low, high = limit.between
-        return low if use.value < (low + high) / 2.0 else high
-    return use.bound if use.bound is not None else limit.at()
 
 
 def _allowed(use: Use) -> str:
@@ -170,135 +127,4 @@ def _allowed(use: Use) -> str:
         return "not known"
     if limit.between is not None:
         return f"{limit.between[0]:g} to {limit.between[1]:g} {limit.unit}"
-    return ("at least " if limit.least else "") + shown(limit, _bound(use))
-
-
-# sentences: `ran` says that it happened
-
-
-def _carries(who: Callable[[str], str]) -> Callable[[Use, bool], str]:
-    def sentence(use: Use, ran: bool) -> str:
-        verb = "carried" if ran else "would carry"
-        told = f"{who(use.limit.subject)} {verb} {(use.value or 0.0) / 1e3:.1f} t of {_bound(use) / 1e3:g} t"
-        return f"{told}, {use.limit.note}" if use.limit.note else told
-
-    return sentence
-
-
-def _trolley(subject: str) -> str:
-    crane, which = subject.rsplit(" ", 1)
-    return f"the {which} trolley of {crane}"
-
-
-def _loader(use: Use, ran: bool) -> str:
-    verb = "carried" if ran else "would carry"
-    return f"the slings of {use.limit.subject} {verb} {shown(use.limit, use.value)} of {shown(use.limit, _bound(use))}"
-
-
-def _sling(use: Use, ran: bool) -> str:
-    limit, value = use.limit, use.value or 0.0
-    verb, much = "was" if ran else "would be", f"{percent(use.use or 0.0)} of its limit"
-    told = f"the tension of the sling {limit.subject} {verb} {value / 1e3:.0f} kN, {much}"
-    told = f"{told}: {limit.breaking / value:.2f} times below its breaking force"
-    return f"{told}, {limit.factor:g} are needed ({limit.source})"
-
-
-def _line(use: Use, ran: bool) -> str:
-    verb, limit = "carried" if ran else "would carry", use.limit
-    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)}, {percent(use.use or 0.0)} of its limit"
-    return f"{told} of {shown(limit, _bound(use))} ({limit.source})"
-
-
-def _rope(use: Use, ran: bool) -> str:
-    limit, value = use.limit, use.value or 1.0
-    pull = limit.breaking / value / 1e3
-    told = f"the rope {limit.subject} {'had' if ran else 'has'} too little safety: its most loaded part"
-    told += f" {'carried' if ran else 'carries'} {pull:.1f} kN, {value:.2f} times below its breaking force"
-    return f"{told}, {limit.at():g} are needed ({limit.note})"
-
-
-def _peak(use: Use, ran: bool) -> str:
-    limit, value = use.limit, use.value or 0.0
-    told = f"the largest tension of {limit.subject}, {value / 1e3:.0f} kN, is beyond {_bound(use) / 1e3:.0f} kN"
-    return f"{told}: breaking force over the partial factors of {limit.factor:.3g} ({limit.source})"
-
-
-def _drum(use: Use, ran: bool) -> str:
-    limit = use.limit
-    verb = "pulled" if ran else "would pull"
-    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)} at its drum"
-    return f"{told}, which may pull {shown(limit, _bound(use))}"
-
-
-def _leads(way: str) -> Callable[[Use, bool], str]:
-    def sentence(use: Use, ran: bool) -> str:
-        limit, verb = use.limit, "led" if ran else "would lead"
-        told = f"the rope {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical {way}"
-        return f"{told}, {degrees(_bound(use)):g} degrees are allowed ({limit.source})"
-
-    return sentence
-
-
-def _legs(use: Use, ran: bool) -> str:
-    limit, verb = use.limit, "stood" if ran else "would stand"
-    most = _bound(use) if use.beyond else limit.warning or 0.0
-    told = f"the sling {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical"
-    return f"{told}, more than {degrees(most):g} degrees ({limit.source})"
-
-
-def _pushed(use: Use, ran: bool) -> str:
-    limit, verb = use.limit, "pulled" if ran else "would pull"
-    what = "rails" if limit.over == "along" else "girder"
-    told = f"the ropes {verb} {limit.subject} along its {what} with {shown(limit, use.value)}"
-    return f"{told}, {limit.note} {shown(limit, _bound(use))}"
-
-
-def _high(use: Use, ran: bool) -> str:
-    told = f"the hook {use.limit.subject} {'was' if ran else 'would be'} at z = {use.value:.2f} m"
-    return f"{told}, its upper limit is {_bound(use):g} m"
-
-
-def _long(use: Use, ran: bool) -> str:
-    low, high = use.limit.between or (0.0, 0.0)
-    rope, length, would = use.limit.subject, use.value or 0.0, "was" if ran else "would be"
-    if length < (low + high) / 2:
-        return f"the rope {rope} {would} wound to {length:g} m, its minimum is {low:g} m"
-    return f"the rope {rope} {would} {length:g} m long, its drum holds {high:g} m"
-
-
-def _ends(what: str, axis: str) -> Callable[[Use, bool], str]:
-    def sentence(use: Use, ran: bool) -> str:
-        low, high = use.limit.between or (0.0, 0.0)
-        who = _trolley(use.limit.subject) if axis == "y" else use.limit.subject
-        return f"{who} at {axis} = {use.value:g} m is past the end of its {what}, {low:g} to {high:g} m"
-
-    return sentence
-
-
-def _blown(use: Use, ran: bool) -> str:
-    verb = "was" if ran else "would be"
-    return f"the wind {verb} {shown(use.limit, use.value)}, lifting is allowed up to {shown(use.limit, _bound(use))}"
-
-
-WORDS: dict[str, Words] = {
-    "hook load": Words("overload", _carries(lambda hook: f"the hook {hook}"), refused=True),
-    "trolley load": Words("overload", _carries(_trolley), refused=True),
-    "crane load": Words("overload", _carries(str), refused=True),
-    "tandem load": Words("overload", _carries(str), refused=True),
-    "loader load": Words("overload", _loader),
-    "sling tension": Words("overload", _sling, refused=True),
-    "sling peak": Words("overload", _peak),
-    "rope tension": Words("overload", _line, refused=True),
-    "rope factor": Words("overload", _rope, refused=True),
-    "rope peak": Words("overload", _peak),
-    "drum pull": Words("overload", _drum, refused=True),
-    "off-lead along": Words("off-lead", _leads("along the rails")),
-    "off-lead across": Words("off-lead", _leads("across the rails")),
-    "bridle angle": Words("bridle", _legs),
-    "side force": Words("side force", _pushed),
-    "hook height": Words("two-blocked", _high, refused=True),
-    "rope length": Words("drum", _long, refused=True),
-    "rails": Words("end", _ends("rails", "x"), refused=True),
-    "girder": Words("end", _ends("girder", "y"), refused=True),
-    "wind": Words("wind", _blown),
-}
+    return ("at least " if limit.least else "") + shown(limit, bound(use))

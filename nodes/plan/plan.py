@@ -33,8 +33,6 @@ TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of t
 TENSION_METHODS: tuple[MethodName, ...] = ("sdirk2", "sdirk3")  # their tolerance can be that of rope tensions
 LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wrong by a fifth, and steps are no cheaper
 
-# machines
-
 
 class Inertia(Item, frozen=True, kw_only=True):
     """Mass [kg], centre of mass in the body frame [m], moments about it along the body axes [kg m2]."""
@@ -238,9 +236,6 @@ class Rig(Item, frozen=True, kw_only=True):
 
     hook_ropes: tuple[HookRope, ...] = ()
     slings: tuple[Sling, ...] = ()
-
-
-# the plan
 
 
 class Plan(Item, frozen=True, kw_only=True):

@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from fractions import Fraction
 from math import floor, inf, log10, sqrt
 
@@ -21,15 +22,16 @@ import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.quantities import below, quantity
+from heavylift.nodes.scene.keys.validate import uncertainties
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source, read
-from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, separated, standard
+from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, standard
 from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity, tidy
 from pydantic import BaseModel
 
 from .loading import LoadedScene, parse
 
-__all__ = ["Input", "UncertainInput", "inputs", "settings", "stated", "uncertain_inputs", "varied"]
+__all__ = ["Input", "UncertainInput", "inputs", "settings", "stated", "uncertain_inputs", "unstated", "varied"]
 
 AXES = {"x": 0, "y": 1, "z": 2}
 LEAST = {"length": 1.0}  # scale [SI] of quantities whose own size says little of their uncertainty
@@ -37,6 +39,12 @@ SIGNED = ("length", "angle")
 FAR = 20.0  # times more or less: an input that leads there is not told by a log
 DIGITS = 6  # of a value without uncertainty
 KEPT = ("fidelity", "method", "tolerance", "tensions_only", "step", "driven", "end")  # of a plan, whatever an input is
+USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depends on
+    *("block.mass", "block.com", "rig.sling.EA", "rig.loaders.*.sling", "cranes.*.fall EA", "cranes.*.rope damping"),
+    *("cranes.*.girder stiffness", "cranes.*.sheave efficiency", "mechanism.bodies.*.mass", "mechanism.bodies.*.com"),
+    *("mechanism.ropes.*.EA", "mechanism.ropes.*.length", "mechanism.ropes.*.damping", "mechanism.*.stiffness"),
+    *("mechanism.ropes.*.over.*.efficiency", "mechanism.forces.*.speed"),
+)
 _NAMED = re.compile(rf"\s*(?P<name>.+?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")
 
 
@@ -80,6 +88,13 @@ class UncertainInput(Input):
     def half(self) -> float:
         """Half-width in SI units: at a level of 95 %, or of all that can be."""
         return (sqrt(3.0) if self.kind == "uniform" else 2.0) * self.sd
+
+    @property
+    def spread(self) -> str:
+        """Name and half-width for people: a part of the value, or of what is a place or a ratio in its unit."""
+        if self.value and not {"m", "deg", ""} & set(self.units):
+            return f"{self.name} {100.0 * self.half / abs(self.value):.2g} %"
+        return f"{self.name} {self.half / self.factor:.2g} {self.unit}".strip()
 
     def __str__(self) -> str:
         value, half = self.rounded(self.value, self.half / 2.0)
@@ -142,7 +157,7 @@ def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
 def _source(scene: LoadedScene) -> tuple[Source, dict[Path, Stated]]:
     """The scene's data with nominal values, and what it states of their uncertainty."""
     source = read(scene.merged or scene.text, scene.path.name)
-    return source, separated(source)
+    return source, uncertainties(source)
 
 
 def _name(scene: LoadedScene, path: Path) -> str:
@@ -200,3 +215,20 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
         bounds = (dimension.number(dimension.lowest), dimension.number(dimension.highest))
         scale = 0.2 * (bounds[1] - bounds[0])
     return Input(name, float(at), scale, bounds, unit, dimension.units, path, whole), found
+
+
+def unstated(scene: LoadedScene, known: Sequence[Input]) -> list[str]:
+    """Inputs that are usually uncertain and of which no uncertainty is known, by name."""
+    paths = {part for each in known for part in (each.path, each.path[:-1])}
+    found = []
+
+    def look(at: object, kind: object, path: Path) -> None:
+        name = ".".join(map(str, path))
+        usual = any(fnmatchcase(name, pattern) for pattern in USUAL)
+        if usual and quantity(kind) and path not in paths:
+            found.append(name)
+        for key, (value, inner) in below(at, kind).items() if not usual else ():
+            look(value, inner, (*path, key))
+
+    look(scene.scene, None, ())
+    return found

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from functools import wraps
 from pathlib import Path
-from typing import NamedTuple
+from typing import Concatenate, NamedTuple, ParamSpec, Protocol, TypeVar
 
 import msgspec
 import zstandard
@@ -27,11 +28,14 @@ from mcap.reader import SeekingReader
 from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 
-__all__ = ["BROKEN", "LIMIT", "RATIO", "RECORD", "Container", "Raw", "records", "unpacked"]
+__all__ = ["BROKEN", "LIMIT", "RATIO", "RECORD", "Container", "Raw", "guarded", "records", "unpacked"]
 
 FOOTER = struct.Struct("<BQQQI")
 LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
 RATIO = 100  # most that a whole file may grow when it is unpacked; what runs record grows four times
+P = ParamSpec("P")
+R = TypeVar("R")
+S = TypeVar("S", bound="Read")
 INNER = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)  # what may stand in a chunk
 RECORD = struct.Struct("<BQ")
 MESSAGE = struct.Struct("<HIQQ")
@@ -222,3 +226,20 @@ def _messages(data: bytes) -> Iterator[Raw]:
         if opcode == Opcode.MESSAGE:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
             yield Raw(channel, sequence, log_time, publish_time, data[begin + MESSAGE.size : end])
+
+
+class Read(Protocol):
+    """What is read of such a file."""
+
+    def reading(self) -> AbstractContextManager[None]: ...
+
+
+def guarded(tell: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
+    """Makes of a function of a recording one that ends in a sentence where facts in the file are not what they are."""
+
+    @wraps(tell)
+    def told(rec: S, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        with rec.reading():
+            return tell(rec, *args, **kwargs)
+
+    return told

@@ -77,7 +77,7 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
         lines.append(("verdict", verdict.line))
     else:
         lines += [("note", sentence) for _, sentence in rec.notes()]
-    lines += [("measured", line) for line in rec.measured()]
+    lines += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
     lines.append(("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}"))
     return "\n".join([str(rec.path), *(f"  {name:<9} {text}" for name, text in lines)])
 

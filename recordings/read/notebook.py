@@ -1,20 +1,41 @@
-"""How signals look in a notebook: a table and a small drawing, no script, everything escaped."""
+"""How recordings and signals look in a notebook: a table and a small drawing, no script, everything escaped."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 import numpy as np
 from heavylift.recordings.format.html import table
 from heavylift.recordings.format.samples import thinned
+from heavylift.recordings.format.text import duration
 from numpy.typing import NDArray
 
-__all__ = ["drawing", "heading", "signal_html"]
+from .settings import settings
+
+__all__ = ["drawing", "heading", "recording_html", "signal_html"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 WIDTH, HEIGHT, POINTS = 460, 110, 300
+FACTS = ("scene", "seed", "samples_hz")
 Floats = NDArray[np.float64]
+
+
+def recording_html(
+    title: str,
+    run: Mapping[str, str],
+    result: Mapping[str, str],
+    stages: Iterable[tuple[float, str]],
+    signals: Sequence[Sequence[str]],
+    picture: str,
+) -> str:
+    """Facts of a run, a picture, its stages [s], and which signals there are: name, unit, columns."""
+    told = {name: text for name in FACTS if (text := run.get(name))} | settings(run)
+    told |= {"status": result.get("status", "cut off"), "digest": result.get("digest", "none")}
+    told |= {"simulated": duration(float(result["sim_s"]))} if "sim_s" in result else {}
+    facts = table(["", ""], [(name.replace("_", " "), text) for name, text in told.items()])
+    begun = table(["from", "stage"], [(duration(t), name) for t, name in stages])
+    return heading(title) + facts + picture + begun + table(["signal", "unit", "columns"], signals)
 
 
 def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: Floats) -> str:

@@ -10,40 +10,35 @@ a real machine, of `/measured` at times of its own; only what is asked for is re
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
-from functools import cached_property, wraps
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import SignalError
-from heavylift.recordings.format.html import table
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
 from heavylift.recordings.format.template import Template
-from heavylift.recordings.format.text import duration, meant
+from heavylift.recordings.format.text import meant
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import FORMAT
 from numpy.typing import NDArray
 
 from .container import Container, Raw
-from .notebook import drawing, heading
+from .notebook import drawing, recording_html
 from .part import Part, chosen
-from .settings import settings
 from .signal import Signal, only
 
-__all__ = ["RecordedEvent", "Recording", "Topic", "guarded"]
+__all__ = ["RecordedEvent", "Recording", "Topic"]
 
 NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
-IN_NOTEBOOK = ("scene", "seed", "samples_hz")
 BLOCK = 4096  # rows that are decoded together
 Floats = NDArray[np.float64]
 Blocks = Iterator[tuple[list[int], dict[str, Floats]]]  # times [ns] and signals, a few thousand rows at a time
-P = ParamSpec("P")
-R = TypeVar("R")
 
 
 class Topic(NamedTuple):
@@ -162,26 +157,21 @@ class Recording:
     def _repr_html_(self) -> str:
         """In a notebook: facts, the tensions, stages, and which signals there are."""
         with self.reading():
-            run = {name: text for name in IN_NOTEBOOK if (text := self.run.get(name))} | settings(self.run)
-            end = {"status": self.result.get("status", "cut off"), "digest": self.result.get("digest", "none")}
-            end |= {"simulated": duration(float(self.fact("sim_s")))} if "sim_s" in self.result else {}
-            facts = [(name.replace("_", " "), text) for name, text in (run | end).items()]
-            rows = [[name, field.unit, ", ".join(field.columns)] for name, field in self._fields.items()]
-            rows += [[f"{POSE}*", "m, quaternion", ", ".join(self._bodies)]] if self._bodies else []
-            shown = self.signal("rope/tension") if "rope/tension" in self._fields else None
-            picture = drawing(shown.name, shown.unit, shown.t, shown.values) if shown else ""
-            stages = table(["from", "stage"], [(duration(t), name) for t, name in self.stages()])
-            signals = table(["signal", "unit", "columns"], rows)
-            return heading(str(self.path)) + table(["", ""], facts) + picture + stages + signals
+            signals = [[name, field.unit, ", ".join(field.columns)] for name, field in self._fields.items()]
+            signals += [[f"{POSE}*", "m, quaternion", ", ".join(self._bodies)]] if self._bodies else []
+            shown = [self.signal("rope/tension")] if "rope/tension" in self._fields else []
+            picture = "".join(drawing(x.name, x.unit, x.t, x.values) for x in shown)
+            return recording_html(str(self.path), self.run, self.result, self.stages(), signals, picture)
 
     def __repr__(self) -> str:
         status = self.result.get("status", "cut off")
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
-    def measured(self) -> list[str]:
-        """What the log of a real lift tells of the run (`heavylift measured`), in sentences."""
+    def told(self, fact: str) -> list[str]:
+        """Sentences of a fact: `measured`, what the log of a real lift tells of the run; `certified`, how sure its
+        figures are (`heavylift run --certify`)."""
         with self._file.reading():
-            return list(self.fact("measured", {}).get("told", []))
+            return list(self.fact(fact, {}).get("told", []))
 
     def rigs(self) -> list[Rig]:
         """The rope lines in use, each set with the time from which it is."""
@@ -307,14 +297,3 @@ class Recording:
         with self._file.reading():
             facts = self.topics["/poses"].metadata if "/poses" in self.topics else {"names": "[]"}
             return msgspec.json.decode(facts["names"], type=list[str])
-
-
-def guarded(tell: Callable[Concatenate[Recording, P], R]) -> Callable[Concatenate[Recording, P], R]:
-    """Makes of a function of a recording one that ends in a sentence where facts in the file are not what they are."""
-
-    @wraps(tell)
-    def told(rec: Recording, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        with rec.reading():
-            return tell(rec, *args, **kwargs)
-
-    return told

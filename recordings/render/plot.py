@@ -34,6 +34,7 @@ LEFT, RIGHT, BOTTOM = 0.075, 0.955, 0.075  # the panels, as shares of the figure
 LABEL, SLOPE, GAP = 8.5, 38.0, 17.0  # stage labels: size [pt], angle [degrees], least distance [pt]
 LONGEST = 30  # [letters] of a stage label
 FINE = 4000  # steps of a band: two a pixel
+PEAK = "peak tension "  # of a rope, in a certificate
 LEADER = {"arrowstyle": "-", "color": QUIET, "lw": 0.6, "alpha": 0.6, "shrinkA": 0, "shrinkB": 0}
 
 
@@ -48,6 +49,7 @@ class Curves(NamedTuple):
     rated: list[float | None]
     quantity: str
     measured: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]  # the same of a real machine, by column
+    bars: dict[int, float]  # half-width of what a certificate leaves open of a peak, by column
 
 
 def plot(path: str | Path, out: str | Path, loaders: Mapping[str, str] | None = None, force: bool = False) -> Path:
@@ -83,7 +85,9 @@ def _curves(rec: Recording, loaders: Mapping[str, str] | None) -> tuple[Curves, 
         real = rec.signal(MEASURED + name)
         shown = {i: real[column] for i, column in enumerate(chosen.values()) if column in real.names}
         measured = {i: (real.t * scale, y * factor) for i, y in shown.items()}
-    drawn = values[:, picks] * factor, peaks[:, picks] * factor, [*chosen], rated, quantity, measured
+    halves = {bar["name"]: bar["whole"] * factor for bar in rec.fact("certified", {}).get("bars", [])}
+    bars = {i: halves[f"{PEAK}{x}"] for i, x in enumerate(chosen.values()) if f"{PEAK}{x}" in halves}
+    drawn = values[:, picks] * factor, peaks[:, picks] * factor, [*chosen], rated, quantity, measured, bars
     return Curves(t * scale, clock, *drawn), scale
 
 
@@ -129,8 +133,13 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
             borderaxespad=0.1,
             labelcolor=INK,
         )
-        note = "dashed: measured; " * bool(curves.measured) + "curves that coincide lie inside one another"
+        note = "dashed: measured; " * bool(curves.measured)
+        note += (
+            "bands: peaks with their bars, 95 %; " * bool(curves.bars) + "curves that coincide lie inside one another"
+        )
         figure.text(RIGHT, 13 / (72 * HEIGHT), note, size=LABEL, color=QUIET, ha="right")
+    if curves.bars:
+        figure.text(LEFT, 13 / (72 * HEIGHT), "bands: peaks with their bars at 95 %", size=LABEL, color=QUIET)
     lowest.set_xlabel(f"Time [{curves.clock}]", color=INK)
     _label_stages(upper, [t for t, _ in stages], shown)
     return figure
@@ -172,7 +181,10 @@ def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[
     for i in (i for i in columns if i in curves.measured):
         axes.plot(*curves.measured[i], color=COLOURS[i % len(COLOURS)], lw=1.2, ls=(0, (4, 2)), zorder=4,
                   path_effects=[withStroke(linewidth=2.6, foreground="white")])  # fmt: skip
-    highest = float(np.max(curves.peaks[:, list(columns)]))
+    tops = {i: float(np.max(curves.peaks[:, i])) for i in columns}
+    for i, half in ((i, curves.bars[i]) for i in columns if i in curves.bars):
+        axes.axhspan(tops[i] - half, tops[i] + half, color=COLOURS[i % len(COLOURS)], alpha=0.18, lw=0, zorder=1)
+    highest = max(top + curves.bars.get(i, 0.0) for i, top in tops.items())
     highest = max([highest, *(float(np.max(curves.measured[i][1])) for i in columns if i in curves.measured)])
     lowest = float(min(0.0, np.min(curves.values[:, list(columns)])))
     near = {x for i in columns if (x := curves.rated[i]) is not None and x < 2.5 * highest}
@@ -206,6 +218,11 @@ def _number(value: float) -> str:
     return text.replace(",", "\u2009").replace("-", "\u2212")
 
 
+def _bar(curves: Curves) -> str:
+    """What a certificate leaves open of the first curve's peak."""
+    return f" ± {_number(float(f'{curves.bars[0]:.2g}'))}" if 0 in curves.bars else ""
+
+
 def _note_peak(axes: Axes, curves: Curves) -> None:
     """A dot and a line of text at the largest value of the first curve."""
     k = int(np.argmax(curves.peaks[:, 0]))
@@ -214,7 +231,7 @@ def _note_peak(axes: Axes, curves: Curves) -> None:
     left = t > 0.75 * curves.t[-1] + 0.25 * curves.t[0]
     axes.plot(t, value, "o", ms=4.5, color=INK, zorder=5)
     axes.annotate(
-        f"peak {_number(value)} {unit} at {t:.1f} {curves.clock}",
+        f"peak {_number(value)}{_bar(curves)} {unit} at {t:.1f} {curves.clock}",
         (t, value),
         xytext=(-6 if left else 6, 5),
         textcoords="offset points",

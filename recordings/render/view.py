@@ -12,7 +12,8 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.read.reader import Recording, guarded
+from heavylift.recordings.read.container import guarded
+from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
@@ -59,7 +60,7 @@ def content(rec: Recording, verdict: Judged | None = None) -> dict[str, object]:
     stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
     events, told = _events(rec)
     more = [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
-    more += [("measured", line) for line in rec.measured()]
+    more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
     more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
     return {
         "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),

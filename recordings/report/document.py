@@ -33,6 +33,11 @@ RULE = "Two cranes together may carry at most 75 % of what they may carry one by
 STYLE = (Path(__file__).parents[1] / "page" / "report.css").read_text()
 PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
 
+TOLD = (  # sentences of facts, what they are, and their title
+    ("measured", "run less log, uncertainties at 95 %", "Beside a measured lift"),
+    ("certified", "figures, with half-widths at 95 %", "How sure the figures are"),
+)
+
 
 def report(path: str | Path, out: str | Path, verdict: Judged | None = None, force: bool = False) -> Path:
     """Write the document of a recording to a .html or .pdf file; RecordingError if one of them cannot be used.
@@ -59,7 +64,7 @@ def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | N
         *(_limits(limits) if limits else ()),
         *(_clearances(verdict) if verdict else ()),
         _notes(found),
-        table(["run less log, uncertainties at 95 %"], [[x] for x in rec.measured()], "told", "Beside a measured lift"),
+        *(table([head], [[x] for x in rec.told(fact)], "told", title) for fact, head, title in TOLD),
         table(["what", ""], found.scene, "told", "Scene"),
         table(["crane", *LOADED], [_load(c) for c in found.cranes], title="Cranes"),
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",

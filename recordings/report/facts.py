@@ -15,7 +15,8 @@ import msgspec
 import numpy as np
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.viewer_messages import corners, turned
-from heavylift.recordings.read.reader import Recording, guarded
+from heavylift.recordings.read.container import guarded
+from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from numpy.typing import NDArray

@@ -37,7 +37,7 @@ from heavylift.coordinator.protocol.messages import Done, Grant, encode
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.run import conversation
 from heavylift.coordinator.transport.frame import Topic, Writer
-from heavylift.coordinator.transport.hub import LocalHub
+from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.kernel.errors import Stopped
 from heavylift.nodes.devs import Simulator, Tag
 from shared.processes import FORK, Forked

@@ -164,7 +164,7 @@ def _spinning(count: int) -> Iterator[None]:
 @contextmanager
 def _turns(seed: int) -> Iterator[None]:
     """Nodes of this process take turns at random, each in its own order."""
-    from heavylift.coordinator.transport.hub import LocalHub
+    from heavylift.coordinator.transport.local_hub import LocalHub
 
     receive, random = LocalHub.receive, Random(seed)
 

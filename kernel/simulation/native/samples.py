@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
@@ -66,8 +66,9 @@ Read = Callable[[Raw], np.ndarray]
 Topic = tuple[str, Sequence[str], str, Read]  # topic, names, unit, where its columns are read
 
 
+@lru_cache(maxsize=4)
 def _topics(p: Program) -> list[Topic]:
-    """All channels of a scene, in the order of their columns."""
+    """All channels of a scene that have columns, in their order."""
     s, loops = p.system, [f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"]
     ropes, straight = ([r.name for r in group] for group in (s.ropes, s.straight_ropes))
     winches = [i for i, r in enumerate(s.ropes) if r.winch]
@@ -82,7 +83,7 @@ def _topics(p: Program) -> list[Topic]:
         sums = [raw.sum("stored"), raw.sum("accounts", works), raw.sum("accounts", heats)]
         return np.concatenate([raw["kinetic"], raw["potential"], *sums], axis=1)
 
-    return [
+    topics = [
         of("joint/position", positions, "q"),
         of("joint/velocity", velocities, "v"),
         of("rope/tension", straight, "tension", "pull"),
@@ -105,6 +106,7 @@ def _topics(p: Program) -> list[Topic]:
         ),
         *((f"pose/{k.body.name}", POSE, "m, quaternion x y z w", _pose(7 * i)) for i, k in enumerate(p.graph.links)),
     ]
+    return [topic for topic in topics if topic[1]]
 
 
 def _picked(group: str, which: list[int]) -> Read:
@@ -127,14 +129,13 @@ def channels(method: Stepping) -> list[Channel]:
     """The channels of a scene in the order of `published`'s columns."""
     out, at = [], 0
     for topic, names, unit, _ in _topics(method.program):
-        if names:
-            out.append(Channel(topic, tuple(names), unit, at, at + len(names)))
-            at += len(names)
+        out.append(Channel(topic, tuple(names), unit, at, at + len(names)))
+        at += len(names)
     return out
 
 
 def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     """(n, columns) samples from (n, method.columns) raw rows."""
     raw = Raw(method, rows)
-    parts = [read(raw) for _, names, _, read in _topics(method.program) if names]
+    parts = [read(raw) for *_, read in _topics(method.program)]
     return np.ascontiguousarray(np.concatenate(parts, axis=1))

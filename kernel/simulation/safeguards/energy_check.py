@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.methods.stability import Balance
@@ -29,27 +27,22 @@ class EnergyCheck:
         self._mass = sum(b.mass for b in p.system.bodies)
         self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
 
-    def energies(self, row: np.ndarray) -> tuple[float, np.ndarray]:
-        """Of a row of the native table: kinetic energy; potential, stored, heats, works with the opposite sign [J]."""
-        return float(row[self._kinetic]), row[self._parts] * self._signs
+    def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of (n, columns) of the native table: kinetic; potential, stored, heats, works with the opposite sign [J]."""
+        return rows[:, self._kinetic], np.ascontiguousarray(rows[:, self._parts]) * self._signs
 
     def begin(self, row: np.ndarray) -> None:
         """After an event or a command."""
-        self.balance.begin(*self.energies(row))
+        self.balance.begin(*self.energies(row[None]))
 
-    def see(self, row: np.ndarray) -> None:
-        """On the way."""
-        self.balance.see(*self.energies(row))
+    def see(self, rows: np.ndarray) -> None:
+        """On the way, (n, columns)."""
+        self.balance.see(*self.energies(rows))
 
     def check(self, row: np.ndarray, t: float) -> None:
         """Raises KernelError if energy has come out of nothing, or gone there, since the last event; t: of the run."""
-        kinetic, parts = self.energies(row)
-        gravity, mass = abs(self._native.program.system.gravity), self._mass
-        size = kinetic + float(np.abs(parts).sum()) + sqrt(2.0 * kinetic * mass) + gravity * mass
         before = self.balance.lost
-        steps = float(row[self._at["steps"]])
-        held = self._held(row, row[self._at["peak"]])
-        self.balance.check(f"{self._what} at {t:.3f} s", kinetic, parts, steps * size, held)
+        self.balance.check(f"{self._what} at {t:.3f} s", *self._reading(row[None]))
         if self.balance.lost > 0.0 and not before:
             told = (
                 f"{self._what} at {t:.3f} s: {self.balance.lost:.3g} J, more than half of what was turned over, "
@@ -57,20 +50,35 @@ class EnergyCheck:
             )
             self._native.notes.append(Note(round(t * 1e9), told))
 
+    def fine(self, rows: np.ndarray) -> bool:
+        """Whether there is nothing to say of (n, columns); they count as seen then."""
+        if self.balance.strict:
+            self.see(rows)
+            return True
+        return self.balance.fine(*self._reading(rows))
+
+    def _reading(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Energies as in `energies`; what errors of steps may make up, and the most that a rope has held (n,) [J]."""
+        kinetic, parts = self.energies(rows)
+        gravity, mass = abs(self._native.program.system.gravity), self._mass
+        size = kinetic + np.abs(parts).sum(axis=1) + np.sqrt(2.0 * kinetic * mass) + gravity * mass
+        return kinetic, parts, rows[:, self._at["steps"]] * size, self._held(rows, rows[:, self._at["peak"]])
+
     def end(self, t: float) -> None:
         """Before an event or a command."""
         native = self._native
-        row = native.raw()
+        row = native.raw()[None]
         self.balance.end(*self.energies(row))
         highest = native.part("top" if "top" in native.at else "peak")
-        if part := self.balance.strayed(self._held(row, highest)):
+        if part := self.balance.strayed(float(self._held(row, highest[None])[0])):
             told = (
                 f"{self._what} at {t:.3f} s: {100.0 * part:.0f} % of the energy turned over has "
                 "come or gone with the errors that its tolerance allows; do not trust tensions, or choose a smaller one"
             )
             native.notes.append(Note(round(t * 1e9), told))
 
-    def _held(self, row: np.ndarray, highest: np.ndarray) -> float:
-        """Most energy that an elastic rope holds at its highest tension [J]."""
-        T = highest[: len(self._softness)]
-        return float((T * T * row[self._at["length"]] * self._softness).max(initial=0.0))
+    def _held(self, rows: np.ndarray, highest: np.ndarray) -> np.ndarray:
+        """(n,) most energy that an elastic rope holds at its highest tension (n, ropes) [J]."""
+        T = highest[:, : len(self._softness)]
+        held: np.ndarray = (T * T * rows[:, self._at["length"]] * self._softness).max(axis=1, initial=0.0)
+        return held

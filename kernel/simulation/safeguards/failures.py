@@ -12,8 +12,9 @@ import numpy as np
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.model.program import Program
+from heavylift.kernel.multibody.graph import Link
 
-__all__ = ["check_lengths", "check_sliders", "too_slow", "too_small", "undefined", "unsolved"]
+__all__ = ["check_lengths", "check_sliders", "sliders", "too_slow", "too_small", "undefined", "unsolved", "wound_up"]
 
 OTHER = {"radau5": "choose a larger tolerance"}  # what is left to a method that is itself the remedy
 SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
@@ -21,23 +22,32 @@ SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
 
 def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
     """Raises KernelError for a rope that is wound up; lengths: (n_ropes,) unstrained [m]."""
-    for rope, length in zip(program.system.ropes, lengths, strict=True):
-        if length < SHORTEST_ROPE:
-            raise KernelError(f"rope '{rope.name}' at {t:.3f} s: all of it is wound up; stop its winch before")
+    for i in np.flatnonzero(wound_up(lengths)):
+        name = program.system.ropes[i].name
+        raise KernelError(f"rope '{name}' at {t:.3f} s: all of it is wound up; stop its winch before")
+
+
+def wound_up(lengths: np.ndarray) -> np.ndarray:
+    """Whether a rope has no length left, for each of these [m]."""
+    found: np.ndarray = lengths < SHORTEST_ROPE
+    return found
 
 
 def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
     """Raises KernelError for a slider beyond the ends of its beam; q: (nq,) coordinates."""
-    links = program.graph.links
-    for k in links:
-        if k.joint.kind == "slider":
-            modes = links[k.parent].modes
-            length = modes.flexible.beam.length if modes and modes.flexible.beam else 0.0
-            if not 0.0 <= q[k.q.start] <= length:
-                raise KernelError(
-                    f"slider '{k.joint.name}' at {t:.3f} s: it has left its beam, which reaches from 0 to "
-                    f"{length:g} m; stop it before"
-                )
+    for k in sliders(program):
+        modes = program.graph.links[k.parent].modes
+        length = modes.flexible.beam.length if modes and modes.flexible.beam else 0.0
+        if not 0.0 <= q[k.q.start] <= length:
+            raise KernelError(
+                f"slider '{k.joint.name}' at {t:.3f} s: it has left its beam, which reaches from 0 to "
+                f"{length:g} m; stop it before"
+            )
+
+
+def sliders(program: Program) -> list[Link]:
+    """Those that move on beams."""
+    return [k for k in program.graph.links if k.joint.kind == "slider"]
 
 
 def unsolved(method: str, t: float) -> KernelError:

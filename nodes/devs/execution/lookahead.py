@@ -29,6 +29,12 @@ def leaving(sources: Iterable[Port[Message]]) -> bool:
     return False
 
 
+def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
+    """Those that something leaves the root from, each with the least lookahead of such a port [ns]."""
+    found = ((m, [port.lookahead for port in outs(m) if port.exits]) for m in atomics)
+    return [(m, min(aheads)) for m, aheads in found if aheads]
+
+
 def promised(root: Model, atomics: Iterable[Atomic]) -> dict[str, int]:
     """Lookahead of each out port of the root: the smallest of the atomics' ports that lead there; NEVER without one."""
     ahead = {port.name: NEVER for port in outs(root)}

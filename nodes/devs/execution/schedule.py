@@ -7,8 +7,10 @@ stays in the old slot and is recognised there by its own time; when most entries
 from heapq import heappop, heappush, heapreplace
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs.models import Atomic
-from heavylift.nodes.devs.tags import FOREVER, NEVER, Instant, beyond
+from heavylift.nodes.devs.models import Atomic, Present
+from heavylift.nodes.devs.tags import FOREVER, NEVER, Instant, Tag, after, beyond
+
+from .rules import fail
 
 STALE = 4  # stale entries for each atomic at which the slots are made anew
 
@@ -81,6 +83,22 @@ class Schedule:
         else:
             t, m._t = m._t, NEVER
             self.move(m, t, now)
+
+    def begin(self, m: Atomic, last: Instant, present: Present) -> None:
+        """Initial state of an atomic that comes in after the tag `last`, and its first time."""
+        m._t, m._last, m._wait, m._port, m._more = NEVER, max(last[0], 0), None, None, None
+        m._set = last[0] if last[0] >= 0 else -NEVER
+        present.busy = True
+        try:
+            m.start()
+        except (Exception, SystemExit) as error:
+            fail(m, present.now, "start", error)
+        present.busy = False
+        if m._wait is not None:
+            if NEVER - m._last <= m._wait < NEVER:
+                fail(m, present.now, "start", ModelError(beyond(m._wait)))
+            m._t, m._wait = after(Tag(m._last), m._wait).t, None
+        self.enter(m, last[0])
 
     def _renew(self, now: int) -> None:
         """All slots anew, without those who left them."""

@@ -7,9 +7,8 @@ One call of `advance(tag, bag)` does, for tag = next_time or an earlier tag at w
   4. next = after(tag, ta) for each; a wait of zero comes back at the next microstep.
 Driving it from a larger simulation: while min(next_time, first input) < limit, read `outputs()` if that
 tag is next_time, then `advance`. `outputs` may be called any number of times, or not at all. `run` does this alone,
-half-open: events at t < until. A node may let it work ahead of an `advance`, until the next tag at which something
-leaves the root, and by a bounded number of tags. After Chow and Zeigler (1994); two phases after adevs. Broken rules
-raise ModelError.
+half-open: events at t < until. A node may let it work ahead of an `advance`, by a bounded number of tags at which
+nothing leaves the root. After Chow and Zeigler (1994); two phases after adevs. Broken rules raise ModelError.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,12 +19,12 @@ from heavylift.nodes.devs.events import Delivery, Event, Slack
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model, Present
 from heavylift.nodes.devs.ports import InPort, Port
-from heavylift.nodes.devs.tags import BEGIN, FOREVER, NEVER, Instant, Tag, after, beyond, tag_of
+from heavylift.nodes.devs.tags import BEGIN, FOREVER, NEVER, Instant, Tag, after, tag_of
 from heavylift.nodes.devs.travelling import travelling
 
 from .bags import deliver, entry, fitting, offered, received, sorted_bag
 from .flatten import flatten
-from .lookahead import Observed, keep_promises, leaving, outs, promised, still_promised
+from .lookahead import Observed, keep_promises, leaving, outs, promised, speakers, still_promised
 from .purity import Witness
 from .rules import LIMIT, Patience, fail
 from .schedule import Schedule
@@ -64,11 +63,7 @@ class Simulator:
             self.trace.settle()
         self.atomics = flatten(self.model)
         self._promises = any(port.lookahead for m in self.atomics for port in outs(m))
-        self._speakers = [
-            (m, min(port.lookahead for port in outs(m) if port.exits))
-            for m in self.atomics
-            if any(port.exits for port in outs(m))
-        ]
+        self._speakers = speakers(self.atomics)
         self._ahead = min((ahead for _, ahead in self._speakers), default=NEVER)
         self.lookahead = promised(self.model, self.atomics)
         for m in (*self.atomics, self.model):
@@ -85,23 +80,7 @@ class Simulator:
         self._witness.meet(self.atomics)
         self._present.now, self._present.speaker, self._present.busy = (0, 0), None, False
         for m in self.atomics:
-            self._begin(m, self._last)
-
-    def _begin(self, m: Atomic, last: Instant) -> None:
-        """Initial state of an atomic that comes in after the tag `last`."""
-        m._t, m._last, m._wait, m._port, m._more = NEVER, max(last[0], 0), None, None, None
-        m._set = last[0] if last[0] >= 0 else -NEVER
-        self._present.busy = True
-        try:
-            m.start()
-        except (Exception, SystemExit) as error:
-            fail(m, self._present.now, "start", error)
-        self._present.busy = False
-        if m._wait is not None:
-            if NEVER - m._last <= m._wait < NEVER:
-                fail(m, self._present.now, "start", ModelError(beyond(m._wait)))
-            m._t, m._wait = after(Tag(m._last), m._wait).t, None
-        self._schedule.enter(m, last[0])
+            self._schedule.begin(m, self._last, self._present)
 
     @property
     def next_time(self) -> Tag:
@@ -271,7 +250,7 @@ class Simulator:
             if m in before:
                 self._schedule.enter(m, self._last[0])
             else:
-                self._begin(m, self._last)
+                self._schedule.begin(m, self._last, self._present)
         self._due, self._spoken = None, False
 
     def snapshot(self) -> bytes:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from heavylift.nodes.limits.judging import judge, uses_on_path
-from heavylift.nodes.limits.telling import WORDS
+from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.statics import Followed, goal_states

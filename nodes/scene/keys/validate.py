@@ -13,7 +13,7 @@ from typing import Annotated, Union, get_args, get_origin
 
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered
-from heavylift.nodes.scene.text.uncertainty import separated
+from heavylift.nodes.scene.text.uncertainty import Stated, separated
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
@@ -38,7 +38,7 @@ _PLAIN = {
 
 def validate(source: Source) -> Scene | None:
     """The scene, or None with its errors added to the faults of the source; its data keep nominal values."""
-    stated = separated(source)
+    stated = uncertainties(source)
     try:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
@@ -47,6 +47,11 @@ def validate(source: Source) -> Scene | None:
         return None
     source.faults += [*_reserved(scene), *uncertainty_faults(scene, stated)]
     return scene
+
+
+def uncertainties(source: Source) -> dict[Path, Stated]:
+    """What a scene states of how uncertain its quantities are, by path; its data keep nominal values."""
+    return separated(source, lambda path: (found := _at(path)) != [] and all(each is str for each in found))
 
 
 def _reserved(scene: Scene) -> Iterator[Fault]:

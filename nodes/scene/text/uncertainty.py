@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -24,7 +24,7 @@ __all__ = ["PLUS", "Kind", "Stated", "half_width", "separated", "standard"]
 
 PLUS = r"\+-|\+/-|±"
 _FORM = re.compile(rf"\s*(?P<value>{NUMBER}[^±]*?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")
-_RANGE = re.compile(rf"\s*(?P<low>{NUMBER})\s*(?P<unit_low>[^\d.]*?)\s*\.\.\s*(?P<high>{NUMBER})\s*(?P<unit>.*?)\s*")
+_RANGE = re.compile(rf"\s*(?P<low>{NUMBER})\s*(?P<unit_low>[^.]*?)\s*\.\.\s*(?P<high>{NUMBER})\s*(?P<unit>.*?)\s*")
 _HALF = re.compile(rf"\s*({NUMBER})\s*(.*)")
 _LONGEST = 200  # characters of a number with its uncertainty
 _SETTINGS = (ACCURACY, DURATION, SAMPLING)  # of a run: nobody measures them
@@ -45,8 +45,10 @@ class Stated:
         return "uniform" if self.how == ".." else "normal"
 
 
-def separated(source: Source) -> dict[Path, Stated]:
-    """What a scene states of its numbers, by path; the data keep their nominal values, bad forms become faults."""
+def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
+    """What a scene states of its numbers, by path; the data keep their nominal values, bad forms become faults.
+
+    `is_text`: whether what stands at a path is for people, whatever it looks like."""
     found: dict[Path, Stated] = {}
 
     def nominal(data: Data, path: Path) -> Data:
@@ -55,7 +57,7 @@ def separated(source: Source) -> dict[Path, Stated]:
         if isinstance(data, list):
             return [nominal(each, (*path, i)) for i, each in enumerate(data)]
         try:
-            stated = _stated(data) if isinstance(data, str) else None
+            stated = _stated(data) if isinstance(data, str) and not is_text(path) else None
         except ValueError as error:
             source.fault(path, str(error))
             return data

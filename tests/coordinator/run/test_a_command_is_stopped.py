@@ -93,6 +93,62 @@ def test_what_a_signal_raises_is_raised_anew_where_python_loses_it(how):
     assert (done.stdout, done.stderr) == ("lost\nSIGTERM\n", "")
 
 
+HELD = """
+import os, signal, subprocess, time
+from heavylift.coordinator.stopping import Stopping
+from heavylift.coordinator.supervision.processes import Processes
+
+class Signalled(subprocess.Popen):
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        os.kill(os.getpid(), signal.SIGTERM)
+        print("the keeper runs as", self.pid)
+
+subprocess.Popen = Signalled
+Stopping()
+try:
+    with Processes():
+        time.sleep(60)
+except KeyboardInterrupt as error:
+    print(error)
+"""
+
+
+def test_a_signal_waits_until_the_process_that_is_being_started_is_known():
+    done = subprocess.run([sys.executable, "-c", HELD], capture_output=True, text=True, timeout=PATIENCE_s)
+    started, stopped = done.stdout.splitlines()
+    assert stopped == "SIGTERM"
+    assert gone([int(started.removeprefix("the keeper runs as "))])
+
+
+FAILING = """\
+from heavylift.coordinator.run import scene
+
+def greet(self):
+    self.talk.welcome(next(iter(self._models)), b"")
+    raise MemoryError
+
+scene._Run.greet = greet
+"""
+
+
+@pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
+def test_a_run_that_fails_before_all_nodes_have_answered_ends_in_a_sentence(where, tmp_path):
+    (tmp_path / "patch").mkdir()
+    (tmp_path / "patch" / "sitecustomize.py").write_text(FAILING)
+    done = subprocess.run(
+        [HEAVYLIFT, "run", "lift", *where],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "patch")},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_s,
+    )
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].startswith("heavylift: the system gives no more memory")
+    assert Recording(tmp_path / "lift.mcap").result["status"] == "failed"
+
+
 SWALLOWING = """\
 import os, signal
 from heavylift.coordinator.run.conversation import Conversation

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator import run_models
-from heavylift.coordinator.supervision.processes import LIMITS
+from heavylift.coordinator.supervision.of_the_system import LIMITS
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, Simulator, ms
 from heavylift.nodes.scene import bundled

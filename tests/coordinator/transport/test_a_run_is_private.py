@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.coordinator.transport.session import node_session, observer_session
 from heavylift.kernel.errors import ProtocolError
 from msgspec import structs

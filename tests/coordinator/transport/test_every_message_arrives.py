@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from heavylift.coordinator.transport.hub import LocalHub
+from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.kernel.errors import ProtocolError
 from of_the_system import Start
 

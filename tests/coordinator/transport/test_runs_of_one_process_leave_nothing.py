@@ -8,7 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.coordinator.transport.run_directory import RunDirectory
 
 RUNS = 30

@@ -13,7 +13,7 @@ from heavylift.coordinator.verdict.history import History
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits import Limit, Use, judge_path, judge_run, signals_of
 from heavylift.nodes.limits.reading import READERS
-from heavylift.nodes.limits.telling import WORDS
+from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.plan.limit import Quantity
 from heavylift.nodes.scene import check, load
 from heavylift.nodes.scene.loading import LoadedScene

@@ -10,7 +10,8 @@ import pytest
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits import Limit, Signals, judge_path, judge_run, limits_of, signals_of_peaks, uses_of_run
-from heavylift.nodes.limits.telling import likewise, percent, rows, unjudged
+from heavylift.nodes.limits.sentences import percent
+from heavylift.nodes.limits.telling import likewise, rows, unjudged
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.scene import check, json_schema, load

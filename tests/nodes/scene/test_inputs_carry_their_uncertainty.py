@@ -26,6 +26,7 @@ TOLD = [
     ("cranes.crane.sheave efficiency=97 % +- 1 %", "cranes.crane.sheave efficiency", 0.97, "normal", 0.005),
     ("cranes.crane.sheave efficiency=0.97 +- 1 %", "cranes.crane.sheave efficiency", 0.97, "normal", 0.00485),
     ("cranes.crane.sheave efficiency=0.96..0.98", "cranes.crane.sheave efficiency", 0.97, "uniform", 0.01 / 3**0.5),
+    ("block.inertia=[3e7..4e7 kg m2, 1e8 kg m2, 1e8 kg m2]", "block.inertia.x", 3.5e7, "uniform", 5e6 / 3**0.5),
     ("rig.sling.EA=445 MN +- 5 %", "rig.sling.EA", 445e6, "normal", 445e6 * 0.025),
     ("rig.loaders.loader-1.sling=10 m +- 5 mm", "rig.loaders.loader-1.sling", 10.0, "normal", 2.5e-3),
 ]
@@ -90,6 +91,15 @@ def test_nothing_of_the_plan_changes_with_the_spelling() -> None:
     for text in ("300 t +- 3 %", "290..310 t", "300 t sd 5000 kg"):
         stated = load("lift", [f"block.mass={text}", "rig.sling.EA=445 MN ± 10 %"])
         assert encode(stated.plan) == encode(plain.plan)
+
+
+def test_texts_for_people_are_no_numbers() -> None:
+    stage = "actions.0.stage=20..30 t on the hooks"
+    source = "limits={ropes: {crane.H1: {tension: 4 MN, source: 3 +- 1 tests}}}"
+    scene = load("lift", [stage, source])
+    assert scene.plan.actions[0].stage == "20..30 t on the hooks"
+    assert scene.scene.limits.ropes["crane.H1"].source == "3 +- 1 tests"
+    assert uncertain_inputs(scene) == []
 
 
 def test_what_is_stated_besides_takes_the_place_of_the_file() -> None:

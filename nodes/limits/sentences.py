@@ -1,0 +1,184 @@
+"""Uses of limits as sentences for planners: one row of `WORDS` per quantity, and how its values are written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import degrees
+
+from heavylift.nodes.plan.limit import Limit, Use
+
+__all__ = ["NOISE", "WORDS", "bound", "percent", "shown"]
+
+NOISE = {"N": 1.0, "kg": 0.1, "rad": 1e-6, "m": 1e-6}  # by unit: values below it, and differences, are rounding
+
+
+@dataclass(frozen=True)
+class Words:
+    """How a quantity is reported; `refused`: a scene whose path at rest is beyond it cannot be run."""
+
+    kind: str
+    sentence: Callable[[Use, bool], str]
+    refused: bool = False
+
+
+def percent(use: float) -> str:
+    """A use; so close to the limit that it would be rounded to it, with a digit that tells on which side."""
+    return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 or abs(use - 1.0) < 5e-5 else f"{100 * use:.2f} %"
+
+
+def shown(limit: Limit, value: float | None) -> str:
+    """A value of a limit's quantity, as people write it."""
+    if value is None:
+        return ""
+    match limit.unit:
+        case "kg":
+            return f"{value / 1e3:.1f} t"
+        case "N":
+            value = value if abs(value) >= NOISE[limit.unit] else 0.0
+            return f"{value / 1e3:.4g} kN" if abs(value) < 1e6 else f"{value / 1e3:.0f} kN"
+        case "rad":
+            return f"{degrees(value):.2f} deg"
+        case "m":
+            return f"{value:.2f} m"
+    return f"{value:.2f} {limit.unit}".strip()
+
+
+def bound(use: Use) -> float:
+    """The limit of a use: that on its side, if it lies between two."""
+    limit = use.limit
+    if limit.between is not None and use.value is not None:
+        low, high = limit.between
+        return low if use.value < (low + high) / 2.0 else high
+    return use.bound if use.bound is not None else limit.at()
+
+
+# sentences: `ran` says that it happened
+
+
+def _carries(who: Callable[[str], str]) -> Callable[[Use, bool], str]:
+    def sentence(use: Use, ran: bool) -> str:
+        verb = "carried" if ran else "would carry"
+        told = f"{who(use.limit.subject)} {verb} {(use.value or 0.0) / 1e3:.1f} t of {bound(use) / 1e3:g} t"
+        return f"{told}, {use.limit.note}" if use.limit.note else told
+
+    return sentence
+
+
+def _trolley(subject: str) -> str:
+    crane, which = subject.rsplit(" ", 1)
+    return f"the {which} trolley of {crane}"
+
+
+def _loader(use: Use, ran: bool) -> str:
+    verb = "carried" if ran else "would carry"
+    return f"the slings of {use.limit.subject} {verb} {shown(use.limit, use.value)} of {shown(use.limit, bound(use))}"
+
+
+def _sling(use: Use, ran: bool) -> str:
+    limit, value = use.limit, use.value or 0.0
+    verb, much = "was" if ran else "would be", f"{percent(use.use or 0.0)} of its limit"
+    told = f"the tension of the sling {limit.subject} {verb} {value / 1e3:.0f} kN, {much}"
+    told = f"{told}: {limit.breaking / value:.2f} times below its breaking force"
+    return f"{told}, {limit.factor:g} are needed ({limit.source})"
+
+
+def _line(use: Use, ran: bool) -> str:
+    verb, limit = "carried" if ran else "would carry", use.limit
+    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)}, {percent(use.use or 0.0)} of its limit"
+    return f"{told} of {shown(limit, bound(use))} ({limit.source})"
+
+
+def _rope(use: Use, ran: bool) -> str:
+    limit, value = use.limit, use.value or 1.0
+    pull = limit.breaking / value / 1e3
+    told = f"the rope {limit.subject} {'had' if ran else 'has'} too little safety: its most loaded part"
+    told += f" {'carried' if ran else 'carries'} {pull:.1f} kN, {value:.2f} times below its breaking force"
+    return f"{told}, {limit.at():g} are needed ({limit.note})"
+
+
+def _peak(use: Use, ran: bool) -> str:
+    limit, value = use.limit, use.value or 0.0
+    told = f"the largest tension of {limit.subject}, {value / 1e3:.0f} kN, is beyond {bound(use) / 1e3:.0f} kN"
+    return f"{told}: breaking force over the partial factors of {limit.factor:.3g} ({limit.source})"
+
+
+def _drum(use: Use, ran: bool) -> str:
+    limit = use.limit
+    verb = "pulled" if ran else "would pull"
+    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)} at its drum"
+    return f"{told}, which may pull {shown(limit, bound(use))}"
+
+
+def _leads(way: str) -> Callable[[Use, bool], str]:
+    def sentence(use: Use, ran: bool) -> str:
+        limit, verb = use.limit, "led" if ran else "would lead"
+        told = f"the rope {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical {way}"
+        return f"{told}, {degrees(bound(use)):g} degrees are allowed ({limit.source})"
+
+    return sentence
+
+
+def _legs(use: Use, ran: bool) -> str:
+    limit, verb = use.limit, "stood" if ran else "would stand"
+    most = bound(use) if use.beyond else limit.warning or 0.0
+    told = f"the sling {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical"
+    return f"{told}, more than {degrees(most):g} degrees ({limit.source})"
+
+
+def _pushed(use: Use, ran: bool) -> str:
+    limit, verb = use.limit, "pulled" if ran else "would pull"
+    what = "rails" if limit.over == "along" else "girder"
+    told = f"the ropes {verb} {limit.subject} along its {what} with {shown(limit, use.value)}"
+    return f"{told}, {limit.note} {shown(limit, bound(use))}"
+
+
+def _high(use: Use, ran: bool) -> str:
+    told = f"the hook {use.limit.subject} {'was' if ran else 'would be'} at z = {use.value:.2f} m"
+    return f"{told}, its upper limit is {bound(use):g} m"
+
+
+def _long(use: Use, ran: bool) -> str:
+    low, high = use.limit.between or (0.0, 0.0)
+    rope, length, would = use.limit.subject, use.value or 0.0, "was" if ran else "would be"
+    if length < (low + high) / 2:
+        return f"the rope {rope} {would} wound to {length:g} m, its minimum is {low:g} m"
+    return f"the rope {rope} {would} {length:g} m long, its drum holds {high:g} m"
+
+
+def _ends(what: str, axis: str) -> Callable[[Use, bool], str]:
+    def sentence(use: Use, ran: bool) -> str:
+        low, high = use.limit.between or (0.0, 0.0)
+        who = _trolley(use.limit.subject) if axis == "y" else use.limit.subject
+        return f"{who} at {axis} = {use.value:g} m is past the end of its {what}, {low:g} to {high:g} m"
+
+    return sentence
+
+
+def _blown(use: Use, ran: bool) -> str:
+    verb = "was" if ran else "would be"
+    return f"the wind {verb} {shown(use.limit, use.value)}, lifting is allowed up to {shown(use.limit, bound(use))}"
+
+
+WORDS: dict[str, Words] = {
+    "hook load": Words("overload", _carries(lambda hook: f"the hook {hook}"), refused=True),
+    "trolley load": Words("overload", _carries(_trolley), refused=True),
+    "crane load": Words("overload", _carries(str), refused=True),
+    "tandem load": Words("overload", _carries(str), refused=True),
+    "loader load": Words("overload", _loader),
+    "sling tension": Words("overload", _sling, refused=True),
+    "sling peak": Words("overload", _peak),
+    "rope tension": Words("overload", _line, refused=True),
+    "rope factor": Words("overload", _rope, refused=True),
+    "rope peak": Words("overload", _peak),
+    "drum pull": Words("overload", _drum, refused=True),
+    "off-lead along": Words("off-lead", _leads("along the rails")),
+    "off-lead across": Words("off-lead", _leads("across the rails")),
+    "bridle angle": Words("bridle", _legs),
+    "side force": Words("side force", _pushed),
+    "hook height": Words("two-blocked", _high, refused=True),
+    "rope length": Words("drum", _long, refused=True),
+    "rails": Words("end", _ends("rails", "x"), refused=True),
+    "girder": Words("end", _ends("girder", "y"), refused=True),
+    "wind": Words("wind", _blown),
+}

@@ -1,0 +1,37 @@
+"""The balance of energy says the same of many readings at once as of one after the other."""
+
+import numpy as np
+import pytest
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.methods.stability import Balance
+
+READINGS, PARTS = 40, 5
+
+
+def one_by_one(balance, readings):
+    """The sentence with which it ends, and the reading at which."""
+    for k, reading in enumerate(zip(*readings, strict=True)):
+        try:
+            balance.check("here", *(np.array([x]) for x in reading))
+        except KernelError as error:
+            return str(error), k
+    return "", READINGS
+
+
+@pytest.mark.parametrize("implicit", [False, True])
+@pytest.mark.parametrize("seed", range(40))
+def test_blocks_are_fine_where_each_reading_is(seed, implicit):
+    rng = np.random.default_rng(seed)
+    kinetic = rng.exponential(1e3, READINGS)
+    parts = rng.normal(0.0, 1e3, (READINGS, PARTS))
+    parts[:, 0] -= (kinetic + parts.sum(axis=1)) * (1.0 - rng.normal(0.0, 10.0 ** rng.uniform(-12, 0.5), READINGS))
+    held = rng.exponential(1.0, READINGS)
+    readings = kinetic, parts, np.full(READINGS, 1e-9), held
+    block, single = Balance(1e-6, implicit), Balance(1e-6, implicit)
+    for balance in (block, single):
+        balance.begin(kinetic[:1], parts[:1])
+    fine = block.fine(*readings)
+    said, _ = one_by_one(single, readings)
+    assert fine == (not said and not single.lost)
+    if fine:
+        assert block._turned == single._turned
