@@ -36,8 +36,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    if config.cache is not None and not hasattr(config, "workerinput"):
-        config.pluginmanager.register(Clock(config.cache))
+    cache = getattr(config, "cache", None)
+    if cache is not None and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Clock(cache))
     told = "large(beyond=0): with --full only, or if it is named; of many cases all but the first so many"
     config.addinivalue_line("markers", told)
 
@@ -88,7 +89,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 def _quick(items: list[pytest.Item], config: pytest.Config) -> set[pytest.Item]:
     """The first case of each test, the cheapest of them, as far as the time goes."""
-    known = config.cache.get(SECONDS, {}) if config.cache is not None else {}
+    cache = getattr(config, "cache", None)
+    known = cache.get(SECONDS, {}) if cache is not None else {}
     firsts = {item.nodeid.partition("[")[0]: item for item in reversed(items)}.values()
     costs = {item: known.get(item.nodeid, UNKNOWN_s) for item in firsts}
     cheapest = sorted(costs, key=lambda item: (costs[item], item.nodeid))
