@@ -149,8 +149,7 @@ def is_sym(x: Any) -> bool:
 def node(op: str, *args: Any, width: int | None = None) -> Sym:
     """The node of an operation in the graph being recorded, new or already there."""
     graph = RECORDING.graphs[-1]
-    found = graph.table.get((op, args))  # equal numbers of different types are one key
-    if found is not None:
+    if (found := graph.table.get((op, args))) is not None:  # equal numbers of different types are one key
         return found
     number = int if op in ("in", "ret", "slice") else float
     plain: list[Any] = []
@@ -167,9 +166,6 @@ def node(op: str, *args: Any, width: int | None = None) -> Sym:
     n.width = width if width is not None else 0 if op == "dot" else widest
     graph.nodes.append(n)
     return n
-
-
-# ---- simplification while recording -------------------------------------------------------------------------
 
 
 def neg(x: Any) -> Any:
@@ -221,9 +217,6 @@ def div(a: Any, b: Any) -> Any:
     return node("div", a, b)
 
 
-# ---- functions of traced text --------------------------------------------------------------------------------
-
-
 def sqrt(x: Any) -> Any:
     return node("sqrt", x) if is_sym(x) else math.sqrt(x)
 
@@ -247,10 +240,7 @@ def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
     """Let a function of scalars (or of vector symbols) take arrays, too."""
 
     def apply(*args: Any) -> Any:
-        for x in args:
-            if _is_array(x):
-                break
-        else:
+        if not any(map(_is_array, args)):
             return f(*args)
         import numpy as np
 

@@ -45,13 +45,10 @@ class Simulator:
         trace: Trace | None = None,
         watched: bool = True,
     ) -> None:
-        """`log` hears of every transition, `trace` keeps them; a zero-time loop of `microsteps` tags is an error.
-
-        `watched`: it is looked whether an output changes the state; needless for models of which others look.
-        """
-        self.model, self._patience = model, Patience(microsteps)
+        """`log` hears of every transition, `trace` keeps them; a zero-time loop of `microsteps` tags is an error, and
+        so is an output that changes the state, where that is `watched`."""
+        self.model, self._patience, self._watched = model, Patience(microsteps), watched
         self.trace = Log(log) if log is not None else trace
-        self._watched = watched
         self._present, self._observed = Present(live=True), Observed()
         self.atomics: list[Atomic] = []
         self._due: Tag | None = None  # the next tag, once it is looked for
@@ -72,8 +69,7 @@ class Simulator:
     def start(self) -> None:
         """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
         self._last: Instant = (-1, 0)
-        self._due = None
-        self._spoken = False  # whether lambda has run for it
+        self._due, self._spoken = None, False  # whether lambda has run for it
         self._staged: list[tuple[InPort[Message], Message]] = []
         self._observed = Observed()
         self._schedule, self._witness = Schedule(self.atomics), Witness(self._watched)
@@ -290,8 +286,9 @@ class Simulator:
                 except (Exception, SystemExit) as error:
                     fail(m, tag, "output", error)
                 if m._wait is not None:
-                    told = "output() must not change the state: call hold_in in a transition"
-                    fail(m, tag, "output", ModelError(told))
+                    fail(
+                        m, tag, "output", ModelError("output() must not change the state: call hold_in in a transition")
+                    )
         finally:
             present.speaker = None
         if seen:
