@@ -48,7 +48,7 @@ FINEST = 1e-12  # tolerance of a step
 AGREE = 1e-3  # of a figure: what two tight runs may differ by
 REST: dict[Asked, float] = {"rope tension": 5e-5, "swing": 1e-4, "position": 5e-5, "lift-off time": 1e-5}
 STEADY = 1e-7  # of a figure: what is rounded away in a recording
-SECONDS, LEAST = 2e-8, 0.1  # of an evaluation, for each state; of any run [s]
+SECONDS, LEAST = 5e-8, 0.1  # of an evaluation, for each state, with samples and messages; of any run [s]
 
 
 @dataclass(frozen=True)

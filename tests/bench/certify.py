@@ -27,7 +27,7 @@ ASKED = (
     ["ask=[rope tension, swing, position]", "accuracy=1 %"],
 )
 RIGID = ["fidelity={ropes: rigid, slings: rigid}", "accuracy=1 %"]
-LUMPS, TRUE, LONGEST = (3, 1e-7, 60.0) if SHORT else (4, 1e-8, 120.0)  # of the reference: lumps, tolerance, seconds
+LUMPS, TRUE, LONGEST = (3, 1e-7, 60.0) if SHORT else (4, 1e-8, 90.0)  # of the reference: lumps, tolerance, seconds
 SCENES, FIRST = (1, 28) if SHORT else (200, 1000)
 WORKERS = 1 if SHORT else 2
 
