@@ -31,6 +31,7 @@ OPPOSED = 2.0  # two swings of one size: a block that leans as it is lifted swin
 LEANT = 3.0  # there and back, and by the lean of the move before
 SOONER = 1.05  # by what the block does not hang straight
 CHANCE: Errors = {"rope tension": 2.5e-3, "position": 5e-4, "lift-off time": 2e-3}  # measured
+LET_GO = 5e-3  # of the swing, whatever the steps: slings come off and on as a hook is taken from the load; measured
 STATES = 2  # of a degree of freedom: coordinate and velocity
 
 
@@ -57,6 +58,7 @@ def chance(case: Case) -> Errors:
     and on more than three hooks by which of the pads is the last to open, in which bounce of the block."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     errors = _swung(case, heavy * heavy * SLOWER[1])
+    errors["swing"] += LET_GO if case.changes else 0.0
     return errors if case.determinate else {q: errors.get(q, 0.0) + CHANCE.get(q, 0.0) for q in (*errors, *CHANCE)}
 
 
