@@ -63,8 +63,7 @@ class Case:
 
 def case_of(plan: Plan, followed: Following) -> Case | None:
     """The numbers of a scene; None if nothing is lifted as far as it can be followed."""
-    loads = _loads(plan, followed)
-    if not loads or plan.block is None:
+    if not (loads := _loads(plan, followed)) or plan.block is None:
         return None
     plan = by_ways(plan, followed)
     moves = [order for action in plan.actions for order in action.orders if isinstance(order, Move)]
@@ -75,8 +74,8 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
     sags = {c.name: sum(loads[r.name][0] * bends[r.name] for r in ropes if r.crane == c.name) for c in plan.cranes}
     gives = (loads[r.name][0] * sum(_soft(plan, r, loads[r.name][1])) + bends[r.name] * sags[r.crane] for r in ropes)
     partings = lifting(plan, followed, plan.gravity * max(gives))
-    hooks = tuple(_hook(plan, r, *loads[r.name], moves, partings, places[r.name], sags[r.crane]) for r in ropes)
-    hooks = tuple(replace(h, rings=_rings(plan, followed, h)) for h in hooks)
+    still = (_hook(plan, r, *loads[r.name], moves, partings, places[r.name], sags[r.crane]) for r in ropes)
+    hooks = tuple(replace(h, rings=_rings(plan, followed, h)) for h in still)
     longest, shortest = max(h.reach for h in hooks), min(h.length + h.depth for h in hooks)
     shortest = shortest if len(hooks) > 1 else longest  # several hooks hold a block level: it swings on its ropes alone
     slow, fast = sqrt(plan.gravity / longest), sqrt(plan.gravity / shortest)
@@ -89,7 +88,6 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
             name = drive_name(crane.name, which)  # type: ignore[arg-type]
             if any(m.actuator == name for m in moves) or (turns and which != "gantry"):
                 ordered.add(joint)
-    ways = [abs(m.by) for m in moves if m.by is not None]
     assert plan.block is not None
     block, one = plan.block.body, len({round(h.place[0], 6) for h in hooks}) == 1
     return Case(
@@ -108,7 +106,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         awaited=any(isinstance(t, Lifted) for m in moves for t in terms(m.until)),
         mass=block.mass,
         tilts=block.moments[1] / block.mass if one else 0.0,
-        way=max(ways, default=1.0),
+        way=max((abs(m.by) for m in moves if m.by is not None), default=1.0),
         lasts=min(sum(lasts(action) for action in plan.actions) + turning(plan), plan.end or inf),
         stages=len(plan.actions),
     )
@@ -191,8 +189,7 @@ def _rings(plan: Plan, followed: Following, h: Hook) -> float:
 
 def _changes(plan: Plan, followed: Following) -> bool:
     """Whether slings are hooked or unhooked while the block hangs."""
-    begun = zip(plan.actions, followed.path.acted, strict=False)
-    given = (any(isinstance(order, Hookup | Unhook) for order in action.orders) for action, _ in begun)
+    given = (any(isinstance(order, Hookup | Unhook) for order in action.orders) for action in plan.actions)
     return any(yes and not at.before.grounded for yes, at in zip(given, followed.path.acted, strict=False))
 
 

@@ -17,7 +17,7 @@ from typing import Any
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import Delivery, Event, Slack
 from heavylift.nodes.devs.messages import Message
-from heavylift.nodes.devs.models import Atomic, Model, Present
+from heavylift.nodes.devs.models import Model, Present
 from heavylift.nodes.devs.ports import InPort, Port
 from heavylift.nodes.devs.tags import BEGIN, FOREVER, NEVER, Instant, Tag, after, tag_of
 from heavylift.nodes.devs.travelling import travelling
@@ -50,7 +50,6 @@ class Simulator:
         self.model, self._patience, self._watched = model, Patience(microsteps), watched
         self.trace = Log(log) if log is not None else trace
         self._present, self._observed = Present(live=True), Observed()
-        self.atomics: list[Atomic] = []
         self._due: Tag | None = None  # the next tag, once it is looked for
         self._adopt()
 
@@ -286,9 +285,8 @@ class Simulator:
                 except (Exception, SystemExit) as error:
                     fail(m, tag, "output", error)
                 if m._wait is not None:
-                    fail(
-                        m, tag, "output", ModelError("output() must not change the state: call hold_in in a transition")
-                    )
+                    told = "output() must not change the state: call hold_in in a transition"
+                    fail(m, tag, "output", ModelError(told))
         finally:
             present.speaker = None
         if seen:
