@@ -32,7 +32,8 @@ __all__ = [
 ]  # fmt: skip
 
 ALLOWED = "HEAVYLIFT_ALLOW_CODE"
-HEAVYLIFT = [Path(__file__).resolve().parents[1] / room for room in ("kernel", "nodes", "coordinator", "recordings")]
+ROOMS = ("kernel", "nodes", "coordinator", "recordings", "__init__.py")  # the last is there where it is installed
+HEAVYLIFT = [Path(__file__).resolve().parents[1] / room for room in ROOMS]
 MODELS = HEAVYLIFT[1] / "zoo"  # the only functions of heavylift that are there to be named
 STANDARD = Path(sysconfig.get_path("stdlib")).resolve()
 LIBRARIES = [Path(sysconfig.get_path(x)).resolve() for x in ("purelib", "platlib")]  # may lie below the one above

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 from pathlib import Path
 
@@ -97,7 +98,14 @@ def test_a_module_is_judged_by_the_file_that_would_be_imported(own: Path, tmp_pa
     assert trust.refusal("package.inner.laws").endswith(f"heavylift trust {tmp_path / 'package'}")
     (tmp_path / "heavylift").mkdir()
     (tmp_path / "heavylift" / "laws.py").write_text("raise SystemExit")
-    assert trust.refusal("heavylift.laws").endswith(f"heavylift trust {tmp_path / 'heavylift'}")
+    assert trust.refusal("heavylift.laws") == ""  # nobody would find it: heavylift is a package of its own
+    with pytest.raises(ModuleNotFoundError):
+        importlib.import_module("heavylift.laws")
+
+
+@pytest.mark.parametrize("where", ["heavylift", "heavylift.nodes.zoo", "heavylift.nodes.zoo.none", "heavylift.nodes"])
+def test_heavylift_itself_is_trusted_wherever_it_is_installed(where: str) -> None:
+    assert trust.refusal(where) == ""
 
 
 def test_a_trusted_folder_says_nothing_of_packages_installed_below_it(own: Path, monkeypatch) -> None:
