@@ -20,7 +20,7 @@ from heavylift.kernel.trust import allowed
 ONE_RUN = "turnover"  # the folder whose tests read one and the same run
 MATRICES = "full"  # the one whose files are shared out by the last of their parameters
 SECONDS = "heavylift/seconds"  # in pytest's cache: what each test took when it ran last, with what it prepared
-QUICK_s, UNKNOWN_s = 40.0, 0.25  # of tests that --quick runs; of one that has not run here
+QUICK_s, UNKNOWN_s = 25.0, 0.5  # of tests that --quick runs; of one that has not run here
 
 
 @pytest.fixture
