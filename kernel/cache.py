@@ -1,4 +1,5 @@
-"""What was computed before, kept in files: machine code and paths at rest, used only if this user alone can write it.
+"""What was computed before, kept in files: machine code, paths at rest, what is modelled; used only if this user alone
+can write it.
 
 The folder is this user's own, with mode 0700, and no link; a file in it is regular and nobody else's.  Anything else is
 passed over as if nothing were kept.  Files appear by atomic rename and begin with a checksum, which tells damage, not
@@ -10,13 +11,19 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
+from typing import TypeVar
+
+import msgspec
 
 from .trust import others_write
 
-__all__ = ["cache_folder", "read_cached", "unsafe_cache", "write_cached"]
+__all__ = ["cache_folder", "read_cached", "remembered", "sources", "unsafe_cache", "write_cached"]
+
+T = TypeVar("T")
 
 CHECKSUM = 32  # bytes of a SHA-256
 MOST = 1 << 28  # of a file [bytes]
@@ -64,6 +71,24 @@ def write_cached(name: str, content: bytes) -> None:
         except OSError:
             with suppress(OSError):
                 os.unlink(part, dir_fd=folder)
+
+
+@cache
+def sources() -> bytes:
+    """All of the kernel that what is kept depends on, as it was when it was first asked for."""
+    return b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.rglob("*.py")))
+
+
+def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
+    """What `make` returns, plain data of a kind; from the cache if it was made before under this name."""
+    if data := read_cached(name):
+        try:
+            return msgspec.msgpack.decode(data, type=kind)
+        except msgspec.MsgspecError:
+            pass
+    found = make()
+    write_cached(name, msgspec.msgpack.encode(found))
+    return found
 
 
 @contextmanager

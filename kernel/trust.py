@@ -223,7 +223,7 @@ def _keep(folders: Iterable[Path]) -> None:
 
 def _executed(where: str) -> Iterator[Path | None]:
     """The files that an import would execute, packages first; None for what has no file; nothing if there is none."""
-    if where.endswith(".py"):
+    if where.endswith((".py", ".fmu")):
         path = Path(where).resolve()
         if path.is_file():
             yield path

@@ -11,5 +11,6 @@ Lowest layer first
 Beside them
     scenes     the scenes that come with heavylift, to run and to copy
     zoo        classic DEVS models
+    fmi        co-simulation units as models
     testing    drives one model offline, so that a user's model can be tested in three lines
 """

@@ -2,7 +2,9 @@
 
 scenes, gallery        scenes that are not run: check, statics, modes, equations, tradeoff, new, gallery, ...
 running, operating     runs: run, resume; what is said to a run that goes on, and who looks at it
-files, replaying       recordings; measuring: beside a real lift, uncertain inputs; sweeping: many runs of one scene
+files, replaying       recordings; measuring: beside a real lift, uncertain inputs
+sweeping, limiting     many runs of one scene; how far its numbers may go
+branching              a recorded run, otherwise from some time on
 own_models, hosts      devs, trust; several hosts
 health                 doctor
 common                 the application, help, completion, exit codes
@@ -10,13 +12,28 @@ common                 the application, help, completion, exit codes
 
 from heavylift.coordinator.commands.common.app import app
 
-from . import files, health, hosts, measuring, operating, own_models, replaying, running, scenes, sweeping
+from . import (
+    branching,
+    files,
+    health,
+    hosts,
+    limiting,
+    measuring,
+    operating,
+    own_models,
+    replaying,
+    running,
+    scenes,
+    sweeping,
+)
 
 __all__ = [
     "app",
+    "branching",
     "files",
     "health",
     "hosts",
+    "limiting",
     "measuring",
     "operating",
     "own_models",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common.app import File, Force, Json, app, written_to
+from heavylift.kernel.errors import RecordingError
 
 if TYPE_CHECKING:
     from heavylift.recordings.read.verdict import Judged
@@ -28,22 +29,31 @@ def info(file: File, as_json: Json = False) -> None:
 def plot(
     file: File,
     signals: Annotated[
-        list[str] | None, typer.Argument(help="signals or patterns, such as 'rope/tension/west.*'; default tensions")
+        list[str] | None,
+        typer.Argument(help="signals or patterns, such as 'rope/tension/west.*', default tensions; a second recording"),
     ] = None,
-    output: Annotated[Path | None, written_to("figure: .png, .svg, or .html to zoom")] = None,
-    lift: Annotated[bool, typer.Option("--lift", help="the lift itself at some instants")] = False,
+    output: Annotated[Path | None, written_to("figure: .png, .svg, .html to zoom, or .gif of the lift")] = None,
+    lift: Annotated[bool, typer.Option("--lift", help="the lift itself at some instants; as .gif a film")] = False,
     force: Force = False,
 ) -> None:
-    """Draw signals, limits and stages.    heavylift plot turnover.mcap 'rope/tension/*' 'pose/block/?' -o x.html"""
-    from heavylift.recordings import curves, storyboard
+    """Draw signals, limits and stages.    heavylift plot turnover.mcap 'rope/tension/*' 'pose/block/?' -o x.html
+
+    With a second recording, both over one another: heavylift plot lift.mcap slower.mcap 'rope/tension/*'
+    """
+    from heavylift.recordings import curves, overlay, storyboard
     from heavylift.recordings import plot as tensions
     from heavylift.recordings.write.outputs import beside
 
-    out = output or beside(file, ".png")
-    if lift:
+    out = output or beside(file, "-lift.png" if lift else "-signals.png" if signals else ".png")
+    others, signals = _apart(file, signals or [])
+    if others and lift:
+        raise RecordingError(f"{others[0]}: --lift draws one recording; leave the second one out")
+    if others:
+        out = overlay(file, others[0], out, signals, force)
+    elif lift:
         out = storyboard(file, out, force=force)
     elif signals or out.suffix.lower() == ".html":
-        out = curves(file, signals or ["rope/tension/*"], out, force)
+        out = curves(file, signals or [], out, force)
     else:
         out = tensions(file, out, force=force)
     typer.echo(f"wrote {out}")
@@ -52,29 +62,38 @@ def plot(
 @app.command()
 def view(
     file: File,
+    other: Annotated[
+        Path | None,
+        typer.Argument(help="another recording, shown beside it", autocompletion=completing.recordings),
+    ] = None,
     output: Annotated[Path | None, written_to("page; default NAME.html")] = None,
     force: Force = False,
 ) -> None:
-    """Write one page with the lift in 3D, signals, stages, events.    heavylift view turnover.mcap"""
+    """Write one page with the lift in 3D, signals, stages, events.    heavylift view turnover.mcap
+
+    With a second recording, that one is beside it as glass and dashed curves.
+    """
     from heavylift.recordings import view as write
     from heavylift.recordings.write.outputs import beside
 
-    out = write(file, output or beside(file, ".html"), _verdict(file), force)
+    out = write(file, output or beside(file, ".html"), _verdict(file), force, other)
     typer.echo(f"wrote {out}; open it in a browser")
 
 
 @app.command()
 def report(
     file: File,
-    output: Annotated[Path | None, written_to("document, .html or .pdf; default NAME-report.html")] = None,
+    output: Annotated[Path | None, written_to("document, .html, .pdf or .xlsx; default NAME-report.html")] = None,
+    revision: Annotated[str, typer.Option("--revision", help="revision of the document")] = "0",
+    author: Annotated[str, typer.Option("--author", help="who prepared it")] = "",
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write the planner's document: verdict, limits, clearances, stages.    heavylift report turnover.mcap"""
+    """Write the planner's document: verdict, limits, loads, stages.    heavylift report turnover.mcap -o run.pdf"""
     import msgspec
     from heavylift.recordings import Recording
     from heavylift.recordings import report as write
-    from heavylift.recordings.report import facts
+    from heavylift.recordings.report import Issue, facts
     from heavylift.recordings.write.outputs import beside
 
     found = _verdict(file)
@@ -82,8 +101,17 @@ def report(
         told = msgspec.to_builtins(facts(Recording(file), found), enc_hook=str)
         typer.echo(msgspec.json.encode({"verdict": found, **told}).decode())
     if output is not None or not as_json:
-        out = write(file, output or beside(file, "-report.html"), found, force)
-        typer.echo(f"wrote {out}; open it in a browser", err=as_json)
+        out = write(file, output or beside(file, "-report.html"), found, force, Issue(revision, author))
+        opened = "" if out.suffix == ".xlsx" else "; open it in a browser"
+        typer.echo(f"wrote {out}{opened}", err=as_json)
+
+
+def _apart(file: Path, given: list[str]) -> tuple[list[Path], list[str]]:
+    """A second recording, if one is given, and the signals."""
+    others = [Path(x) for x in given if x.endswith(".mcap")]
+    if len(others) > 1:
+        raise RecordingError(f"{file}: beside one other recording, not {len(others)}; compare them in pairs")
+    return others, [x for x in given if not x.endswith(".mcap")]
 
 
 def _verdict(file: Path) -> Judged | None:
@@ -179,7 +207,6 @@ def layout(
     force: Force = False,
 ) -> None:
     """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
-    from heavylift.kernel.errors import RecordingError
     from heavylift.recordings import Recording
     from heavylift.recordings.render.lichtblick import LAYOUT
     from heavylift.recordings.write.outputs import beside

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,13 +21,17 @@ Certificates = Annotated[
 ]
 
 
-def open_door(remote: frozenset[str], listen: str, keys: Path, in_process: bool) -> Door | None:
+def open_door(
+    remote: frozenset[str], listen: str, keys: Path, in_process: bool, external: Iterable[str] = ()
+) -> Door | None:
     """The door of a run with remote processes; None where there are none."""
     from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
     from heavylift.coordinator.hosts.door import Door
     from heavylift.kernel.errors import SceneError
 
     names = ", ".join(sorted(remote))
+    if in_process and (programs := ", ".join(sorted(external))):
+        raise SceneError(f"--in-process: process {programs} is a program of its own, leave out one of the two")
     if in_process and remote:
         raise SceneError(f"--in-process: process {names} is placed on another host, leave out one of the two")
     if remote and not listen:
@@ -75,5 +82,6 @@ def node(
         from heavylift.nodes.scene import load
 
         wanted = fingerprint(encode(load(scene, sets or []).plan))
+    sys.path.append(os.getcwd())  # for a model's module; it runs only if its code is trusted here
     door = Door.at(connect, Credentials.load(keys, name))
     play(name, door, run, wanted, lambda told: typer.echo(told, err=True))

@@ -16,6 +16,9 @@ def watch(
         str, typer.Option("--topics", help="events of this source.port only, such as 'west.*' or '*.stage'")
     ] = "*",
     as_json: Json = False,
+    ticket: Annotated[
+        bool, typer.Option("--ticket", help="print the settings with which any Zenoh program can watch instead")
+    ] = False,
 ) -> None:
     """Print the events of a run, those so far and then each as it happens.    heavylift watch turnover.mcap"""
     from fnmatch import fnmatchcase
@@ -26,6 +29,11 @@ def watch(
     from heavylift.kernel.errors import ProtocolError
 
     found = find(run)
+    if ticket:
+        from heavylift.coordinator.transport.session import observer_config
+
+        typer.echo(msgspec.json.format(msgspec.json.encode(observer_config(found.directory, found.notice.run))))
+        return
     lines, observer = Lines(found.notice), observe(found)
     for number, event in observer:
         wanted = fnmatchcase(f"{event.source}.{event.port}", topics)

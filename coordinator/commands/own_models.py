@@ -6,20 +6,29 @@ import os
 import sys
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from heavylift.coordinator.commands.common.app import (
     Deadline,
+    External,
     Force,
     InProcess,
     Json,
+    Listen,
+    Places,
     Processes,
+    Remote,
     app,
     deadline_s,
     quantity,
     written_to,
 )
+
+from .hosts import Certificates, open_door
+
+if TYPE_CHECKING:
+    from heavylift.coordinator.run.replications import Replications
 
 
 @app.command()
@@ -29,16 +38,24 @@ def devs(
     output: Annotated[Path | None, written_to("recording; default none")] = None,
     force: Force = False,
     processes: Processes = 0,
+    places: Places = None,
+    remote: Remote = None,
+    external: External = None,
+    listen: Listen = "",
+    keys: Certificates = Path("certificates"),
     in_process: InProcess = False,
+    stop: Annotated[str, typer.Option("--stop", help="child.port: its first message ends the run")] = "",
+    replications: Annotated[int, typer.Option("--replications", help="runs with seeds, for means of results")] = 0,
+    seed: Annotated[int | None, typer.Option("--seed", help="for the model's parameter `seed`; default 1")] = None,
     microsteps: Annotated[int, typer.Option("--microsteps", help="so many steps in no time are a loop")] = 10_000,
     deadline: Deadline = "60 s",
     as_json: Json = False,
 ) -> None:
     """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""
-    import dataclasses
-    import json
-
+    import msgspec
+    from heavylift.coordinator.participants.building import seeded
     from heavylift.coordinator.run.models import run_models
+    from heavylift.coordinator.run.replications import replicate
     from heavylift.coordinator.run.watch import Watch
     from heavylift.coordinator.transport.printable import printable
     from heavylift.nodes.devs import NEVER, ns
@@ -48,23 +65,62 @@ def devs(
         sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first
     end = ns(quantity("--until", until, TIME)) if until else NEVER
     patience = deadline_s(deadline)
+    if replications:
+        if output or places or remote or listen or in_process:
+            raise typer.BadParameter(
+                "each of the --replications runs in one process, without a recording; leave out -o, --place, --remote, "
+                "--listen and --in-process"
+            )
+        found = replicate(model, replications, 1 if seed is None else seed, end, stop, microsteps, workers=processes)
+        typer.echo(_replications(found, as_json))
+        return
+    if seed is not None:
+        model = seeded(model, seed)
+    away = frozenset(remote or [])
+    door = open_door(away, listen, keys, in_process, external or ())
 
     class Aloud(Watch):
         def say(self, sentence: str) -> None:
             print(printable(sentence), file=sys.stderr)
 
     run = run_models(
-        model, end, output, in_process, None, Aloud(), None, processes, microsteps, force, deadline=patience
+        model,
+        end,
+        output,
+        in_process,
+        watch=Aloud(),
+        processes=processes,
+        microsteps=microsteps,
+        force=force,
+        deadline=patience,
+        places=places or (),
+        remote=away,
+        door=door,
+        stop=stop,
+        external=external or (),
     )
     if as_json:
-        recording = str(run.recording) if run.recording else None
-        told = {**dataclasses.asdict(run), "outcome": run.outcome.name.lower(), "recording": recording}
-        typer.echo(json.dumps(told))
+        told = {**msgspec.to_builtins(run, enc_hook=str), "outcome": run.outcome.name.lower()}
+        typer.echo(msgspec.json.encode(told).decode())
         return
     typer.echo(f"ended at {run.sim_s:g} s because {run.outcome.value}")
     typer.echo(f"{run.grants} grants in {run.wall_s:.2f} s\ndigest {run.digest}")
+    for path, result in run.results.items():
+        typer.echo(f"{path}: {result}")
     if run.recording is not None:
         typer.echo(f"wrote {run.recording}")
+
+
+def _replications(found: Replications, as_json: bool) -> str:
+    """Estimates with the numbers they are made of, or as a table."""
+    import msgspec
+    from heavylift.recordings.format.text import table
+
+    if as_json:
+        return msgspec.json.encode({**msgspec.to_builtins(found), "estimates": found.estimates}).decode()
+    rows = [[name, f"{x.mean:.6g}", f"+- {x.half:.2g}", f"{x.deviation:.3g}"] for name, x in found.estimates.items()]
+    head = [f"{len(found.seeds)} runs", "mean", f"{100 * found.confidence:g} %", "deviation"]
+    return table(head, rows) or "no atomic has told a number in its result()"
 
 
 @app.command()

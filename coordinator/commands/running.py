@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,10 +13,14 @@ import typer
 from heavylift.coordinator.commands.common import completing
 from heavylift.coordinator.commands.common.app import (
     Deadline,
+    External,
     Force,
     InProcess,
     Json,
+    Listen,
+    Places,
     Processes,
+    Remote,
     Scene,
     Sets,
     Strict,
@@ -43,11 +48,14 @@ def run(
     step: Annotated[str, typer.Option("--step", help="fixed steps: --step '2 ms'")] = "",
     processes: Processes = 0,
     view: Annotated[bool, typer.Option("--view", help="show the lift in a browser while it runs")] = False,
-    places: Annotated[
-        list[str] | None, typer.Option("--place", help="nodes that share a process: --place 'west,east=yard-a'")
-    ] = None,
-    remote: Annotated[list[str] | None, typer.Option("--remote", help="this process runs on another host")] = None,
-    listen: Annotated[str, typer.Option("--listen", help="tls/ADDRESS:PORT for processes of other hosts")] = "",
+    foxglove: Annotated[bool, typer.Option("--foxglove", help="serve Foxglove and Lichtblick while it runs")] = False,
+    publish: Annotated[
+        float, typer.Option("--publish", min=0.001, max=10_000.0, help="samples a simulated second for who subscribes")
+    ] = 10.0,
+    places: Places = None,
+    remote: Remote = None,
+    external: External = None,
+    listen: Listen = "",
     keys: Certificates = Path("certificates"),
     deadline: Deadline = "60 s",
     rate: Annotated[
@@ -59,41 +67,58 @@ def run(
     certify: Annotated[
         bool, typer.Option("--certify", help="tell how sure peaks, swings, times and places are; runs it several times")
     ] = False,
+    within: Annotated[
+        str, typer.Option("--within", help="as accurate as this machine can be in this time, start included: '10 s'")
+    ] = "",
+    real_time: Annotated[
+        float | None, typer.Option("--real-time", help="the same, so many times as fast as real time")
+    ] = None,
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
-    from heavylift.coordinator.participants.participant import PRELOAD
+    from heavylift.coordinator.participants.participant import PRELOAD_SCENE
     from heavylift.coordinator.supervision.processes import Processes
 
-    crew = None if in_process else Processes(PRELOAD)  # starts while the rest is imported
+    crew = None if in_process else Processes(PRELOAD_SCENE)  # starts while the rest is imported
     try:
         from heavylift.coordinator.live.keyboard import Keyboard
         from heavylift.coordinator.live.pace import RealTime
         from heavylift.coordinator.run import run as simulate
         from heavylift.coordinator.run.progress import Progress, summary
         from heavylift.coordinator.transport.placement import place
-        from heavylift.nodes.models import KERNEL, node_names
+        from heavylift.nodes.models import node_names
         from heavylift.nodes.scene import load
 
         pace = None if rate is None else RealTime(rate)
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
         patience = deadline_s(deadline)
-        loaded = load(scene, [*(sets or []), *given])
+        fitted = None
+        if within or real_time is not None:
+            from heavylift.coordinator.run.time_budget import budget
+
+            fitted = budget(scene, [*(sets or []), *given], within, real_time, rate, in_process)
+        loaded = fitted.scene if fitted else load(scene, [*(sets or []), *given])
         if drive:
             from heavylift.coordinator.measured.driving import driven
 
             loaded = driven(loaded, drive)
         nodes = node_names(loaded.plan)
-        placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
-        door = open_door(placement.remote, listen, keys, in_process)
+        placement = place(
+            nodes, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])], external or []
+        )
+        door = open_door(placement.remote, listen, keys, in_process, placement.external)
         path = output or Path(f"{loaded.plan.name}.mcap")
         with (
             live_page(view) as page,
+            viewers(loaded.plan.name, foxglove, publish, page) as looking,
             Keyboard() as keyboard,
             certified(loaded, certify) as certifying,
             Progress(loaded.plan, as_json) as watch,
         ):
+            if fitted:
+                watch.say(fitted.told)
+            began = time.perf_counter()
             result = simulate(
                 loaded,
                 path,
@@ -102,12 +127,15 @@ def run(
                 crew,
                 placement=placement,
                 door=door,
-                page=page,
+                page=looking,
                 deadline=patience,
                 pace=pace,
                 keyboard=keyboard,
                 force=force,
+                publish_hz=publish,
             )
+            if fitted:
+                fitted.took(time.perf_counter() - began, result.budget.kernel)
             certificate = certifying.written(result.recording) if certifying else None
     finally:
         if crew is not None:
@@ -179,3 +207,19 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
         ):
             webbrowser.open(page.url)
         yield page
+
+
+@contextmanager
+def viewers(name: str, wanted: bool, hz: float, page: Spectator | None) -> Iterator[Spectator | None]:
+    """Those who look at the run: the page, and viewers of others if that is wanted."""
+    if not wanted:
+        yield page
+        return
+    from heavylift.recordings import Spectator
+    from heavylift.recordings.render.foxglove import FoxgloveServer
+    from heavylift.recordings.write.broadcast import Broadcast
+    from heavylift.recordings.write.spectator import Spectators
+
+    with FoxgloveServer(name) as server:
+        typer.echo(f"Foxglove and Lichtblick connect to {server.url}", err=True)
+        yield Spectators(page or Spectator(), Broadcast(server, hz))

@@ -1,4 +1,4 @@
-"""`heavylift sweep`, `heavylift limits`: many runs of one scene."""
+"""`heavylift sweep`: many runs of one scene."""
 
 from __future__ import annotations
 
@@ -50,6 +50,7 @@ def sweep(
     """
     import json
 
+    from heavylift.coordinator.run.arguments import whole
     from heavylift.coordinator.sweeps.page import page, told
     from heavylift.coordinator.sweeps.summary import summary
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all
@@ -58,7 +59,7 @@ def sweep(
     from heavylift.nodes.scene import load
     from heavylift.nodes.scene.text.units import DURATION
 
-    loaded = load(scene, sets or [])
+    loaded, verify = load(scene, sets or []), whole("--verify", verify)
     seconds = quantity("--limit", limit, DURATION)
     progress = _Progress()
     with _engine(scheduler, keys) as executor:
@@ -84,40 +85,6 @@ def sweep(
             typer.echo(f"variant {number}: {'the same digest again' if equal else 'ANOTHER DIGEST'}")
         typer.echo(f"wrote {output / 'summary.html'} and {output / 'rows.parquet'}")
     if differing or (strict and set(found.counts) - {"done"}):
-        raise typer.Exit(1)
-
-
-@app.command()
-def limits(
-    scene: Scene,
-    of: Annotated[list[str], typer.Option("--of", help="'block.com.x', 'stage up/all hooks/hoist=1..20 m/min'")],
-    limit: Annotated[str, typer.Option("--limit", help="wall time of a run")] = "60 s",
-    sets: Sets = None,
-    as_json: Json = False,
-) -> None:
-    """Find how far a number may go before the verdict is red.    heavylift limits lift --of 'block.mass=300..900 t'
-
-    The verdict is that of a run; upwards from where it is green. Exit code 1 where it is red at the start, never turns
-    red, or is green again beyond. The limit lies between the last green and the first red value.
-    """
-    import json
-
-    from heavylift.coordinator.sweeps.limiting import limits_of
-    from heavylift.nodes.scene import load
-    from heavylift.nodes.scene.text.units import DURATION
-
-    loaded, seconds = load(scene, sets or []), quantity("--limit", limit, DURATION)
-    found = []
-    for asked in of:
-        found.append(
-            limits_of(loaded, asked, seconds, lambda x, row: typer.echo(f"  {x:.5g}: {row['status']}", err=True))
-        )
-        if not as_json:
-            typer.echo(str(found[-1]))
-    if as_json:
-        keys = ("path", "unit", "green", "red", "why", "wrong")
-        typer.echo(json.dumps([{key: getattr(one, key) for key in keys} for one in found]))
-    if any(one.wrong for one in found):
         raise typer.Exit(1)
 
 
@@ -161,7 +128,7 @@ class _Progress:
             self._live.stop()
 
     def _line(self, now: float) -> str:
-        from heavylift.coordinator.run.progress import clock
+        from heavylift.recordings.format.text import clock
 
         rate = max(self._done - 1, 0.5) / max(0.5, now - self._began)
         counts = ", ".join(f"{n} {status}" for status, n in sorted(self._counts.items()))

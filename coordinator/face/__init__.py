@@ -5,6 +5,7 @@ sweep(scene, ["block.mass=200..400 t by 25 t"], into="study")      many variants
 load(scene, ["block.mass=200 t"])                    a scene with settings laid over it, for all that take scenes
 run(scene, "run.mcap"), Recording("run.mcap")        a recorded run; reading it
 run_models("my_models:build", ...)                   DEVS models of your own
+replicate("my_models:build", 30, ...)                one of them for many seeds: means, confidence intervals
 """
 
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from heavylift.kernel.on_demand import on_demand
 
 if TYPE_CHECKING:
     from heavylift.coordinator.run.models import run_models
+    from heavylift.coordinator.run.replications import replicate
     from heavylift.coordinator.run.scene import run
     from heavylift.coordinator.run.simulate import Result, simulate
     from heavylift.coordinator.sweeps import sweep
@@ -23,11 +25,12 @@ MODULES = {
     "Recording": "recordings",
     "Result": "coordinator.run.simulate",
     "load": "nodes.scene",
+    "replicate": "coordinator.run.replications",
     "run": "coordinator.run.scene",
     "run_models": "coordinator.run.models",
     "simulate": "coordinator.run.simulate",
     "sweep": "coordinator.sweeps",
 }
 
-__all__ = ["Recording", "Result", "load", "run", "run_models", "simulate", "sweep"]
+__all__ = ["Recording", "Result", "load", "replicate", "run", "run_models", "simulate", "sweep"]
 __getattr__ = on_demand("heavylift", {name: f".{module}" for name, module in MODULES.items()})

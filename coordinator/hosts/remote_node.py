@@ -41,7 +41,8 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
             from heavylift.coordinator.participants import kernel_node  # noqa: F401
         link = Link(ticket, session)
         playing = _Playing(session, ticket, door)
-        say(printable(f"joined run {ticket.run} at {door.endpoint} with {', '.join(ticket.nodes)}"))
+        models = ", ".join(model for some in ticket.nodes.values() for model in some)
+        say(printable(f"joined run {ticket.run} at {door.endpoint} with {models}"))
         failed = serve(link)
         playing.over = True
         link.close()

@@ -8,6 +8,7 @@
 On the coordinator's side `shown` makes a run findable and shows its events.  What holds for observers, for real time
 and for an operator's orders stands in LIVE.md.
 
+publishing                          samples on the bus, for programs that draw them
 announce, audience, observe, line   how a run is found, what observers are shown, as a line for people
 orders, commands, command_queue     an operator's orders, and where a run takes them
 keyboard, keys, pace, run_control   keys of the terminal; how fast a run goes, and when it may go on

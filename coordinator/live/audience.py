@@ -55,7 +55,8 @@ class Audience:
         if self._events:
             self._journal.extend(map(_ENCODER.encode, self._events))
             for event in self._events:
-                self._hub.publish_event(event.source, event.port, event.payload)
+                at = event.type, event.t, event.k, event.index
+                self._hub.publish_event(event.source, event.port, event.payload, *at)
             self._events.clear()
 
     def __enter__(self) -> Self:

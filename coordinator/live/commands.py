@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import msgspec
+from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.coordinator.supervision.journal import read
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.nodes.devs import Event, Tag, encode
@@ -17,8 +18,6 @@ from heavylift.recordings import Recording, file_path
 from heavylift.recordings.write.outputs import COMMANDS
 
 __all__ = ["COMMAND", "OPERATOR", "Given", "command", "journal_of", "journaled", "operator_commands"]
-
-OPERATOR, COMMAND = "operator", "command"  # source and port of the events that commands are
 
 
 class Given(NamedTuple):

@@ -10,7 +10,9 @@ from __future__ import annotations
 import ast
 import importlib
 import importlib.util
+import inspect
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 from weakref import WeakSet
@@ -18,9 +20,9 @@ from weakref import WeakSet
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.trust import foreign, refusal
-from heavylift.nodes.devs import Coupled, Model
+from heavylift.nodes.devs import Coupled, Model, OutPort
 
-__all__ = ["built", "child", "couplings", "importing", "module"]
+__all__ = ["built", "couplings", "importing", "module", "seeded", "stopping", "with_children"]
 
 _importing: list[str] = []
 _returned: WeakSet[Model] = WeakSet()
@@ -53,6 +55,19 @@ def built(reference: str, by: str = "") -> Coupled:
     if not model.children:
         raise ModelError(f"{reference}: {model.name} has no children, and each child becomes a node; add some")
     return model
+
+
+def seeded(reference: str, seed: int) -> str:
+    """The reference with this `seed`; ModelError if its function takes none, or has one already."""
+    where, name, arguments, named = _read(reference)
+    function = getattr(_module(where), name, None)
+    parameters = inspect.signature(function).parameters if callable(function) else {}
+    if callable(function) and "seed" not in parameters:
+        raise ModelError(f"{reference}: {name}() takes no seed, so that all runs are equal; give it a parameter `seed`")
+    if "seed" in named or "seed" in [*parameters][: len(arguments)]:
+        raise ModelError(f"{reference}: the seed is given twice; leave it out of the brackets")
+    given = [*map(repr, arguments), *(f"{key}={x!r}" for key, x in named.items()), f"seed={seed}"]
+    return f"{where}:{name}({', '.join(given)})"
 
 
 def module(reference: str) -> str:
@@ -117,18 +132,41 @@ def importing() -> str:
     return _importing[-1] if _importing else ""
 
 
-def child(reference: str, name: str, by: str) -> Model:
-    """The child of this name, for its node, where data of `by` names the model."""
+def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
+    """The model, which has children of these names for a node, where data of `by` names it."""
     model = built(reference, by)
-    if name not in model.children:
-        raise ModelError(f"{reference}: {model.name} has no child {name} here, it has {', '.join(model.children)}")
-    return model.children[name]
+    for name in names:
+        if name not in model.children:
+            raise ModelError(
+                f"{reference}: {model.name} has no child {name} here, it has {', '.join(model.children)}; let the "
+                "function build the same model each time"
+            )
+    return model
 
 
-def couplings(model: Coupled) -> list[Coupling]:
-    """The couplings between children; what leads to a port of the model itself leaves the run."""
-    return [
+def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
+    """The (child, port) named by "child.port" whose first message ends a run; ModelError if there is none."""
+    if not stop:
+        return None
+    known = {
+        f"{child.name}.{p.name}": (child.name, p.name)
+        for child in model.children.values()
+        for p in child.ports.values()
+        if isinstance(p, OutPort)
+    }
+    if stop not in known:
+        from heavylift.recordings.format.text import meant  # nodes do without it
+
+        raise ModelError(f"--stop {stop}: no child of {model.name} has this out port; {meant(stop, list(known))}")
+    return known[stop]
+
+
+def couplings(model: Coupled, finish: tuple[str, str] | None = None) -> list[Coupling]:
+    """The couplings between children; what leads to a port of the model itself leaves the run.  Every node hears of the
+    port `finish`, which ends it."""
+    between = [
         Coupling(source.owner.name, source.name, target.owner.name, target.name)
         for source, target in model.couplings
         if source.owner is not model and target.owner is not model
     ]
+    return [*between, Coupling(*finish, "", "")] if finish else between

@@ -1,16 +1,43 @@
-"""The kernel's part of a plan, wherever it runs."""
+"""Of a plan, wherever its models run: how they are wired, and the kernel's part."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
+from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.kernel.description.mechanics import System
-from heavylift.nodes.models import NodeModel, hooked_later, subscriptions
+from heavylift.nodes.models import COMMANDER, NodeModel, couplings, hooked_later, subscriptions
 from heavylift.nodes.plan.plan import Plan
 
 from .parts import KernelConfig
 
-__all__ = ["kernel_config"]
+__all__ = ["COMMAND", "OPERATOR", "Wiring", "kernel_config", "wiring"]
+
+OPERATOR, COMMAND = "operator", "command"  # source and port of the events that commands are
+
+
+class Wiring(NamedTuple):
+    """Couplings between nodes, those from outside, and the port (model, port) whose event ends the run."""
+
+    couplings: list[Coupling]
+    outside: list[Coupling]
+    finish: tuple[str, str] | None
+    told: tuple[tuple[str, str], ...] = ()
+    """Ports (model, port) on which nobody hears what is said but who watches the run, and at once."""
+
+    @property
+    def all(self) -> list[Coupling]:
+        """Whatever a node hears of others or others of it."""
+        told = (*self.told, *([self.finish] if self.finish else []))
+        return [*self.couplings, *self.outside, *(Coupling(*port, "", "") for port in told)]
+
+
+def wiring(plan: Plan) -> Wiring:
+    """How the models of a plan are wired."""
+    wires = [Coupling(*wire) for wire in couplings(plan)]
+    told = tuple((COMMANDER, port) for port in ("answer", "skipped", "stage"))
+    return Wiring(wires, [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)], (COMMANDER, "finished"), told)
 
 
 def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable[System]) -> KernelConfig:

@@ -1,8 +1,8 @@
 """What coordinator and node must find alike before a run: each builds the whole model, and must have built the same.
 
-A declaration holds the ports of a child and a fingerprint of each attribute of each model in it, before `start`; of
-the root, its children and couplings, told by the first of them.  What cannot be told by bytes, such as a lambda,
-stands for its class.
+A declaration holds, of each child of a node, its ports and a fingerprint of each attribute of each model in it, before
+`start`; of the root, its children and couplings, told by the first of them.  What cannot be told by bytes, such as a
+lambda, stands for its class.
 """
 
 from __future__ import annotations
@@ -18,15 +18,18 @@ from heavylift.nodes.devs.execution.canonical import Freezer
 __all__ = ["declaration", "difference"]
 
 _Declared = tuple[list[tuple[str, str, str]], dict[str, dict[str, bytes]]]  # ports; path, attribute, fingerprint
-_DECODER: msgspec.msgpack.Decoder[_Declared] = msgspec.msgpack.Decoder(_Declared)
+_DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decoder(dict[str, _Declared])
 
 
-def declaration(child: Model) -> bytes:
-    """Of a child of a root that has just been built."""
-    root = child.parent
-    assert root is not None, "a node is a child"
-    ports = sorted((p.name, "in" if isinstance(p, InPort) else "out", p.type.__name__) for p in child.ports.values())
+def declaration(root: Coupled, names: Sequence[str]) -> bytes:
+    """Of children of a root that has just been built."""
     freezer = Freezer([root, *_below(root)])
+    return msgspec.msgpack.encode({name: _declared(root, root.children[name], freezer) for name in names})
+
+
+def _declared(root: Coupled, child: Model, freezer: Freezer) -> _Declared:
+    freezer.forget()
+    ports = sorted((p.name, "in" if isinstance(p, InPort) else "out", p.type.__name__) for p in child.ports.values())
     found = (
         {root.path: {"structure": _fingerprint(freezer, _structure(root))}} if child.name == min(root.children) else {}
     )
@@ -34,23 +37,25 @@ def declaration(child: Model) -> bytes:
         own = {"class": type(model), "structure": _structure(model)}
         own |= {key: x for key, x in vars(model).items() if key not in ("children", "_coupled")}
         found[model.path] = {key: _fingerprint(freezer, own[key]) for key in sorted(own)}
-    return msgspec.msgpack.encode((ports, found))
+    return ports, found
 
 
-def difference(here: bytes, there: bytes) -> str:
-    """What the first difference is, "" if there is none."""
+def difference(here: bytes, there: bytes) -> tuple[str, str]:
+    """The first child that differs and what does; ("", "") if none is found."""
     try:
-        (ports, found), (its_ports, its) = _DECODER.decode(here), _DECODER.decode(there)
+        all_here, all_there = _DECODER.decode(here), _DECODER.decode(there)
     except UNREADABLE:
-        return "what it declares"
-    if ports != its_ports:
-        return "its ports"
-    for path in sorted({*found, *its}):
-        a, b = found.get(path, {}), its.get(path, {})
-        for key in sorted({*a, *b}):
-            if a.get(key) != b.get(key):
-                return f"the {key} of {path}" if key in ("class", "structure") else f"{path}.{key}"
-    return ""
+        return "", "what it declares"
+    for name in sorted({*all_here, *all_there}):
+        (ports, found), (its_ports, its) = (x.get(name, ([], {})) for x in (all_here, all_there))
+        if ports != its_ports:
+            return name, "its ports"
+        for path in sorted({*found, *its}):
+            a, b = found.get(path, {}), its.get(path, {})
+            for key in sorted({*a, *b}):
+                if a.get(key) != b.get(key):
+                    return name, f"the {key} of {path}" if key in ("class", "structure") else f"{path}.{key}"
+    return "", ""
 
 
 def _below(model: Model) -> Iterator[Model]:

@@ -21,7 +21,7 @@ from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.model.switching import StateEvent as Switched
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
-from heavylift.nodes.devs import FOREVER, Delivery, Event, Slack, Tag, encode, succ
+from heavylift.nodes.devs import FOREVER, Event, Message, Slack, Tag, encode, succ
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from heavylift.nodes.models import KERNEL
 from heavylift.nodes.models.parts import messages as m
@@ -41,7 +41,8 @@ class KernelNode:
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], foretells: bool = False) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
-        self.lookahead = {_port(model): 0 for models in config.subscriptions.values() for model in models}
+        models = (model for models in config.subscriptions.values() for model in models)
+        self.lookahead = {f"{KERNEL}.{_port(model)}": 0 for model in models}
         self._publish, self._foretells, self._period = publish, foretells, config.sample_ns
         self._sent = self._noted = 0
         self._before = FOREVER_NS  # samples from here on wait: a step may end where the run does [ns]
@@ -49,6 +50,7 @@ class KernelNode:
         """Native calls so far: in a long one of the node's steps, a measure of its progress."""
         self._last = self._spoke = Tag(-1)  # of all transitions; of those with an output or an input
         self._offer: list[Switched] | None = None
+        self._most = np.zeros(0)  # the largest that each column of the samples sent has been
         self._told: list[Switched] = []  # what the last commands have changed, for the next microstep
         self.simulation: Simulation | Islands = simulate(
             assembled(config.systems, config.gravity),
@@ -97,6 +99,15 @@ class KernelNode:
         return max(Tag(self.simulation.next_ns), succ(self._spoke))
 
     @property
+    def last(self) -> Tag:
+        """Tag of the last advance."""
+        return self._last
+
+    def results(self, end: Tag) -> dict[str, Message]:
+        """Its results are its samples."""
+        return {}
+
+    @property
     def slack(self) -> list[Slack]:
         """An event of the mechanics is never scheduled by an input."""
         return []
@@ -120,7 +131,11 @@ class KernelNode:
                 index[port] = index.get(port, 0) + 1
         return sorted(out, key=lambda e: e.order)
 
-    def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
+    def among(self) -> list[Event]:
+        """It says nothing that no model hears."""
+        return []
+
+    def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
         """An event fires, inputs apply, or both (confluent: switch first, then the inputs); then work ahead."""
         fires, told = self.simulation.event and tag == self._located, bool(self._told)
         if fires:
@@ -133,8 +148,8 @@ class KernelNode:
             self._spoke = tag
         before = len(self.simulation.log)
         try:
-            for delivery in bag:
-                obey(self.simulation, delivery.event.value)
+            for event in bag:
+                obey(self.simulation, event.value)
         except (KernelError, ModelError) as error:
             raise ModelError(f"{KERNEL} at {tag}: {error}") from error
         self._told = [e for _, e in self.simulation.log[before:] if e.name in self._subscriptions]
@@ -156,14 +171,19 @@ class KernelNode:
 
     def snapshot(self) -> bytes:
         """The simulation's, and what was said and sent."""
-        said = self._sent, self._noted, self._last, self._spoke, self._told
+        said = self._sent, self._noted, self._last, self._spoke, self._told, self._most
         return frozen((self.simulation.snapshot(), said))
+
+    @property
+    def said(self) -> tuple[int, int, np.ndarray]:
+        """Samples and notes that were sent, and the largest that each column of the samples has been."""
+        return self._sent, self._noted, self._most
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot of a kernel of the same config."""
         simulation, said = thawed(snapshot)
         self.simulation.restore(simulation)
-        self._sent, self._noted, self._last, self._spoke, self._told = said
+        self._sent, self._noted, self._last, self._spoke, self._told, self._most = said
         self._offer = None
 
     def _work(self, until: Tag) -> None:
@@ -197,9 +217,12 @@ class KernelNode:
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
         """Send consecutive samples, equal ones as one row."""
         different = rows[:1] if all(row is rows[0][1] for _, row in rows) else rows
-        values = published(self.simulation.method, np.array([row for _, row in different])).astype("<f8").tobytes()
+        values = published(self.simulation.method, np.array([row for _, row in different])).astype("<f8")
+        if not period:
+            most = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=0)
+            self._most = np.maximum(most, self._most) if len(self._most) else most
         more = (notes, period) if period else (notes,) if notes else ()
-        self._publish(msgspec.msgpack.encode((self._sent, [t for t, _ in rows], values, *more)))
+        self._publish(msgspec.msgpack.encode((self._sent, [t for t, _ in rows], values.tobytes(), *more)))
 
 
 def _port(model: str) -> str:

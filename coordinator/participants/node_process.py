@@ -1,6 +1,7 @@
 """A process of one or more nodes: take the ticket, join, answer until the run is over for all of them.
 
-Nodes that share a process have no thread of their own: each message is answered before the next is looked at.
+Its models are one node, and the kernel is another; neither has a thread of its own: each message is answered before
+the next is looked at.
 """
 
 from __future__ import annotations
@@ -36,7 +37,10 @@ def main(arguments: list[str]) -> int:
 def serve(link: Link) -> str:
     """Answer the coordinator until every node of the link has said BYE or FAIL; what was said in the first FAIL."""
     failed = ""
-    playing = {name: Participant(name, partial(link.send, name), partial(link.sample, name)) for name in link.nodes}
+    playing = {
+        node: Participant(models, partial(link.send, node), partial(link.sample, node))
+        for node, models in link.nodes.items()
+    }
     everybody = list(playing.values())
     link.answer(life_sign(lambda: sum(participant.steps for participant in everybody)))
     while playing:

@@ -1,28 +1,38 @@
 """One node of a run, from WELCOME to BYE, whether it lives in its own process or in the coordinator's.
 
-WELCOME brings the part that the node plays (parts.py); the answer is HELLO with what the node declares: its share of
-the mechanics, the kernel's sample layout, or the ports of a model.
+It is the models of its process, run by one simulator, or the kernel. WELCOME brings the part that the node plays
+(parts.py); the answer is HELLO with what the node declares: its share of the mechanics, the kernel's sample layout, or
+what its models are.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 from importlib import metadata
+from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol.node_state import together
 from heavylift.kernel.errors import ModelError, ProtocolError
-from heavylift.nodes.devs import Coupled, Simulator, Tag
+from heavylift.nodes.devs import Simulator, Tag
 
 from . import parts
 
-__all__ = ["NODE_MODULE", "PRELOAD", "Participant", "version"]
+if TYPE_CHECKING:
+    from .recalled import Past, Recalled
+
+__all__ = ["NODE_MODULE", "PRELOAD", "PRELOAD_SCENE", "Participant", "version"]
 
 NODE_MODULE = "heavylift.coordinator.participants.node_process"
 PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.plan.plan")  # what every node of a scene imports
+PRELOAD_SCENE = (
+    *PRELOAD,
+    "heavylift.coordinator.participants.kernel_node",
+)  # its kernel, too
 
 
 @cache
@@ -34,14 +44,22 @@ def version() -> str:
 class Participant:
     """`send` answers the coordinator, `sample` puts on the data topic; `over` after BYE, or FAIL with what `failed`."""
 
-    def __init__(self, name: str, send: Callable[[bytes], None], sample: Callable[[bytes], None]) -> None:
-        self.name, self._send, self._sample = name, send, sample
+    def __init__(
+        self,
+        models: Sequence[str],
+        send: Callable[[bytes], None],
+        sample: Callable[[bytes], None],
+        past: Past | None = None,
+    ) -> None:
+        """`past`: what a kernel knows of its run already."""
+        self._past = past
+        self.models, self.name, self._send, self._put = models, together(models), send, sample
         self._node: Node | None = None
         self._flush: Callable[[], None] = lambda: None  # what goes to the data topic before an answer
         self._greeted: Callable[[], None] = lambda: None  # what goes there after HELLO
         self._pauses: Callable[[], int] = lambda: 0
         self._unchanged: Callable[[bool], None] = lambda now: None  # of what models share
-        self._busy_s = 0.0
+        self._busy_s = self._put_s = 0.0
         self.over, self.failed = False, ""
 
     @property
@@ -70,8 +88,14 @@ class Participant:
                 self._greeted()
             self.over, self.failed = isinstance(answer, m.Bye | m.Fail), getattr(answer, "sentence", "")
 
-    def _work(self, node: Node, message: m.AnyMessage) -> m.AnyMessage | None:
+    def _sample(self, data: bytes) -> None:
+        """Put on the data topic; what a coordinator in this process does with it at once is no work of the node."""
         began = time.perf_counter()
+        self._put(data)
+        self._put_s += time.perf_counter() - began
+
+    def _work(self, node: Node, message: m.AnyMessage) -> m.AnyMessage | None:
+        began, put = time.perf_counter(), self._put_s
         try:
             if isinstance(message, m.Grant):
                 self._unchanged(False)
@@ -80,7 +104,7 @@ class Participant:
                 self._unchanged(isinstance(answer, m.Bye))
         except ModelError as error:
             answer = Node.failure(self.name, error)
-        self._busy_s += time.perf_counter() - began
+        self._busy_s += time.perf_counter() - began - (self._put_s - put)
         self._flush()
         return answer
 
@@ -98,37 +122,44 @@ class Participant:
         if isinstance(part, parts.KernelPart):
             from .kernel_node import KernelNode
 
-            kernel = KernelNode(part.config, self._sample, foretells=True)
+            kernel: KernelNode | Recalled
+            if self._past is None:
+                kernel = KernelNode(part.config, self._sample, foretells=True)
+            else:
+                from .recalled import Recalled
+
+                kernel = Recalled(part.config, self._sample, self._past)
             self._pauses, self._greeted = lambda: kernel.pauses, kernel.foretell
             return Node(self.name, kernel, kernel.finish, samples=True), kernel.layout(), part.agreed
         if isinstance(part, parts.ModelPart):
-            from .building import child
+            from .building import couplings, with_children
             from .commons import Commons
             from .declaring import declaration
             from .seclusion import secluded
             from .transitions import Transitions
 
-            own = child(part.build, self.name, f"node {self.name}")
-            declared = declaration(own)
-            if isinstance(own.parent, Coupled):
-                self._unchanged = Commons(own.parent).unchanged
-            secluded(own)
+            build = partial(with_children, part.build, self.models, f"node {self.name}")
+            root = build()
+            wires, declared = couplings(root, part.finish), declaration(root, self.models)
+            self._unchanged = Commons(root).unchanged
             log = Transitions(self._sample) if part.log else None
             if log is not None:
                 self._flush = log.flush
-            simulator = Simulator(own, log, part.microsteps)
+            simulator = Simulator(secluded(root, self.models, build), log, part.microsteps, wires=wires)
             self._pauses = lambda: simulator.passed
             return Node(self.name, simulator), declared, parts.fingerprint(part.build.encode())
         from heavylift.nodes.models import build_one
         from heavylift.nodes.plan.plan import decode
 
+        from .configuration import wiring
+
         plan = decode(part.plan)
-        model = build_one(plan, self.name)
-        acting = Simulator(model, microsteps=plan.microsteps)
+        models = [build_one(plan, name) for name in self.models]
+        acting = Simulator(models, microsteps=plan.microsteps, wires=wiring(plan).all)
         self._pauses = lambda: acting.passed
 
         def waits(end: Tag) -> str:
-            return str(getattr(acting.model, "waiting_for", str)())
+            return "; ".join(said for m in acting.models if (said := str(getattr(m, "waiting_for", str)())))
 
-        declared = msgspec.msgpack.encode(model.declare())
+        declared = msgspec.msgpack.encode([model.declare() for model in models])
         return Node(self.name, acting, waits), declared, parts.fingerprint(part.plan)

@@ -1,7 +1,7 @@
 """What a node is made of: the config of its WELCOME.
 
-ScenePart    a machine or the commander of a scene         KernelPart    the mechanics of all of them
-ModelPart    a child of the model that a function builds
+ScenePart    a machine or the commander of a scene         KernelPart      the mechanics of all of them
+ModelPart    a child of the model that a function builds   ExternalPart    what a program of another kind must know
 """
 
 from __future__ import annotations
@@ -9,11 +9,23 @@ from __future__ import annotations
 from hashlib import blake2b
 
 import msgspec
+from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
 
-__all__ = ["KernelConfig", "KernelPart", "ModelPart", "Part", "ScenePart", "decode", "encode", "fingerprint"]
+__all__ = [
+    "ExternalModel",
+    "ExternalPart",
+    "KernelConfig",
+    "KernelPart",
+    "ModelPart",
+    "Part",
+    "ScenePart",
+    "decode",
+    "encode",
+    "fingerprint",
+]
 
 
 class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
@@ -45,11 +57,30 @@ class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):
 
 
 class ModelPart(msgspec.Struct, frozen=True, tag="model"):
-    """The child of the node's name in the model of `build` = "module:function"; its transitions logged if asked for."""
+    """The child of the node's name in the model of `build` = "module:function"; its transitions logged if asked for;
+    `finish`: the port (child, port) that ends the run."""
 
     build: str
     log: bool = False
     microsteps: int = LIMIT
+    finish: tuple[str, str] | None = None
+
+
+class ExternalModel(msgspec.Struct, frozen=True):
+    """A model that another program plays: types of its in ports, types and lookaheads [ns] of its out ports, and its
+    attributes as plain data."""
+
+    into: dict[str, str]
+    out: dict[str, tuple[str, int]]
+    parameters: dict[str, object]
+
+
+class ExternalPart(msgspec.Struct, frozen=True, tag="external"):
+    """The models of a node that another program plays, and the couplings (source, port, model, its port) into them."""
+
+    models: dict[str, ExternalModel]
+    couplings: list[Coupling]
+    microsteps: int
 
 
 Part = ScenePart | KernelPart | ModelPart
@@ -57,7 +88,7 @@ Part = ScenePart | KernelPart | ModelPart
 _DECODER: msgspec.msgpack.Decoder[Part] = msgspec.msgpack.Decoder(Part)
 
 
-def encode(part: Part) -> bytes:
+def encode(part: Part | ExternalPart) -> bytes:
     """The wire form."""
     return msgspec.msgpack.encode(part)
 

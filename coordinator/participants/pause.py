@@ -19,12 +19,12 @@ from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Event, Simulator, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, system
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, system
 from heavylift.nodes.models.parts.messages import Finished, Stage
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.rehearsal import Rehearsal
 
-from .configuration import kernel_config
+from .configuration import kernel_config, wiring
 from .kernel_node import KernelNode
 from .parts import KernelConfig
 
@@ -113,9 +113,9 @@ def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str 
         raise SceneError(f"--at {at:g} s: the time must lie between 0 and {LAST.t * 1e-9:g} s")
     stages = _Stages(after)
     end = Tag(ns(at) + 1) if at is not None else LAST if plan.end is None else Tag(ns(plan.end))
-    limit = plan.microsteps
-    core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), stages, limit)
-    nodes = [Node(name, Simulator(model, microsteps=limit)) for name, model in models.items()]
+    limit, wires = plan.microsteps, wiring(plan)
+    core = Coordinator([*models, KERNEL], wires.couplings, end, wires.finish, stages, limit)
+    nodes = [Node(name, Simulator(model, microsteps=limit, wires=wires.all)) for name, model in models.items()]
     try:
         run_in_memory(core, [*nodes, Node(KERNEL, kernel)])
     except _Ended:

@@ -1,45 +1,94 @@
-"""In its node a child is alone: its siblings and their parent are copies that nothing moves, and say so when touched.
+"""In its node a child is alone: the models around it are copies that nothing moves, and say so when touched.
 
-Each node builds the whole model and runs its own child.  What the others do happens elsewhere, so whoever reads their
-state here, or changes the structure around it, is refused by name; what is fixed while a run lasts (names, paths, plain
-values of the parent) may be read.
+Each process builds the whole model and runs its own children.  What the others do happens elsewhere, so whoever reads
+their state here, or changes the structure around them, is refused by name; what is fixed while a run lasts (names,
+paths, plain values of the parent) may be read.  Children that share a process must not notice that: those that hold
+nothing of each other come from one build, each of the others from one of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Collection, Sequence
 from enum import Enum
-from types import FunctionType, MethodType
+from types import CodeType, FunctionType, MethodType, ModuleType
 from typing import NoReturn
+from weakref import ref
 
-from heavylift.nodes.devs import Coupled, Message, Model
-from heavylift.nodes.devs.models import out_of_reach
+from heavylift.nodes.devs import Coupled, Message, Model, Port
+from heavylift.nodes.devs.models import Present, out_of_reach
 
 __all__ = ["secluded"]
 
 _FIXED = {"__class__", "_path", "name", "parent", "path"}
 _STRUCTURE = {*vars(Coupled), *vars(Model), "children", "ports"} - _FIXED
 _PLAIN = (bool, int, float, str, bytes, type(None), Enum, Message)
+_STILL = (*_PLAIN, complex, frozenset, tuple, type, ModuleType, CodeType, FunctionType, MethodType, Port, Model)
 
 Reach = Callable[[Model, str], object]
 _ghosts: dict[tuple[type, Reach], type] = {}
 
 
-def secluded(own: Model) -> None:
-    """Let all models around this one, a child of the root, refuse to be used."""
-    root = own.parent
-    assert root is not None, "a node is a child"
-    for sibling in root.children.values():
-        if sibling is not own:
-            _close(sibling)
+def secluded(root: Coupled, names: Sequence[str], build: Callable[[], Coupled]) -> list[Model]:
+    """The children of these names, around which all models refuse to be used; `build` makes the root once more."""
+    bound = _bound([root.children[name] for name in names])
+    own = {name: root.children[name] for name in names if name not in bound}
+    _seclude(root, own)
+    for name in bound:
+        another = build()
+        own[name] = another.children[name]
+        _seclude(another, [name])
+    return [own[name] for name in names]
+
+
+def _seclude(root: Coupled, own: Collection[str]) -> None:
+    for name, child in root.children.items():
+        if name not in own:
+            _close(child)
     root.__class__ = _ghost(type(root), _of_parent)
 
 
+def _bound(children: Sequence[Model]) -> list[str]:
+    """Who of these holds another one, or something that can change and one before it holds, too."""
+    first = {id(x): child.name for child in children for x in _tree(child)}  # who has a thing
+    found: dict[str, None] = {}
+    for child in children if len(children) > 1 else ():
+        if any([first.setdefault(id(x), child.name) != child.name for x in _held(child)]):
+            found[child.name] = None
+    return list(found)
+
+
+def _held(child: Model) -> list[object]:
+    """What a child refers to and can change, and models beside it; not what code and classes do."""
+    own = {id(x) for x in _tree(child)}
+    found, met, ahead = list[object](), set[int](), list[object]([child])
+    while ahead:
+        x = ahead.pop()
+        if id(x) in met or x is child.parent or isinstance(x, type | ModuleType | CodeType | Present):
+            continue
+        met.add(id(x))
+        if isinstance(x, Model) and id(x) not in own:
+            found.append(x)
+            continue
+        if not isinstance(x, _STILL):
+            found.append(x)
+        if isinstance(x, FunctionType):
+            ahead += (x.__closure__, x.__defaults__, x.__kwdefaults__)
+        elif isinstance(x, ref):
+            ahead.append(x())
+        else:
+            ahead += gc.get_referents(x)
+    return found
+
+
+def _tree(model: Model) -> list[Model]:
+    below = model.children.values() if isinstance(model, Coupled) else ()
+    return [model, *(x for child in below for x in _tree(child))]
+
+
 def _close(model: Model) -> None:
-    if isinstance(model, Coupled):
-        for child in model.children.values():
-            _close(child)
-    model.__class__ = _ghost(type(model), _of_sibling)
+    for x in _tree(model):
+        x.__class__ = _ghost(type(x), _of_sibling)
 
 
 def _ghost(cls: type, get: Reach) -> type:

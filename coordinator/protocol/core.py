@@ -1,6 +1,7 @@
 """The coordinator: conservative Parallel DEVS in one round trip per decision. No input or output, no clock.
 
-PROTOCOL.md defines the words and shows why it is right; the numbers are those of its steps.
+A node is a model, or several that share a process and are known by the name of the first. PROTOCOL.md defines the
+words and shows why it is right; the numbers are those of its steps.
   (1) HELLO   each node says next, offer = lambda(next), quiet, and the lookahead of each out port
   (2) WINDOW  B_i = min over j != i of says_j + D[j][i] and hears_j + R[j][i]; D and R from `distance`
               says_j = succ(next_j) once its offer is committed, else quiet_j; hears_j = tag of its first input
@@ -9,21 +10,22 @@ PROTOCOL.md defines the words and shows why it is right; the numbers are those o
   (4) GRANT   to an idle i with first_i = min(next_i, hears_i) < B_i and, if first_i = next_i, an offer that is
               empty or committed: all before B_i may be done; who is AHEAD of others waits for them
   (5) DONE    what was spoken goes into the receivers' bags; then as in (1)
-  (6) FLOOR   events below all o_j = min(says_j, hears_j + L_j) leave through `on_event`, in total order
+  (6) FLOOR   events below all o_j = min(says_j, hears_j + L_j) leave through `on_event`, in total order; below
+              first_j of a node that says what no other node hears
   (7) END     nobody runs, and nothing is left before the end
 No B_i ever falls: who is held back need not be looked at again before the node that holds it back has moved.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from heapq import heappop, heappush
 
 from heavylift.kernel.errors import ModelError, ProtocolError
-from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
+from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, after, succ
 from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .cycle import CycleWatch
-from .distance import Coupling, distances, ways
+from .distance import Coupling, checked, distances, ways
 from .invariants import check_done, check_hello
 from .messages import Done, Fail, Grant, Hello
 from .node_state import Known
@@ -50,50 +52,76 @@ class Coordinator:
         finish: tuple[str, str] | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
         microsteps: int = LIMIT,
+        models: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
-        """Run to events below `end`; an event on the port `finish` = (node, port) ends it with its time."""
-        self._nodes = {name: Known(name, i) for i, name in enumerate(sorted(nodes))}
+        """`models` of each node; without them each is a model of its own. Couplings are those of models.
+
+        Run to events below `end`; an event on the port `finish` = (model, port) ends it with its time.
+        """
+        own = models or {name: (name,) for name in nodes}
+        self._nodes = {name: Known(name, i, own[name]) for i, name in enumerate(sorted(own))}
         self._by_rank = list(self._nodes.values())
+        self._home = {model: self._nodes[name] for name in own for model in own[name]}
         self._couplings = [Coupling(*coupling) for coupling in couplings]
-        self._receivers: dict[tuple[str, str], list[tuple[Known, str]]] = {}
+        self._receivers: dict[tuple[str, str], list[Known]] = {}
         self._finish, self._finished = finish, False
         self.end, self._limit, self._on_event = end, end, on_event
+        self.last = Tag(0)  # of all transitions that are done
         self.floor = Tag(0)  # nothing below it comes any more
         self._n = len(self._nodes)
         self._tags = [FOREVER] * (3 * self._n)  # says of all nodes, then their hears, then their o
+        self._floors = [FOREVER] * self._n  # of all nodes: what comes from there is not earlier
         self._held: list[Event] = []  # heap of events that have not left yet
         self._look: dict[int, Known] = {}  # whose rights may have changed
         self._ahead: dict[int, Known] = {}  # who could move, and waits until others have done what it has said
         self._running = self._dones = 0
         self._cycles = CycleWatch(self._couplings, microsteps)
         self._open = False  # whether all have said HELLO
+        self._injected = set[str]()  # models that hear of somebody who is no node
 
     def hello(self, name: str, hello: Hello) -> None:
         """(1) A node has started; the last of them opens the run."""
         node = self._node(name)
         if node.greeted:
-            raise ProtocolError(f"{name} said HELLO twice: two nodes of one name, or an old one came back")
-        node.greeted, node.lookahead, node.least = True, hello.lookahead, min(hello.lookahead.values(), default=0)
+            raise ProtocolError(f"{node.who} said HELLO twice: two nodes of one name, or an old one came back")
+        node.greeted, node.lookahead = True, hello.lookahead
         check_hello(node, hello)
         self._take(node, hello)
-        nodes = self._by_rank
-        if all(other.greeted for other in nodes):
-            D, R = distances(list(self._nodes), self._couplings, {m.name: m.lookahead for m in nodes}, self._finish)
-            for i, other in enumerate(nodes):
-                other.ways, other.echo = ways(i, D, R, [m.least for m in nodes]), D[i].get(i)
-            for source, port, target, into in self._couplings:
-                self._receivers.setdefault((source, port), []).append((self._nodes[target], into))
-            self._open, self._look = True, dict(enumerate(nodes))
+        if all(other.greeted for other in self._by_rank):
+            self._begin()
+
+    def _begin(self) -> None:
+        """Who hears whom, and how soon; all have said HELLO."""
+        nodes, home = self._by_rank, self._home
+        for source, port, target, _ in checked(self._couplings, home):
+            self._hears(source, port, home[target])
+        outward = {*self._receivers, self._finish}
+        ahead = {port: ns for node in nodes for port, ns in node.lookahead.items()}
+        for node in nodes:
+            own = [(model, port) for model, port in filter(None, outward) if model in node.models]
+            node.inner = frozenset(node.lookahead) - {f"{model}.{port}" for model, port in own}
+            node.least = min((ahead.get(f"{model}.{port}", 0) for model, port in own), default=NEVER)
+            self._note(node)
+        D, R = distances([sorted(node.models) for node in nodes], self._couplings, ahead, self._finish, self._injected)
+        for i, node in enumerate(nodes):
+            node.ways, node.echo = ways(i, D, R, [other.least for other in nodes]), D[i].get(i)
+        self._open, self._look = True, dict(enumerate(nodes))
+
+    def _hears(self, source: str, port: str, node: Known) -> None:
+        """A node hears of what a model elsewhere says on a port."""
+        if source not in node.models and node not in (known := self._receivers.setdefault((source, port), [])):
+            known.append(node)
 
     def done(self, name: str, done: Done) -> None:
         """(5) A node has done what it was granted."""
         node = self._node(name)
         check_done(node, done, self._tags[node.rank])
-        for delivery in node.drop(done.reached):
-            self._release(delivery.event)
+        for event in node.drop(done.reached):
+            self._release(event)
         node.running, node.committed, node.until = False, False, done.reached
         self._running -= 1
         self._dones += 1
+        self.last = max(self.last, done.last)
         self._take(node, done)
         for event in done.spoken:
             self._hold(event)
@@ -103,8 +131,8 @@ class Coordinator:
         """(6) A node that samples has come to this time [ns] under its grant: what it is yet to say is not earlier."""
         node = self._node(name)
         if node.running:
-            at = 2 * self._n + node.rank
-            self._tags[at] = max(self._tags[at], min(Tag(t_ns), node.until))
+            for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
+                tags[at] = max(tags[at], min(Tag(t_ns), node.until))
             self._leave()
 
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
@@ -136,7 +164,7 @@ class Coordinator:
             if window := self._window(node, succ(node.first)):
                 grants.append((node.name, self._grant(node, window)))
         if not grants and not self._running and self.first < self._limit:
-            next_ = ", ".join(f"{node.name} {node.first}" for node in self._by_rank)
+            next_ = ", ".join(f"{node.who} {node.first}" for node in self._by_rank)
             raise ProtocolError(f"no node can move before the end, {self.end}, though they wait for {next_}")
         return grants
 
@@ -158,8 +186,17 @@ class Coordinator:
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
-        """What to raise for a FAIL: its sentence, or the cycle between nodes in which time stood still."""
-        return ModelError(self._cycles.sentence(name, fail.tag) or fail.sentence)
+        """What to raise for a FAIL: its sentence, or the cycle between nodes in which time stood still; what the node
+        has said before may leave."""
+        node = self._node(name)
+        if self._open and node.running:
+            for event in fail.spoken:
+                if event.source in node.models and node.first <= event.tag <= fail.tag:
+                    self._hold(event)
+            self._floors[node.rank] = max(self._floors[node.rank], succ(fail.tag))
+            self._leave()
+        cycles = (self._cycles.sentence(model, fail.tag) for model in sorted(node.models))
+        return ModelError(next(filter(None, cycles), fail.sentence))
 
     @property
     def _least(self) -> Tag:
@@ -172,8 +209,8 @@ class Coordinator:
             self.end = max(self.end, end)
 
     def scheduled(self, names: Iterable[str]) -> Tag:
-        """The earliest thing that these nodes have before them; FOREVER if they only react."""
-        return min(self._nodes[name].first for name in names)
+        """The earliest thing that the nodes of these models have before them; FOREVER if they only react."""
+        return min(self._home[name].first for name in names)
 
     @property
     def waiting(self) -> dict[str, int]:
@@ -200,8 +237,9 @@ class Coordinator:
         rank, n, tags = node.rank, self._n, self._tags
         tags[rank] = o = succ(node.next) if node.committed else node.quiet
         tags[n + rank] = hears = node.hears
-        tags[2 * n + rank] = min(o, after(hears, node.least)) if hears[0] <= o[0] else o
-        node.first = min(node.next, hears)
+        tags[2 * n + rank] = o = min(o, after(hears, node.least)) if hears[0] <= o[0] else o
+        node.first = first = min(node.next, hears)
+        self._floors[rank] = first if node.inner else o
 
     def _window(self, node: Known, need: Tag) -> Tag | None:
         """(2) B_i below the limit; None if it is below `need`, and who holds it back has taken note of that."""
@@ -241,25 +279,26 @@ class Coordinator:
         self._cycles.note(event)
         heappush(self._held, event)
         receivers = self._receivers.get((event.source, event.port), [])
-        if event.source in self._nodes:
-            self._nodes[event.source].ahead += 1 + len(receivers)
-        for node, into in receivers:
-            if node.put(Delivery(event, into)):
+        if event.source in self._home:
+            self._home[event.source].ahead += 1 + len(receivers)
+        for node in receivers:
+            if node.put(event):
                 self._note(node)
                 self._look[node.rank] = node
 
     def _leave(self) -> None:
         """(6) Events below the floor are known to all."""
-        self.floor = max(self.floor, min(min(self._tags[2 * self._n :]), self._limit))
-        while self._held and self._held[0].tag < self.floor:
-            event = heappop(self._held)
+        self.floor = max(self.floor, min(min(self._floors), self._limit))
+        held, floor = self._held, self.floor
+        while held and (held[0].t, held[0].k) < floor:
+            event = heappop(held)
             self._release(event)
             self._on_event(event)
 
     def _release(self, event: Event) -> None:
         """An event has left, or one of its receivers has done it."""
-        if event.source in self._nodes:
-            self._nodes[event.source].ahead -= 1
+        if event.source in self._home:
+            self._home[event.source].ahead -= 1
 
     def _grant(self, node: Known, window: Tag) -> Grant:
         node.running, node.until, node.gseq = True, window, node.gseq + 1

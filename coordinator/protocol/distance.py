@@ -1,14 +1,15 @@
 """Path lookahead: how soon what one node says or hears can make something arrive at another one.
 
 A delay is (ns, microsteps); a positive lookahead restarts the microsteps, as in `after`, and a lookahead of zero costs
-one. From j straight to m it is w[j][m], the least lookahead of those out ports of j that are coupled to m. With them
-  R[j][i] = least sum of w over coupling paths from j to i: from what j hears to the bag of i
-  D[j][i] = the same without its first w: from what j says to the bag of i; 0 if they are coupled
+one. From model a straight to model b it is w[a][b], the least lookahead of those out ports of a that are coupled to b.
+A node is one model or several; with sums of w over coupling paths between models, which may lead through nodes,
+  R[j][i] = least sum from a model of j that others speak to, to one of i: from what j hears to the bag of i
+  D[j][i] = the same from a port of j that others hear, without w there: from what j says to the bag of i
 and D[i][i] is the shortest cycle through others. Shortest paths after Dijkstra (`chain` is monotone and never
-shortens); the bound is that of Chandy and Misra, summed over paths.
+shortens), from each node once; the bound is that of Chandy and Misra, summed over paths.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
@@ -52,30 +53,37 @@ def reaction(lookahead: int) -> Delay:
 
 
 def distances(
-    nodes: list[str],
+    nodes: Sequence[Collection[str]],
     couplings: Iterable[Coupling],
-    lookaheads: Mapping[str, Mapping[str, int]],
+    lookaheads: Mapping[str, int],
     finish: tuple[str, str] | None = None,
+    heard: Iterable[str] = (),
 ) -> tuple[Matrix, Matrix]:
-    """D and R of the header. Each node hears of the end, said on port `finish`, as of a message that takes 1 ns."""
-    rank = {name: i for i, name in enumerate(nodes)}
-    said: Matrix = [{} for _ in nodes]  # from what j says over one coupling
-    w: Matrix = [{} for _ in nodes]
-    ways = [(source, port, target, ZERO) for source, port, target, _ in _checked(couplings, rank)]
-    ways += [(*finish, name, END) for name in nodes] if finish else []
-    for source, port, target, delay in ways:
-        j, m, lookahead = rank[source], rank[target], lookaheads[source].get(port, 0)
+    """D and R of the header, of nodes by their models; `lookaheads` by "model.port"; `heard`: models that somebody
+    speaks to who is no node.  Each node hears of the end, said on port `finish`, as of a message that takes 1 ns.
+    """
+    home = [rank for rank, models in enumerate(nodes) for _ in models]
+    place = {model: i for i, model in enumerate(model for models in nodes for model in models)}
+    w: Matrix = [{} for _ in (*home, *nodes)]
+    said: Matrix = [{} for _ in nodes]  # from what a node says to models of others
+    hears: Matrix = [{} for _ in nodes]  # its models that others speak to
+    ways = [(source, port, place[target], ZERO) for source, port, target, _ in checked(couplings, place)]
+    if finish:  # the end of each node is one more place
+        ways += [(*finish, len(home) + rank, END) for rank in range(len(nodes))]
+    for source, port, b, delay in ways:
+        a, lookahead = place[source], lookaheads.get(f"{source}.{port}", 0)
         if lookahead < NEVER:
-            _shorten(said[j], m, delay)
-            _shorten(w[j], m, chain(reaction(lookahead), delay))
-
-    R = [_reached(j, w) for j in range(len(nodes))]
-    D = [dict(row) for row in said]
-    for j, row in enumerate(said):
-        for m, delay in row.items():
-            for i, more in R[m].items():
-                _shorten(D[j], i, chain(delay, more))
-    return D, R
+            _shorten(w[a], b, chain(reaction(lookahead), delay))
+        if b >= len(home) or home[a] != home[b]:
+            if lookahead < NEVER:
+                _shorten(said[home[a]], b, delay)
+            if b < len(home):
+                hears[home[b]][b] = ZERO
+    for model in heard:
+        hears[home[place[model]]][place[model]] = ZERO
+    home += range(len(nodes))
+    D, R = ([_reached(row, w, home) for row in rows] for rows in (said, hears))
+    return D, [{i: delay for i, delay in row.items() if i != j} for j, row in enumerate(R)]
 
 
 def ways(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
@@ -86,25 +94,28 @@ def ways(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, 
     n, found = len(D), []
     for j in range(n):
         if j != i and i in D[j]:
-            if R[j][i] == chain(reaction(least[j]), D[j][i]):
+            heard = R[j].get(i)
+            if heard == chain(reaction(least[j]), D[j][i]):
                 found.append((2 * n + j, *D[j][i]))
             else:
-                found += [(j, *D[j][i]), (n + j, *R[j][i])]
+                found += [(j, *D[j][i])] + ([(n + j, *heard)] if heard else [])
     return found
 
 
-def _reached(j: int, edges: Matrix) -> dict[int, Delay]:
-    """Shortest ways from j; also back to j, through others."""
+def _reached(begin: Mapping[int, Delay], edges: Matrix, home: Sequence[int]) -> dict[int, Delay]:
+    """Shortest ways from places at which something begins, to each node that they lead to."""
     found: dict[int, Delay] = {}
-    ahead = [(delay, m) for m, delay in edges[j].items()]
+    done = set[int]()
+    ahead = [(delay, a) for a, delay in begin.items()]
     heapify(ahead)
     while ahead:
-        delay, m = heappop(ahead)
-        if m not in found:
-            found[m] = delay
-            for i, more in edges[m].items():
-                if i not in found:
-                    heappush(ahead, (chain(delay, more), i))
+        delay, a = heappop(ahead)
+        if a not in done:
+            done.add(a)
+            found.setdefault(home[a], delay)
+            for b, more in edges[a].items():
+                if b not in done:
+                    heappush(ahead, (chain(delay, more), b))
     return found
 
 
@@ -112,11 +123,12 @@ def _shorten(row: dict[int, Delay], to: int, delay: Delay) -> None:
     row[to] = min(delay, row.get(to, delay))
 
 
-def _checked(couplings: Iterable[Coupling], rank: Mapping[str, int]) -> Iterable[Coupling]:
+def checked(couplings: Iterable[Coupling], known: Collection[str]) -> Iterable[Coupling]:
+    """The same; ProtocolError names one that leads from or to no model, or back to its own."""
     for coupling in couplings:
         source, port, target, into = coupling
-        if source not in rank or target not in rank:
-            unknown = target if source in rank else source
+        if source not in known or target not in known:
+            unknown = target if source in known else source
             raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {unknown}")
         if source == target:
             raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: couple it inside the node")

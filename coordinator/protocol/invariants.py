@@ -32,7 +32,7 @@ def check_hello(node: Known, hello: Hello) -> None:
 def check_done(node: Known, done: Done, says: Tag) -> None:
     """ProtocolError names the node and the row that its DONE breaks."""
     if not node.running or done.gseq != node.gseq:
-        raise ProtocolError(f"{node.name} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
+        raise ProtocolError(f"{node.who} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
     _check(Before(node, says), done)
 
 
@@ -42,28 +42,30 @@ def _check(before: Before, said: Hello | Done) -> None:
         for event in events:
             for rule in EVENTS.values():
                 if told := rule(before, event, last):
-                    raise ProtocolError(f"{before.node.name} {told}")
+                    raise ProtocolError(f"{before.node.who} {told}")
             last = event
     for row in WHOLE.values():
         if told := row(before, said):
-            raise ProtocolError(f"{before.node.name} {told}")
+            raise ProtocolError(f"{before.node.who} {told}")
 
 
 def _own(before: Before, event: Event, last: Event | None) -> str:
-    if event.source == before.node.name:
+    if event.source in before.node.models:
         return ""
     return f"spoke for {event.source}: a node says only its own events"
 
 
 def _port(before: Before, event: Event, last: Event | None) -> str:
     ports = before.node.lookahead
-    if event.port in ports or not ports:
+    if f"{event.source}.{event.port}" in ports or not ports or event.source not in before.node.models:
         return ""
-    return f"spoke on port {event.port} at {event.tag}: its out ports are {', '.join(sorted(ports))}"
+    known = (port.partition(".") for port in sorted(ports))
+    named = ", ".join(name for model, _, name in known if model == event.source)
+    return f"spoke on port {event.port} at {event.tag}: its out ports are {named}"
 
 
 def _order(before: Before, event: Event, last: Event | None) -> str:
-    alone = last is None or (event.t, event.k, event.port) != (last.t, last.k, last.port)
+    alone = last is None or event.order[:4] != last.order[:4]
     index = 0 if alone or last is None else last.index + 1
     if event.index == index and (last is None or last.order < event.order):
         return ""
@@ -71,11 +73,12 @@ def _order(before: Before, event: Event, last: Event | None) -> str:
 
 
 def _promise(before: Before, event: Event, last: Event | None) -> str:
-    node = before.node
-    if event.tag >= before.says:
+    at = event.t, event.k
+    if at >= before.says:
         return ""
-    soonest = min(before.says, after(node.hears, node.lookahead.get(event.port, node.least)))
-    if event.tag >= soonest:
+    node, port = before.node, f"{event.source}.{event.port}"
+    soonest = min(before.says, after(node.hears, node.lookahead.get(port, node.least)))
+    if at >= (node.first if port in node.inner else soonest):
         return ""
     return (
         f"spoke on port {event.port} at {event.tag}, earlier than the {soonest} that it had declared: the lookahead of "
@@ -113,6 +116,12 @@ def _within(before: Before, said: Hello | Done) -> str:
     return f"spoke on port {last.port} at {last.tag}, but has done all before {said.reached} only"
 
 
+def _last(before: Before, said: Hello | Done) -> str:
+    if isinstance(said, Hello) or (0, 0) <= said.last < said.reached:
+        return ""
+    return f"says that its last transition was at {tuple(said.last)}, but has done all before {said.reached} only"
+
+
 def _tags(before: Before, said: Hello | Done) -> str:
     wrong = [tag for tag in (said.next, said.quiet) if not (0 <= tag.t <= NEVER and tag.k >= 0)]
     return f"goes on at {tuple(wrong[0])}, which is no tag" if wrong else ""
@@ -146,6 +155,7 @@ WHOLE: dict[str, Callable[[Before, Hello | Done], str]] = {
     "what is done ends with the GRANT and before what is next": _reaches,
     "the first tag is done": _progress,
     "what is spoken lies in what is done": _within,
+    "so does the last transition": _last,
     "next and quiet are tags": _tags,
     "an offer is for the next tag": _offer,
     "quiet is the tag of an offer, and never earlier than the next tag": _quiet,

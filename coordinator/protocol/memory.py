@@ -59,6 +59,6 @@ def answer(node: Node, grant: Grant, coordinator: Coordinator) -> Done:
 
 def _cut(grant: Grant, node: Node, order: Random) -> Grant:
     """The same grant, perhaps with an earlier end, yet late enough to do one tag."""
-    tag = min([node.first, *(delivery.event.tag for delivery in grant.inputs)])
+    tag = min([node.first, *(event.tag for event in grant.inputs)])
     end: Tag = order.choice([grant.until, succ(tag), after(tag, 1 + order.randrange(5))])
     return msgspec.structs.replace(grant, until=min(end, grant.until))

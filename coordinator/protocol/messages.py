@@ -11,19 +11,24 @@
 |         |             | committed, inputs before B_i that   | a repeated gseq is answered with the      |
 |         |             | were in no GRANT yet, sorted        | stored DONE                               |
 | DONE    | node -> hub | gseq, reached, spoken, next, offer, | reached <= until, next >= reached; all    |
-|         |             | quiet, hash                         | below `reached` is done, inputs from there|
+|         |             | quiet, hash, last                   | below `reached` is done, inputs from there|
 |         |             |                                     | on the node keeps; nothing is spoken      |
 |         |             |                                     | earlier than quiet and lookaheads declared|
 | CHECK-  | both ways   | gseq; with a state: of the node and | asked for between grants, answered by the |
 | POINT   |             | the inputs it keeps after that grant| state; told a state, the node goes on     |
 |         |             |                                     | from it and answers with that grant's DONE|
-| FAIL    | node -> hub | tag, path, sentence, traceback      | ends the run                              |
+| FAIL    | node -> hub | tag, path, sentence, traceback,     | ends the run; what was spoken under this  |
+|         |             | spoken                              | GRANT before is still recorded            |
 | STOP    | hub -> node | end, why                            | nothing at or after `end` counts          |
 | BYE     | node -> hub | what the node still waits for,      | answers STOP; nothing follows             |
-|         |             | observed slack of its lookaheads    |                                           |
+|         |             | observed slack of its lookaheads,   |                                           |
+|         |             | results of its models               |                                           |
 
-`offer` = lambda(next), computed ahead. `quiet` = earliest tag at which the node can speak if nothing reaches
-it. `spoken` = outputs made under this grant, not offered before. `hash` chains (tag, bag, outputs, next).
+A node is one model or several that share a process. `offer` = what lambda(next) says to other nodes, computed ahead.
+`quiet` = earliest tag at which the node can say something to others if nothing reaches it. `spoken` = outputs made
+under this grant, not offered before, and what its models said among themselves or to nobody. `hash` chains (tag, bag,
+outputs, next). `last` = tag of its last transition. An input is an event that another node has said, once for each
+node that hears it.
 ASK ("are you alive, where are you") is a query to a process, which a thread of its own answers by ALIVE.
 Any other message, or one out of order, is refused by name. The wire form is MessagePack, one array per message.
 """
@@ -32,7 +37,7 @@ from typing import Annotated
 
 import msgspec
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
-from heavylift.nodes.devs import Delivery, Event, Slack, Tag
+from heavylift.nodes.devs import Event, Result, Slack, Tag
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
 Delay = tuple[Count, Count]  # ns and microsteps
@@ -44,7 +49,7 @@ class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello")
     next: Tag
     offer: list[Event]
     quiet: Tag
-    lookahead: dict[str, Count] = {}
+    lookahead: dict[str, Count] = {}  # by "model.port"
     declaration: bytes = b""
     version: str = ""
     scene: str = ""
@@ -64,7 +69,7 @@ class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant")
     until: Tag
     echo: Delay | None
     committed: bool
-    inputs: list[Delivery]
+    inputs: list[Event]
 
 
 class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
@@ -77,6 +82,7 @@ class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
     offer: list[Event]
     quiet: Tag
     hash: bytes
+    last: Tag = Tag(0)
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
@@ -101,6 +107,7 @@ class Fail(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="fail"):
     path: str
     sentence: str
     traceback: str
+    spoken: list[Event] = []
 
 
 class Stop(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
@@ -116,6 +123,7 @@ class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
     sentence: str = ""
     busy_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
     slack: list[Slack] = []
+    results: list[Result] = []
 
 
 AnyMessage = Hello | Welcome | Grant | Done | Checkpoint | Fail | Stop | Bye

@@ -3,27 +3,34 @@
 While tag = min(next, first input) < min(until, stop): lambda if next == tag, then one `advance`. Having
 spoken at a tag, what was said can come back after the shortest cycle: stop = max(succ(tag), tag + echo).
 Each input comes once; those that were not reached are kept, merged by tag with what later grants bring.
+What its models say on ports that no other node hears is told with the DONE, or if they fail with the FAIL.
 A grant ends early after so many events or tags, so that no node works without end while others wait. The
 node checks what it promised: an output earlier than declared and an input later than its own past are
 fatal and named.
 """
 
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from hashlib import blake2b
 from heapq import heappop, heappush
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, out_of_memory
-from heavylift.nodes.devs import FOREVER, Delivery, Event, Keepable, Steppable, Tag, after, succ
+from heavylift.nodes.devs import FOREVER, Event, Keepable, Result, Steppable, Tag, after, encode, succ
 
 from .distance import plus
 from .messages import AnyMessage, Bye, Checkpoint, Done, Fail, Grant, Hello, Stop, Welcome
 
 _ENCODER = msgspec.msgpack.Encoder()
-_KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], list[Delivery], bytes])
+_KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], list[Event], bytes])
 _BEGIN = Tag(0)
 SPOKEN = TAGS = 256  # events and tags after which a grant ends
+
+
+def kept(state: bytes) -> tuple[Tag, bytes]:
+    """Of a checkpoint: the tag before which all is done, and the snapshot of the model."""
+    found = _KEPT.decode(state)
+    return found[2], found[5]
 
 
 class Node:
@@ -39,7 +46,8 @@ class Node:
         self._last, self._hash = Tag(-1), b""
         self._done: Done | None = None
         self._gseq, self._quiet = 0, FOREVER
-        self._kept: list[Delivery] = []  # heap of inputs that it has not reached
+        self._kept: list[Event] = []  # heap of inputs that it has not reached
+        self._spoken: list[Event] = []  # under the present grant
         self._offer: list[Event] = []  # what it says at its next tag unless an input comes before
         self.steps = 0
         """Tags that it has done in its life, replayed ones as well: a measure of its progress."""
@@ -65,18 +73,20 @@ class Node:
                 try:
                     self._done = self._run(message)
                 except Exception as error:
-                    return self.failure(self.name, error, self._last)
+                    spoken = sorted(self._spoken + self.model.among())
+                    last = max([self._last, *(event.tag for event in spoken[-1:])])
+                    return self.failure(self.name, error, last, spoken)
                 return self._done
             case Checkpoint():
                 try:
                     return self._resume(message) if message.state else self._checkpoint()
                 except Exception as error:
-                    return self.failure(self.name, error, self._last)
+                    return self.failure(self.name, error, max(self._last, _BEGIN))
             case Stop():
                 try:
-                    return Bye(self._finish(message.end), slack=self.model.slack)
+                    return Bye(self._finish(message.end), slack=self.model.slack, results=self._results(message))
                 except Exception as error:
-                    return self.failure(self.name, error, self._last)
+                    return self.failure(self.name, error, max(self._last, _BEGIN))
             case Welcome():
                 self.epoch = message.epoch
                 return None
@@ -85,26 +95,26 @@ class Node:
     @property
     def first(self) -> Tag:
         """The earliest thing that it has before it, of its own or kept."""
-        return min(self.model.next_time, self._kept[0].event.tag if self._kept else FOREVER)
+        return min(self.model.next_time, self._kept[0].tag if self._kept else FOREVER)
 
     def _run(self, grant: Grant) -> Done:
         model, kept, stop = self.model, self._kept, grant.until
-        for delivery in grant.inputs:
-            heappush(kept, delivery)
+        for event in grant.inputs:
+            heappush(kept, event)
         links: list[object] = []
-        spoken: list[Event] = []
-        offered = grant.committed
+        self._spoken = spoken = []
+        mixed, offered = False, grant.committed
         own = succ(model.next_time) if offered else self._quiet
-        heard = first = kept[0].event.tag if kept else FOREVER
+        heard = first = kept[0].tag if kept else FOREVER
         due, last = model.next_time, self.steps + TAGS
         while (tag := first if first < due else due) < stop:
             if tag <= self._last:
-                event = kept[0].event
+                event = kept[0]
                 raise ModelError(f"{self.name} at {self._last}: late message {event.source}.{event.port} for {tag}")
             bag = []
             while first == tag:
                 bag.append(heappop(kept))
-                first = kept[0].event.tag if kept else FOREVER
+                first = kept[0].tag if kept else FOREVER
             said = [] if tag != due else model.outputs() if links else self._offer
             if said:
                 stop = min(stop, succ(tag) if self._samples else max(succ(tag), plus(tag, grant.echo)))
@@ -117,12 +127,17 @@ class Node:
             if len(spoken) >= SPOKEN or self.steps == last:
                 stop = min(stop, succ(tag))
             model.advance(tag, bag, min(stop, first))
+            if among := model.among():
+                spoken += among
+                mixed = True
             due = model.next_time
             links += (tag, bag, said, due)
         if links:
             self._hash = blake2b(_ENCODER.encode((self._hash, links)), digest_size=16).digest()
+        if mixed:
+            spoken.sort()
         due, offer, self._quiet = self._present()
-        return Done(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash)
+        return Done(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash, model.last)
 
     def _checkpoint(self) -> Checkpoint:
         """All that the next answer depends on; the last DONE beside it shows later whether it was all."""
@@ -141,8 +156,13 @@ class Node:
         self.model.restore(model)
         self._gseq = checkpoint.gseq
         due, offer, self._quiet = self._present()
-        self._done = Done(checkpoint.gseq, reached, spoken, due, offer, self._quiet, self._hash)
+        self._done = Done(checkpoint.gseq, reached, spoken, due, offer, self._quiet, self._hash, self.model.last)
         return self._done
+
+    def _results(self, stop: Stop) -> list[Result]:
+        """What its models tell; nothing of a run that is broken off."""
+        told = {} if stop.why else self.model.results(stop.end)
+        return [Result(path, type(value).__name__, encode(value)) for path, value in told.items()]
 
     def _present(self) -> tuple[Tag, list[Event], Tag]:
         """Next tag, offer, quiet."""
@@ -152,7 +172,7 @@ class Node:
 
     def _check(self, said: list[Event], own: Tag, heard: Tag) -> None:
         for event in said:
-            declared = min(own, after(heard, self.model.lookahead.get(event.port, 0)))
+            declared = min(own, after(heard, self.model.lookahead.get(f"{event.source}.{event.port}", 0)))
             if event.tag < declared:
                 raise ModelError(
                     f"{self.name} at {event.tag}: output on port {event.port} earlier than the {declared} that was "
@@ -160,11 +180,11 @@ class Node:
                 )
 
     @staticmethod
-    def failure(name: str, error: Exception, tag: Tag = _BEGIN) -> Fail:
+    def failure(name: str, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
         """What a node sends when it has failed; without memory its process is lost, and the model is not wrong."""
         if out_of_memory(error):
             raise MemoryError from error
         sentence = (
             str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {type(error).__name__}: {error}"
         )
-        return Fail(tag, name, sentence, "".join(traceback.format_exception(error)))
+        return Fail(tag, name, sentence, "".join(traceback.format_exception(error)), list(spoken))

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 from bisect import bisect_left, insort
+from collections.abc import Sequence
 
-from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag
+from heavylift.nodes.devs import FOREVER, Event, Tag
 
 from .messages import Delay
 
-__all__ = ["Known"]
+__all__ = ["Known", "together"]
+
+NAMED = 4  # models of a node that are named in a sentence
+
+
+def together(models: Sequence[str]) -> str:
+    """The models of a node in a sentence."""
+    more = f" and {len(models) - NAMED + 1} others" if len(models) > NAMED else ""
+    return ", ".join(models[: NAMED - 1] if more else models) + more
 
 
 class Known:
     """A node as the coordinator sees it; the words are those of PROTOCOL.md."""
 
-    def __init__(self, name: str, rank: int) -> None:
-        self.name, self.rank = name, rank
-        self.lookahead, self.least = dict[str, int](), 0  # [ns] of each out port, and the smallest
+    def __init__(self, name: str, rank: int, models: Sequence[str]) -> None:
+        self.name, self.rank, self.models = name, rank, frozenset(models)
+        self.who = together(models)
+        self.lookahead = dict[str, int]()  # [ns] of each out port, "model.port"
+        self.least = 0  # [ns] of those that other nodes hear
+        self.inner = frozenset[str]()  # those that no other node hears
         self.next = self.quiet = self.hears = self.first = FOREVER
         self.offer: list[Event] = []
         self.committed = self.running = self.greeted = False
@@ -27,32 +39,32 @@ class Known:
         self.echo: Delay | None = None  # D[i][i]
         self.holds: dict[int, Known] = {}  # whom it has held back, by rank
         self._held: list[tuple[int, str]] = []  # after so many DONEs of all, who began to hold it back
-        self._pending: list[Delivery] = []  # sorted; what was granted stays until it is done
-        self._fresh: list[Delivery] = []  # those among them that the node has not been sent
+        self._pending: list[Event] = []  # sorted; what was granted stays until it is done
+        self._fresh: list[Event] = []  # those among them that the node has not been sent
 
     @property
     def untold(self) -> bool:
         """Whether what comes first is an offer that is not committed."""
         return bool(self.offer) and not self.committed and self.next <= self.hears
 
-    def put(self, delivery: Delivery) -> bool:
+    def put(self, event: Event) -> bool:
         """An input waits for it, in total order; whether that is the first thing that it hears."""
-        insort(self._pending, delivery)
-        insort(self._fresh, delivery)
-        if self._pending[0] is not delivery:
+        insort(self._pending, event)
+        insort(self._fresh, event)
+        if self._pending[0] is not event:
             return False
-        self.hears = delivery.event.tag
+        self.hears = event.tag
         return True
 
-    def send(self, until: Tag) -> list[Delivery]:
+    def send(self, until: Tag) -> list[Event]:
         """The inputs before `until` that it has not been sent; from now on it keeps them itself."""
         return _before(self._fresh, until)
 
-    def drop(self, reached: Tag) -> list[Delivery]:
+    def drop(self, reached: Tag) -> list[Event]:
         """It has done what lay before `reached`: these inputs."""
         done = _before(self._pending, reached)
         if done:
-            self.hears = self._pending[0].event.tag if self._pending else FOREVER
+            self.hears = self._pending[0].tag if self._pending else FOREVER
         return done
 
     def hold_back(self, other: Known, dones: int) -> None:
@@ -67,7 +79,7 @@ class Known:
         return held
 
 
-def _before(inputs: list[Delivery], tag: Tag) -> list[Delivery]:
+def _before(inputs: list[Event], tag: Tag) -> list[Event]:
     """Take the inputs before this tag out of a sorted list."""
     if not inputs:
         return []
@@ -77,5 +89,5 @@ def _before(inputs: list[Delivery], tag: Tag) -> list[Delivery]:
     return found
 
 
-def _tag(delivery: Delivery) -> Tag:
-    return delivery.event.tag
+def _tag(event: Event) -> Tag:
+    return event.tag

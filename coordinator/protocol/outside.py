@@ -13,7 +13,7 @@ With `ready(horizon)` nothing is decided at or after the horizon, so that `safe`
 speak soon keeps the horizon near.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import FOREVER, Event, Tag
@@ -36,11 +36,15 @@ class OpenCoordinator(Coordinator):
         on_event: Callable[[Event], None] = lambda event: None,
         outside: Iterable[tuple[str, str, str, str]] = (),
         microsteps: int = LIMIT,
+        models: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
-        """`outside`: couplings (source, port, node, its port) from sources that take part in no round."""
-        super().__init__(nodes, couplings, end, finish, on_event, microsteps)
+        """`outside`: couplings (source, port, model, its port) from sources that take part in no round."""
+        super().__init__(nodes, couplings, end, finish, on_event, microsteps, models)
         for source, port, target, into in outside:
-            self._receivers.setdefault((source, port), []).append((self._node(target), into))
+            if target not in self._home:
+                raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {target}")
+            self._injected.add(target)
+            self._hears(source, port, self._home[target])
 
     @property
     def safe(self) -> Tag:
@@ -57,7 +61,7 @@ class OpenCoordinator(Coordinator):
 
     def inject(self, event: Event) -> None:
         """Bring an event from outside, at `safe` or later."""
-        if (event.source, event.port) not in self._receivers or event.source in self._nodes:
+        if (event.source, event.port) not in self._receivers or event.source in self._home:
             raise ProtocolError(f"{event.source}.{event.port} is coupled to no node from outside")
         if event.tag < self.safe:
             raise ProtocolError(

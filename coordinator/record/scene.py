@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict import judge
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
+from heavylift.kernel.cache import remembered
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError
 from heavylift.nodes.devs import Event, OutPort
@@ -25,6 +26,7 @@ from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, system
 from heavylift.nodes.models.parts.messages import OperatorCommand, StateEvent
 from heavylift.nodes.plan.plan import HookRope, Plan, Sling, encode
+from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.format.samples import Batch, decode_batch
 from heavylift.recordings.read.verdict import Judged
@@ -80,7 +82,9 @@ class Record(FileTape):
         placement: Placement,
         page: Spectator,
         force: bool = False,
+        more: Mapping[str, object] | None = None,
     ) -> None:
+        """`more` facts, known at the start."""
         self._page = page
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
@@ -91,7 +95,7 @@ class Record(FileTape):
             "scene": plan.name,
             "seed": plan.seed,
             **_asked(scene),
-            "modelled": str(modelled_as(plan, scene.followed)),
+            "modelled": remembered(f"{plan_key(plan)}.modelled", str, lambda: str(modelled_as(plan, scene.followed))),
             "tolerance": f"{plan.tolerance:.6g}",
             "method": plan.method,
             **({"tolerance_of": "rope tension"} if plan.tensions_only else {}),
@@ -104,6 +108,7 @@ class Record(FileTape):
             "rated": rated(plan),
             "tandem": {name: crane.tandem for name, crane in scene.scene.cranes.items() if len(scene.scene.cranes) > 1},
             "supports": supports(plan),
+            **(more or {}),
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
         }
         attachments = {scene.path.name: scene.text.encode(), RESOLVED: encode(plan)}
@@ -236,7 +241,7 @@ class Record(FileTape):
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         told = {"reason": str(error)}
         try:
-            if isinstance(error, HeavyliftError):
+            if isinstance(error, HeavyliftError) and not self.worthless():
                 error.verdict = verdict = self._judged_as_it_failed(error)
                 self.facts = {"verdict": msgspec.to_builtins(verdict)}
                 told["verdict"] = verdict.line

@@ -8,13 +8,13 @@ from __future__ import annotations
 import platform
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Self
 
 import msgspec
 from heavylift.coordinator.protocol import messages as m
-from heavylift.nodes.devs import Event, Message, Slack
+from heavylift.nodes.devs import Event, Message, Slack, Tag
 from heavylift.recordings import Digest, Recorder
 
 from .budget import Spent, clocked
@@ -56,6 +56,9 @@ class Tape(Spent):
     ) -> None:
         """A message of the time protocol, "to node" or "from node", and who held a GRANT back; outside the digest."""
 
+    def checkpoint(self, at: Tag, state: bytes) -> None:
+        """The state of the node that samples, which has done all before this tag; outside the digest."""
+
     def failed(self, message: m.Fail) -> None:
         """A node has failed."""
 
@@ -84,11 +87,13 @@ class FileTape(Tape):
         self.digest = self.recorder.digest
         self.facts: dict[str, object] = {}
         """What is put on record of a run that an error ends."""
+        self.worthless: Callable[[], bool] = lambda: False
+        """Whether nothing is to be left of a run that an error ends now."""
         self._began_ns = time.perf_counter_ns()
 
     def port(self, model: str, port: str, type_: type[Message]) -> None:
         """Announce an out port of a node."""
-        self.recorder.add_port(model, port, msgspec.json.schema(type_), f"event/{model}/{port}")
+        self.recorder.add_port(model, port, msgspec.json.schema(type_), f"event/{model}/{port}", type_.units)
 
     @clocked
     def event(self, e: Event) -> None:
@@ -116,6 +121,11 @@ class FileTape(Tape):
             summary["held"] = held
         self.recorder.protocol(t_ns, node, direction, type(message).__name__.upper(), summary, data)
 
+    @clocked
+    def checkpoint(self, at: Tag, state: bytes) -> None:
+        """Attached to the recording."""
+        self.recorder.checkpoint(at, state)
+
     def failed(self, message: m.Fail) -> None:
         """A node has failed: its traceback belongs to the record, not on the user's screen."""
         self.recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
@@ -130,7 +140,9 @@ class FileTape(Tape):
         self.recorder.close("finished", "", {**facts, "slack": msgspec.to_builtins(self.slack)})
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if error is not None:
+        if error is not None and self.worthless():
+            self.recorder.discard()
+        elif error is not None:
             self.recorder.close("failed", str(error) or type(error).__name__, self.facts)
 
 

@@ -10,17 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from heavylift.coordinator.live.commands import COMMAND, OPERATOR
 from heavylift.coordinator.participants import building
+from heavylift.coordinator.participants.configuration import Wiring, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.pause import configured
-from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.record.scene import RESOLVED
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.kernel.trust import demand
-from heavylift.nodes.devs import Simulator, Steppable
+from heavylift.nodes.devs import Model, OutPort, Simulator, Steppable
 from heavylift.nodes.devs.execution.rules import LIMIT
-from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one, couplings
+from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one
 from heavylift.nodes.plan.plan import Plan, decode, functions
 from heavylift.recordings import Recording
 
@@ -31,15 +30,12 @@ __all__ = ["Cast", "cast_of"]
 class Cast:
     """Who takes part: nodes by the name that a user gives, how they are wired, who ends the run, and how each is made.
 
-    `outside` are the couplings of whoever is no node, an operator.  `make(name, publish)` starts afresh; `publish` gets
-    the sample batches of the kernel.
+    `make(name, publish)` starts afresh; `publish` gets the sample batches of the kernel.
     """
 
     models: dict[str, str]
-    wiring: list[Coupling]
-    finish: tuple[str, str] | None
+    wiring: Wiring
     make: Callable[[str, Callable[[bytes], None]], Steppable] = field(repr=False)
-    outside: tuple[Coupling, ...] = ()
     microsteps: int = LIMIT
 
     @property
@@ -67,7 +63,7 @@ def cast_of(rec: Recording) -> Cast:
                 f"{rec.path}: this version cannot run its scene ({error}); use the version that made it, {rec.library}"
             ) from None
     if "model" in rec.run:
-        return _of_model(rec.run["model"], f"{rec.path}", _microsteps(rec))
+        return _of_model(rec.run["model"], f"{rec.path}", _microsteps(rec), str(rec.fact("stop", "")))
     raise RecordingError(f"{rec.path}: has no scene attached to simulate again; record it with `heavylift run`")
 
 
@@ -79,23 +75,26 @@ def _of_plan(plan: Plan) -> Cast:
     def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
         if name == KERNEL:
             return KernelNode(configured(plan, build(plan)), publish)
-        return Simulator(build_one(plan, name), microsteps=plan.microsteps)
+        return _alone(build_one(plan, name), wires, plan.microsteps)
 
-    wiring = [Coupling(*wire) for wire in couplings(plan)]
-    listens = COMMAND in build_one(plan, COMMANDER).ports
-    outside = (Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND),) if listens else ()
-    names = {**found, COMMANDER: COMMANDER, KERNEL: KERNEL}
-    return Cast(names, wiring, (COMMANDER, "finished"), make, outside, plan.microsteps)
+    wires = wiring(plan)
+    return Cast({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wires, make, plan.microsteps)
 
 
-def _of_model(reference: str, by: str, microsteps: int) -> Cast:
+def _of_model(reference: str, by: str, microsteps: int, stop: str) -> Cast:
     model = building.built(reference, by)
-    names = {name: name for name in model.children}
+    wires = Wiring(building.couplings(model), [], building.stopping(model, stop))
 
     def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
-        return Simulator(building.child(reference, name, by), microsteps=microsteps)
+        return _alone(building.with_children(reference, [name], by).children[name], wires, microsteps)
 
-    return Cast(names, building.couplings(model), None, make, microsteps=microsteps)
+    return Cast({name: name for name in model.children}, wires, make, microsteps)
+
+
+def _alone(model: Model, wires: Wiring, microsteps: int) -> Simulator:
+    """A model that tells all that it says as if others heard it."""
+    said = [(model.name, port.name, "", "") for port in model.ports.values() if isinstance(port, OutPort)]
+    return Simulator(model, microsteps=microsteps, wires=[*wires.all, *said])
 
 
 def _microsteps(rec: Recording) -> int:

@@ -41,6 +41,7 @@ class Said(NamedTuple):
     event: Event | None
     topic: str
     data: bytes
+    schema: str = ""
 
 
 class Replay:
@@ -76,7 +77,8 @@ class Replay:
         rec = self._run.recording
         for topic, raw in rec.stream(*self.topics):
             if topic in self._data:
-                yield Said(raw.log_time, None, topic.removeprefix("/"), raw.data)
+                schema = rec.topics[topic].schema
+                yield Said(raw.log_time, None, topic.removeprefix("/"), raw.data, schema)
             else:
                 with rec.reading():
                     event = decode(raw.data)
@@ -102,7 +104,7 @@ class Publisher:
             self._audience.event(said.event)
             self._audience.show()
         else:
-            self._hub.publish_data(said.topic, said.data)
+            self._hub.publish_data(said.topic, said.data, said.schema, said.t_ns)
 
     def __enter__(self) -> Self:
         self._hub = self._stack.enter_context(Hub(()))

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.kernel.errors import RecordingError
-from heavylift.nodes.devs import Delivery, Steppable, Tag
+from heavylift.nodes.devs import Event, Steppable, Tag
 
 from .deviation import Deviation, Follower, Outcome
 from .recorded import RecordedRun
@@ -27,9 +27,8 @@ def single(run: RecordedRun, name: str) -> Outcome:
     except RecordingError as error:
         raise RecordingError(f"{run.path}: {error}") from None
     events, end, cast = run.events, run.end, run.cast
-    entries = [((wire.source, wire.port), wire.into) for wire in (*cast.wiring, *cast.outside) if wire.target == node]
-    inputs = [Delivery(e, entry) for e in events for source, entry in entries if (e.source, e.port) == source]
-    inputs.sort(key=lambda d: (d.event.order, d.port))
+    heard = {(wire.source, wire.port) for wire in cast.wiring.all if wire.target == node}
+    inputs = [e for e in events if (e.source, e.port) in heard]
     follower = Follower([e for e in events if e.source == node])
     batches: list[bytes] = []
     model = cast.make(node, batches.append)
@@ -41,20 +40,20 @@ def single(run: RecordedRun, name: str) -> Outcome:
     return Outcome(follower.count, found)
 
 
-def _play(model: Steppable, inputs: Sequence[Delivery], end: Tag, follower: Follower) -> Deviation | None:
+def _play(model: Steppable, inputs: Sequence[Event], end: Tag, follower: Follower) -> Deviation | None:
     """Every tag of the model before `end`."""
     model.start()
     at = 0
     while True:
         due = model.next_time
-        tag = min(due, inputs[at].event.tag) if at < len(inputs) else due
+        tag = min(due, inputs[at].tag) if at < len(inputs) else due
         missing = follower.reach(min(tag, end))
         if missing or tag >= end:
             return missing
         begin = at
-        while at < len(inputs) and inputs[at].event.tag == tag:
+        while at < len(inputs) and inputs[at].tag == tag:
             at += 1
         for event in model.outputs() if tag == due else []:
             if deviation := follower.hear(event):
                 return deviation
-        model.advance(tag, inputs[begin:at], inputs[at].event.tag if at < len(inputs) else end)
+        model.advance(tag, inputs[begin:at], inputs[at].tag if at < len(inputs) else end)

@@ -43,7 +43,8 @@ def verify(run: RecordedRun) -> Outcome:
             raise _Apart(deviation)
         digest.event(event.t, event.k, event.source, event.port, event.index, event.type, event.payload)
 
-    core = OpenCoordinator(list(models), cast.wiring, end, cast.finish, hear, cast.outside, cast.microsteps)
+    wires, outside, finish, _ = cast.wiring
+    core = OpenCoordinator(models, wires, end, finish, hear, outside, cast.microsteps)
     for event in run.events:
         if event.source not in models:  # an operator's, known from the beginning
             core.inject(event)

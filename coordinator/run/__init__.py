@@ -1,9 +1,13 @@
-"""Runs: of a scene, of any DEVS model, of what a crash has left.
+"""Runs: of a scene, of any DEVS model, of what a crash has left, otherwise from some time on.
 
 scene               `run`, the run of a scene; models: `run_models`; resume: from a recording that was cut off
+branch              a recorded run, otherwise from some time on and equal before
+replications        a model for many seeds, and what its results estimate
 in_memory           the same without a file, a process or the bus; simulate: for Python, in seconds and arrays
+arguments           what people call from Python, checked; pool: processes of our own that run several side by side
 conversation        with the nodes of one run, whatever they model; joining: how they come to their hub
 watch, progress     what a run tells while it runs, and what a user sees of it
+time_budget         the settings with which a run is as accurate as it can be in a given time
 """
 
 from .scene import Result, run

@@ -8,16 +8,19 @@ what the nodes declare, and says when the run is over.  `watch` hears of committ
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import time
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 from heavylift.coordinator.live.audience import Audience
 from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.run_control import Tempo
+from heavylift.coordinator.participants.configuration import Wiring
+from heavylift.coordinator.participants.external import External
 from heavylift.coordinator.participants.participant import version
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.core import Outcome
-from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.node import kept
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.tape import Tape
 from heavylift.coordinator.transport.hub import Hub
@@ -31,6 +34,7 @@ from .watch import Watch
 __all__ = ["Conversation"]
 
 LOOK_s = 0.2  # how often samples are taken while a node works
+KEEP_s = 5.0  # wall time between two checkpoints on record
 
 
 class Conversation:
@@ -39,31 +43,35 @@ class Conversation:
     def __init__(
         self,
         hub: Hub | LocalHub,
-        couplings: list[Coupling],
+        wiring: Wiring,
         end: Tag,
         tape: Tape,
         watch: Watch,
-        finish: tuple[str, str] | None = None,
         audience: Audience | None = None,
         tempo: Tempo | None = None,
         desk: Desk | None = None,
-        outside: Iterable[Coupling] = (),
         microsteps: int = LIMIT,
         sampler: str = "",
+        marks: Collection[tuple[str, str]] = (),
+        externals: Iterable[External] = (),
     ) -> None:
-        """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run.
-
-        `outside`: couplings from sources that are no nodes; `sampler`: the node whose samples tell how far it has come;
-        `desk` takes orders, which may change the `tempo`.
+        """`end`: what lies before it is done; `sampler`: the node whose samples tell how far it has come, and whose
+        checkpoints are put on record: every few seconds, and before what is said on the ports `marks`; `desk` takes
+        orders, which may change the `tempo`.
         """
         self._hub, self._tape, self._watch, self._audience = hub, tape, watch, audience
         self._tempo, self._desk = tempo or Tempo(), desk
-        self.core = OpenCoordinator(hub.nodes, couplings, end, finish, self._event, outside, microsteps)
+        nodes = hub.placement.nodes
+        wires, outside, finish, _ = wiring
+        self.core = OpenCoordinator(nodes, wires, end, finish, self._event, outside, microsteps, nodes)
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
         self.grants = self._noted = 0
         self._begun = False  # before, samples wait until it is known what they are
-        self._sampler = sampler
+        self._sampler, self._marks = sampler, set(marks)
+        self._due, self._kept_at = list[Tag](), time.monotonic()  # marks that the sampler has not passed
+        self.externals = {external.node: external for external in externals}
+        """Nodes that programs of another kind play."""
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
             hub.tell = self._tell
@@ -76,15 +84,15 @@ class Conversation:
             self._watch.say(f"{wanted} is there already and stays; this run writes {given}")
 
     def welcome(self, node: str, config: bytes) -> None:
-        """Tell a node what it is."""
-        self._send(node, m.Welcome(1, config))
+        """Tell a node what it is; an external one in words of its own."""
+        self._send(node, m.Welcome(1, self.externals[node].config if node in self.externals else config))
 
     def hello(self, fingerprint: str) -> tuple[str, bytes]:
         """The next node that says HELLO, with what it declares; the fingerprint is what all must agree on."""
         node, message = self._receive()
         if not isinstance(message, m.Hello):
             raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
-        if (message.version, message.scene) != (version(), fingerprint):
+        if node not in self.externals and (message.version, message.scene) != (version(), fingerprint):
             raise ProtocolError(
                 f"node {node} runs heavylift {message.version} with another scene or version than the coordinator's "
                 f"{version()}; use one installation for all nodes"
@@ -105,6 +113,8 @@ class Conversation:
             if grants:
                 tempo.granted()
             for name, grant in grants:
+                if name == self._sampler:
+                    self._keep(grant)
                 self._send(name, grant)
                 self.grants += 1
             outcome = core.over
@@ -117,6 +127,7 @@ class Conversation:
                 if not isinstance(message, m.Done):
                     raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
                 core.done(node, message)
+                self._due += [e.tag for e in (*message.spoken, *message.offer) if (e.source, e.port) in self._marks]
                 outstanding -= 1
                 got = self._hear(0.0) if outstanding else None  # one decision for all that have come meanwhile
 
@@ -150,6 +161,14 @@ class Conversation:
         if self._desk is not None:
             self._desk.close()
 
+    def _keep(self, grant: m.Grant) -> None:
+        """Before this GRANT of the sampler, the state in which it is."""
+        passed = [tag for tag in self._due if tag < grant.until]
+        if grant.gseq > 1 and (passed or time.monotonic() - self._kept_at > KEEP_s):
+            self._due = [tag for tag in self._due if tag >= grant.until]
+            self._kept_at = time.monotonic()
+            self._hub.keep(self._sampler, m.encode(m.Checkpoint(0)))
+
     def _send(self, node: str, message: m.AnyMessage) -> None:
         data = m.encode(message)
         held = self.core.held(node) if isinstance(message, m.Grant) else []
@@ -173,15 +192,29 @@ class Conversation:
         if got is None:
             return None
         node, data = got
-        message = m.decode(data)
+        message = self._read(node, data)
+        if isinstance(message, m.Checkpoint):
+            if node == self._sampler and message.state:
+                self._tape.checkpoint(*kept(message.state))
+            return None
         self._tape.protocol(self.now.t, node, "from node", message, data)
         if isinstance(message, m.Fail):
             self._tape.failed(message)
             raise self.core.failed(node, message)
         return node, message
 
+    def _read(self, node: str, data: bytes) -> m.AnyMessage:
+        try:
+            message = m.decode(data)
+        except ProtocolError as error:
+            raise ProtocolError(f"node {node} sent what is {error}") from None
+        if node in self.externals:
+            self.externals[node].check(message)
+        return message
+
     def _event(self, event: Event) -> None:
-        self.now = max(self.now, event.tag)
+        if (event.t, event.k) > self.now:
+            self.now = event.tag
         self._tape.event(event)
         if self._audience is not None:
             self._audience.event(event)

@@ -17,7 +17,8 @@ from random import Random
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.live.commands import COMMAND, OPERATOR, Given, command
+from heavylift.coordinator.live.commands import Given, command
+from heavylift.coordinator.participants.configuration import wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.parts import KernelConfig
 from heavylift.coordinator.participants.pause import configured
@@ -32,7 +33,7 @@ from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
+from heavylift.nodes.models import COMMANDER, KERNEL, build
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import Digest, RopeLine, SampleLayout
@@ -41,10 +42,10 @@ from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.write.rows import Peak, note_peaks
 from numpy.typing import NDArray
 
-__all__ = ["CUT", "PATIENCE_ns", "Played", "play"]
+from .watch import PATIENCE_ns
 
-PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
-# that swings undamped never comes to rest, and a run must not go on for ever
+__all__ = ["CUT", "Played", "play"]
+
 CUT = "cut after"
 
 
@@ -121,11 +122,16 @@ class Played:
         """The verdict, and the worst of each limit."""
         from heavylift.coordinator.verdict.judging import judged_with_uses  # with the library of collisions
 
+        return judged_with_uses(self.plan, self.past, self.conduct)
+
+    @cached_property
+    def past(self) -> Collector:
+        """What it has shown, as columns."""
         past = Collector(self.layout)
         past.samples(0, self.times.tolist(), self.rows)
         for t_ns, lines in self.rigs:
             past.ropes(t_ns, lines)
-        return judged_with_uses(self.plan, past, self.conduct)
+        return past
 
 
 class _Kernel(KernelNode):
@@ -184,12 +190,11 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
             rigs.append((event.t, ropes.drawn()))
 
     end = Tag(PATIENCE_ns if plan.end is None else ns(plan.end))
-    outside = [(OPERATOR, COMMAND, COMMANDER, "command")]
-    finish, most = (COMMANDER, "finished"), plan.microsteps
-    core = _Counting([*models, KERNEL], couplings(plan), end, finish, hear, outside, most)
+    wires, most = wiring(plan), plan.microsteps
+    core = _Counting([*models, KERNEL], wires.couplings, end, wires.finish, hear, wires.outside, most)
     for given in commands:
         core.inject(command(given))
-    nodes = {name: Node(name, Simulator(m, microsteps=most, watched=False)) for name, m in models.items()}
+    nodes = {n: Node(n, Simulator(m, microsteps=most, watched=False, wires=wires.all)) for n, m in models.items()}
     nodes[KERNEL] = Node(KERNEL, kernel, kernel.finish)
     prepared, started = time.perf_counter(), time.thread_time()
     kernel.allowed, kernel.deadline = limit, prepared + limit

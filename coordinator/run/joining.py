@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from heavylift.coordinator.hosts.door import Door
 from heavylift.coordinator.participants.participant import NODE_MODULE, PRELOAD, Participant
@@ -12,6 +13,9 @@ from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.coordinator.transport.placement import Placement
+
+if TYPE_CHECKING:
+    from heavylift.coordinator.participants.recalled import Past
 
 __all__ = ["joined"]
 
@@ -23,20 +27,21 @@ def joined(
     processes: Processes | None = None,
     door: Door | None = None,
     deadline: float = DEADLINE_s,
+    past: Past | None = None,
 ) -> Iterator[Hub | LocalHub]:
     """The hub of the nodes of a placement, started in its order; at the end all processes are gone.
 
-    Processes of other hosts are not started here; they come in at the `door`.  A process that owes an answer for
-    `deadline` [s] is probed.
+    Processes of other hosts are not started here, they come in at the `door`; nor are external ones.  A process that
+    owes an answer for `deadline` [s] is probed.  `past`: of a kernel in this process, what is known of its run already.
     """
     if in_process:
-        with LocalHub(placement.nodes) as local:
-            for name in placement.nodes:
-                link = local.link(name)
-                link.serve(Participant(name, link.send, link.sample).handle)
+        with LocalHub(placement.models) as local:
+            for node, models in local.placement.nodes.items():
+                link = local.link(node)
+                link.serve(Participant(models, link.send, link.sample, past).handle)
             yield local
         return
     crew = processes or Processes(PRELOAD)
     with crew, Succession(placement, crew, door, deadline) as hub:  # the keeper is the last to leave
-        crew.start(hub, {p: (NODE_MODULE,) for p in placement.processes if p not in placement.remote})
+        crew.start(hub, {p: (NODE_MODULE,) for p in placement.processes if p not in placement.awaited})
         yield hub

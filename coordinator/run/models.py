@@ -14,16 +14,20 @@ from __future__ import annotations
 import inspect
 import time
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
+import msgspec
+from heavylift.coordinator.hosts.door import Door
 from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.live.show import shown
 from heavylift.coordinator.participants import parts
-from heavylift.coordinator.participants.building import built, couplings, importing, module
+from heavylift.coordinator.participants.building import built, couplings, importing, module, stopping
+from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.declaring import declaration, difference
+from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.participant import NODE_MODULE
 from heavylift.coordinator.participants.transitions import read
 from heavylift.coordinator.protocol.core import Outcome
@@ -33,10 +37,10 @@ from heavylift.coordinator.supervision.hash_seed import fixed, loose
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.link import LOCAL
-from heavylift.coordinator.transport.placement import Placement
+from heavylift.coordinator.transport.placement import Placement, place
 from heavylift.kernel.errors import ModelError
 from heavylift.kernel.trust import allowed
-from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transition
+from heavylift.nodes.devs import FOREVER, NEVER, Coupled, Message, OutPort, Tag, Transition
 from heavylift.nodes.devs.execution.rules import LIMIT, Patience
 from heavylift.recordings import file_path
 
@@ -44,13 +48,13 @@ from .conversation import Conversation
 from .joining import joined
 from .watch import Watch
 
-__all__ = ["ModelRun", "run_models"]
+__all__ = ["ModelRun", "referred", "run_models"]
 
 
 @dataclass(frozen=True)
 class ModelRun:
-    """How the run of a model ended: why, last event [s], wall time in all and of its rounds [s], grants, digest, and
-    where it is recorded."""
+    """How the run of a model ended: why, last event [s], wall time in all and of its rounds [s], grants, digest, where
+    it is recorded, and the `result()` of each atomic that has one, by its path."""
 
     outcome: Outcome
     sim_s: float
@@ -59,6 +63,7 @@ class ModelRun:
     grants: int
     digest: str
     recording: Path | None = None
+    results: dict[str, Message] = field(default_factory=dict)
 
 
 def run_models(
@@ -73,14 +78,22 @@ def run_models(
     microsteps: int = LIMIT,
     force: bool = False,
     deadline: float = DEADLINE_s,
+    places: Sequence[str] = (),
+    remote: Collection[str] = (),
+    door: Door | None = None,
+    stop: str = "",
+    external: Collection[str] = (),
 ) -> ModelRun:
     """Run the model of `build` = "module:function" to events at t < `until` [ns], or to the end of all activity.
 
-    Each child has a process of its own, unless `processes` is their number or all are in this one.  `log` hears of
-    every transition of every process when the run is over, in the order of a flat run.  A loop is who moves at
-    `microsteps` tags in which no time passes.  A process that owes an answer for `deadline` [s] is probed, and
-    replaced if it makes no progress.  Raises HeavyliftError: one sentence, after a recording is finished and all
-    processes are gone.
+    `stop`: "child.port" whose first message ends it, with all that happens at that time.
+
+    Each child has a process of its own, unless `processes` is their number, `places` tell who shares one, such as
+    "west,east=yard", or all are in this one; `remote` processes come in at the `door`, `external` ones are programs of
+    another kind, for which NAME.ticket is written (WIRE.md).  `log` hears of every transition of every process when the
+    run is over, in the order of a flat run.  A loop is who moves at `microsteps` tags in which no time passes.  A
+    process that owes an answer for `deadline` [s] is probed, and replaced if it makes no
+    progress.  Raises HeavyliftError: one sentence, after a recording is finished and all processes are gone.
     """
     if importing():
         raise ModelError(
@@ -90,7 +103,7 @@ def run_models(
     Patience(microsteps)  # complains before anything begins
     if type(until) is not int or until < 0:
         raise ModelError(f"until={until!r}: the end of a run must be an int >= 0 in ns, use ns(seconds)")
-    reference = build if isinstance(build, str) else _reference(build)
+    reference = referred(build)
     model = built(reference)
     if in_process and not fixed() and (some := loose(model)):
         warnings.warn(
@@ -98,48 +111,59 @@ def run_models(
             "PYTHONHASHSEED=0 for equal runs, or sort it",
             stacklevel=2,
         )
+    finish = stopping(model, stop)
     names = order or list(model.children)
-    placement = Placement.spread(names, processes, "") if processes else Placement.apart(names)
-    if in_process:
-        placement = Placement({LOCAL: tuple(names)})
+    placement = (
+        Placement({LOCAL: tuple(names)}) if in_process else place(names, {}, places, processes, remote, external)
+    )
     started = time.perf_counter()
     lines: list[Transition] = []
     tempo = Tempo()
     with (
         allowed([reference]),  # in the processes, too: the caller names it, not a recording
         Desk(lambda: Path(model.name), tempo) as desk,  # no model takes commands
-        _tape(reference, model, output, lines, placement, microsteps, force) as tape,
-        joined(placement, in_process, None if in_process else Processes(_preload(reference)), deadline=deadline) as hub,
+        _tape(reference, model, output, lines, placement, microsteps, stop, force) as tape,
+        joined(placement, in_process, None if in_process else Processes(_preload(reference)), door, deadline) as hub,
         shown(hub, model.name, tape.recording) as audience,
     ):
         end = Tag(until) if until < NEVER else FOREVER
+        watching = watch or Watch()
+        wiring = Wiring(couplings(model), [], finish)
         talk = Conversation(
             hub,
-            couplings(model),
+            wiring,
             end,
             tape,
-            watch or Watch(),
+            watching,
             audience=audience,
             tempo=tempo,
             desk=desk,
             microsteps=microsteps,
+            externals=externals(placement, model.children, wiring.couplings, microsteps),
         )
         talk.written_to(output, tape.recording)
         if isinstance(hub, Hub):
             desk.open(hub)
         try:
-            _greet(talk, model, parts.ModelPart(reference, log is not None, microsteps))
+            if isinstance(hub, Hub):
+                hub.admit(parts.fingerprint(reference.encode()), watching.say)
+            _greet(talk, model, hub.placement, parts.ModelPart(reference, log is not None, microsteps, finish))
             greeted = time.perf_counter()
             outcome = talk.play()
             played = time.perf_counter()
-            talk.dismiss(min(talk.core.end, end))
+            last = min(talk.core.end, end)
+            left = talk.dismiss(last if last < FOREVER else talk.core.last)
+            told = [result for bye in left.values() for result in bye.results]
         except BaseException as error:
             talk.abort(error)
             raise
         wall_s = time.perf_counter() - started
         sim_s, digest = tape.last_ns / 1e9, tape.digest.hexdigest()
-        tape.close({"sim_s": sim_s, "wall_s": wall_s, "grants": talk.grants, "outcome": outcome.value})
-        run = ModelRun(outcome, sim_s, wall_s, played - greeted, talk.grants, digest, tape.recording)
+        results = {result.path: result.value for result in sorted(told, key=lambda result: result.path.split("."))}
+        kept = {path: {"type": type(x).__name__, "value": msgspec.to_builtins(x)} for path, x in results.items()}
+        facts = {"sim_s": sim_s, "wall_s": wall_s, "grants": talk.grants, "outcome": outcome.value, "results": kept}
+        tape.close(facts)
+        run = ModelRun(outcome, sim_s, wall_s, played - greeted, talk.grants, digest, tape.recording, results)
     if log is not None:
         for line in sorted(lines, key=lambda line: (line.tag, line.path.split("."))):
             log(line)
@@ -175,6 +199,7 @@ def _tape(
     lines: list[Transition],
     placement: Placement,
     microsteps: int,
+    stop: str,
     force: bool,
 ) -> _Lines:
     tape: _Lines
@@ -183,6 +208,7 @@ def _tape(
     else:
         placed = {process: list(nodes) for process, nodes in placement.processes.items()}
         facts = {"model": reference, "nodes": list(model.children), "placement": placed, "microsteps": microsteps}
+        facts |= {"stop": stop} if stop else {}
         tape = file = _FileLines(file_path(output), facts, {}, force)
         for name, child in model.children.items():
             for port in child.ports.values():
@@ -192,27 +218,40 @@ def _tape(
     return tape
 
 
-def _greet(talk: Conversation, model: Coupled, part: parts.ModelPart) -> None:
+def _greet(talk: Conversation, model: Coupled, placement: Placement, part: parts.ModelPart) -> None:
     config, reference = parts.encode(part), part.build
-    for name in model.children:
-        talk.welcome(name, config)
-    for _ in model.children:
-        name, declared = talk.hello(parts.fingerprint(reference.encode()))
-        if declared != (here := declaration(model.children[name])):
+    for node in placement.nodes:
+        talk.welcome(node, config)
+    for _ in placement.nodes:
+        node, declared = talk.hello(parts.fingerprint(reference.encode()))
+        if node not in talk.externals and declared != (here := declaration(model, placement.nodes[node])):
+            name, what = difference(here, declared)
             raise ModelError(
-                f"{reference}: {difference(here, declared)} differs between the process of node {name} and this one; "
-                "let the function build the same model each time, without clocks, sets or random numbers that have no "
-                "seed, from one version of the module"
+                f"{reference}: {what} differs between the process of node {name or node} and this one; let the "
+                "function build the same model each time, without clocks, sets or random numbers that have no seed, "
+                "from one version of the module"
             )
+
+
+PRELOAD = (
+    "building",
+    "commons",
+    "declaring",
+    "seclusion",
+    "transitions",
+)  # what a node of models imports when it joins
 
 
 def _preload(reference: str) -> list[str]:
     where = module(reference)
-    return [NODE_MODULE, "heavylift.coordinator.participants.building", *([] if where.endswith(".py") else [where])]
+    needed = (f"heavylift.coordinator.participants.{name}" for name in PRELOAD)
+    return [NODE_MODULE, *needed, *([] if where.endswith(".py") else [where])]
 
 
-def _reference(build: Callable[[], Coupled]) -> str:
-    """The name under which other processes find a function."""
+def referred(build: str | Callable[..., Coupled]) -> str:
+    """The name under which other processes find a function; a name stays as it is."""
+    if isinstance(build, str):
+        return build
     name = getattr(build, "__qualname__", "")
     if not name.isidentifier():
         raise ModelError(

@@ -21,6 +21,7 @@ from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.plan import Plan
+from heavylift.recordings.format.text import clock
 from heavylift.recordings.read.verdict import Judged
 from rich.console import Console
 from rich.live import Live
@@ -91,12 +92,6 @@ class Progress(Watch):
         )
 
 
-def clock(seconds: float) -> str:
-    """h:mm:ss of simulated time."""
-    s = round(seconds)
-    return f"{s // 3600}:{s // 60 % 60:02}:{s % 60:02}"
-
-
 class Certified(Protocol):
     """How sure the figures of a run are."""
 
@@ -113,6 +108,8 @@ def summary(plan: Plan, result: Result, as_json: bool = False, certificate: Cert
     if as_json:
         verdict = msgspec.to_builtins(result.verdict)
         told = asdict(replace(result, verdict=None)) | {"recording": str(result.recording), "verdict": verdict}
+        limits = rated(plan)
+        told |= {"rated": limits, "use": {x: T / limits[x] for x, (T, _) in result.peaks.items() if limits.get(x)}}
         told |= {"certified": certificate.data()} if certificate else {}
         print(json.dumps(told))
         return

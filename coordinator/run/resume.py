@@ -9,7 +9,9 @@ it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -21,7 +23,7 @@ from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.kernel.errors import RecordingError
 from heavylift.kernel.trust import demand
-from heavylift.nodes.devs import FOREVER, Event
+from heavylift.nodes.devs import FOREVER, Event, Tag
 from heavylift.nodes.models import build
 from heavylift.nodes.plan.plan import decode, functions
 from heavylift.nodes.scene import LoadedScene, restored
@@ -32,7 +34,9 @@ from heavylift.recordings.write.outputs import PART, beside
 from .scene import run
 from .watch import Watch
 
-__all__ = ["Beginning", "resume"]
+__all__ = ["Beginning", "Checked", "resume"]
+
+_START = Tag(0)
 
 
 @dataclass(frozen=True)
@@ -77,17 +81,26 @@ class Beginning:
         return cls(scene, left.events, sorted(commands))
 
 
-class _Checked(Watch):
+class Checked(Watch):
     """Compares events with those of the beginning, and passes all on."""
 
-    def __init__(self, part: Path, follower: Follower, count: int, watch: Watch) -> None:
-        self._part, self._follower, self._count, self._watch = part, follower, count, watch
+    def __init__(
+        self, events: list[Event], parted: Callable[[Deviation], RecordingError], watch: Watch, end: Tag = _START
+    ) -> None:
+        """What comes before the `end` must be among these events; `parted` says what is wrong."""
+        self._follower, self._count = Follower(events), len(events)
+        self._parted, self._watch, self._end = parted, watch, end
 
     def event(self, event: Event) -> None:
         """The next event must be the next recorded one, as long as there is one."""
-        if self._follower.count < self._count and (found := self._follower.hear(event)):
-            raise _parted(self._part, found)
+        if (self._follower.count < self._count or event.tag < self._end) and (found := self._follower.hear(event)):
+            raise self._parted(found)
         self._watch.event(event)
+
+    def end(self) -> None:
+        """Nothing comes any more."""
+        if missing := self._follower.reach(FOREVER):
+            raise self._parted(missing)
 
     def progress(self, t_ns: int) -> None:
         """Passed on."""
@@ -112,13 +125,11 @@ def resume(
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):
         raise RecordingError(f"{target}: would overwrite what is to be resumed; choose another name with -o")
-    follower = Follower(begun.events)
-    checked = _Checked(part, follower, len(begun.events), watch or Watch())
+    checked = Checked(begun.events, partial(_parted, part), watch or Watch())
     result = run(
         begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands, force=force
     )
-    if missing := follower.reach(FOREVER):
-        raise _parted(part, missing)
+    checked.end()
     return result
 
 

@@ -16,17 +16,19 @@ import msgspec
 from heavylift.coordinator.hosts.door import Door
 from heavylift.coordinator.live.audience import Audience
 from heavylift.coordinator.live.command_queue import Desk
-from heavylift.coordinator.live.commands import COMMAND, OPERATOR, Given
+from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.live.keyboard import Keyboard
 from heavylift.coordinator.live.keys import Keys
 from heavylift.coordinator.live.pace import Pace
+from heavylift.coordinator.live.publishing import OnTheBus
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.live.show import angles, shown
-from heavylift.coordinator.participants.configuration import kernel_config
+from heavylift.coordinator.participants.configuration import kernel_config, wiring
+from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, fingerprint
 from heavylift.coordinator.participants.parts import encode as part
 from heavylift.coordinator.protocol.core import Outcome
-from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.node_state import together
 from heavylift.coordinator.record.budget import Budget
 from heavylift.coordinator.record.scene import Record, Result
 from heavylift.coordinator.supervision.failover import DEADLINE_s
@@ -35,26 +37,30 @@ from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.link import LOCAL
 from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.coordinator.transport.placement import Placement
+from heavylift.coordinator.verdict import prepare
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.plan.plan import encode
 from heavylift.nodes.scene.operator_command import spoken
 from heavylift.recordings import Spectator, file_path
+from heavylift.recordings.write.broadcast import Broadcast
+from heavylift.recordings.write.spectator import Spectators
 
 from .conversation import Conversation
-from .in_memory import PATIENCE_ns
 from .joining import joined
-from .watch import Watch
+from .watch import PATIENCE_ns, Watch
 
 if TYPE_CHECKING:
+    from heavylift.coordinator.participants.recalled import Past
     from heavylift.nodes.scene import LoadedScene
 
 __all__ = ["Result", "run"]
 
+PUBLISH_Hz = 10.0  # samples per simulated second that whoever subscribes to them gets
 AHEAD_ns = 10 * 10**9  # simulated time that may be decided at once, and that a command may have to wait for
 
 
@@ -73,6 +79,8 @@ def run(
     commands: Sequence[Given] = (),
     keyboard: Keyboard | None = None,
     force: bool = False,
+    past: Past | None = None,
+    publish_hz: float = PUBLISH_Hz,
 ) -> Result:
     """Simulate a scene (loaded, or its path or name) into a recording.
 
@@ -83,7 +91,10 @@ def run(
     `placement` says which process hosts which nodes; without one each node has a process of its own.
     Processes that it places on other hosts come in at the `door`.  A process that owes an answer for
     `deadline` [s] is probed, and replaced if it makes no progress.  `page` shows the run while it goes on.
+    Whoever subscribes to samples on the bus gets `publish_hz` of them per simulated second.
     `commands` are given at their tags, as an operator gave them in another run; the keys of a `keyboard` are orders.
+    `past`: what is recorded of its beginning, for a kernel in this process; a run that does not get beyond it leaves
+    nothing.
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.
     """
@@ -95,6 +106,8 @@ def run(
     placed = Placement({LOCAL: tuple(names)}) if in_process else placement or Placement.apart(names)
     started = time.perf_counter()
     tempo = Tempo(pace or Pace(NEVER if in_process else AHEAD_ns))
+    bus = OnTheBus()
+    looking = Spectators(page or Spectator(), Broadcast(bus, publish_hz))
     with (
         Desk(
             lambda: record.recorder.path,
@@ -102,15 +115,17 @@ def run(
             lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(lift, words))),
             lambda answer: located(lift.plan, answer.refused, answer.at),
         ) as desk,
-        Record(lift, models, file, placed, page or Spectator(), force) as record,
-        joined(placed, in_process, processes, door, deadline) as hub,
+        Record(lift, models, file, placed, looking, force, past.facts if past else {}) as record,
+        joined(placed, in_process, processes, door, deadline, past) as hub,
         shown(hub, lift.plan.name, record.recorder.path, angles(m.declare() for m in models.values())) as audience,
     ):
         if isinstance(hub, Hub):
             desk.open(hub)
+            bus.open(hub)
         played = _Run(lift, models, hub, record, watch or Watch(), audience, tempo, desk)
         played.talk.written_to(file, record.recorder.path)
         desk.repeat(commands, played.talk.core)
+        record.worthless = lambda: past is not None and not past.over
         for sentence in lift.verdict.notes if lift.verdict else ():
             record.note(0, sentence)
             played.say(sentence)
@@ -118,6 +133,8 @@ def run(
             if isinstance(hub, Hub):
                 hub.admit(fingerprint(encode(lift.plan)), played.say)
             played.greet()
+            for at, state in past.checkpoints() if past and past.used else ():
+                record.checkpoint(at, state)
             greeted = record.mark()
             with Keys(desk, keyboard or Keyboard(), played.say):
                 played.play()
@@ -147,14 +164,14 @@ class _Run(Watch):
         desk: Desk,
     ) -> None:
         self._plan, self._models, self._record, self._watch = scene.plan, models, record, watch
+        self._placement = hub.placement
         self.unfinished, self.kernel_s = "", 0.0
         self._outcome = Outcome.BOUND
         end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
-        wires = [Coupling(*wire) for wire in couplings(self._plan)]
-        outside = [Coupling(OPERATOR, COMMAND, COMMANDER, "command")]
-        finish = COMMANDER, "finished"
-        limit = self._plan.microsteps
-        self.talk = Conversation(hub, wires, end, record, self, finish, audience, tempo, desk, outside, limit, KERNEL)
+        limit, wires, stages = self._plan.microsteps, wiring(self._plan), [(COMMANDER, "stage")]
+        foreign = externals(hub.placement, models, wires.all, limit)
+        self.talk = Conversation(hub, wires, end, record, self, audience, tempo, desk, limit, KERNEL, stages, foreign)
+        self._nodes = [node for node in hub.nodes if node != KERNEL]
 
     def say(self, sentence: str) -> None:
         """Passed on."""
@@ -174,11 +191,19 @@ class _Run(Watch):
         """The models first, for the kernel needs what they declare."""
         plan = encode(self._plan)
         agreed = fingerprint(plan)
-        for name in self._models:
-            self.talk.welcome(name, part(ScenePart(plan)))
-        declared = dict(self.talk.hello(agreed) for _ in self._models)  # they arrive in any order
-        systems = [_declared(name, declared[name]) for name in self._models]
+        for node in self._nodes:
+            self.talk.welcome(node, part(ScenePart(plan)))
+        declared = dict[str, System]()
+        for _ in self._nodes:  # they arrive in any order
+            node, said = self.talk.hello(agreed)
+            models = self._placement.nodes[node]
+            if node in self.talk.externals:  # its mechanics are those of the model that it plays
+                declared |= {name: self._models[name].declare() for name in models}
+            else:
+                declared |= zip(models, _declared(together(models), said, len(models)), strict=True)
+        systems = [declared[name] for name in self._models]
         self.talk.welcome(KERNEL, part(KernelPart(kernel_config(self._plan, self._models, systems), agreed)))
+        prepare()  # while the kernel gets ready
         _, layout = self.talk.hello(agreed)
         self._record.layout(layout, systems)
 
@@ -202,9 +227,12 @@ class _Run(Watch):
         self.unfinished = "; ".join(sentences)
 
 
-def _declared(name: str, data: bytes) -> System:
-    """What a node, perhaps on another host, declares of the mechanics."""
+def _declared(name: str, data: bytes, count: int) -> list[System]:
+    """What the models of a node, perhaps on another host, declare of the mechanics."""
     try:
-        return msgspec.msgpack.decode(data, type=System)
+        found = msgspec.msgpack.decode(data, type=list[System])
+        if len(found) != count:
+            raise ValueError(f"{len(found)} of {count} models")
+        return found
     except UNREADABLE as error:
         raise ProtocolError(f"node {name} declares mechanics that cannot be read ({error}); use one version") from None

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
@@ -29,23 +28,25 @@ from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorComman
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.operator_command import spoken
+from heavylift.nodes.scene.text.units import DURATION
 from heavylift.recordings.format.text import meant
 from heavylift.recordings.read.signal import Signal, titles
 from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.write.rows import Peak
 from numpy.typing import NDArray
 
+from .arguments import DENSEST, PERIOD, Order, patterns, seconds, timed
 from .in_memory import Played, play
 
 if TYPE_CHECKING:
     import pandas
 
+Command = Callable[[Commanded], object]  # what is told to the simulation
+
 __all__ = ["Happened", "Result", "StageSpan", "simulate"]
 
 SAMPLES = 1000  # of a system that nobody asks for others
 STOP = "stop"
-Order = tuple[float, str]  # when [s], and an operator's words
-Command = tuple[float, Callable[[Commanded], object]]  # when [s], and what is told to the simulation
 
 
 class StageSpan(NamedTuple):
@@ -112,7 +113,7 @@ def simulate(
     until: float,
     *,
     every: float | None = None,
-    orders: Sequence[Command] = (),
+    orders: Sequence[Order[Command]] = (),
     keep: Sequence[str] = ("*",),
     tolerance: float = 1e-7,
     method: str = "dopri5",
@@ -126,7 +127,7 @@ def simulate(
     until: float | None = None,
     *,
     every: float | None = None,
-    orders: Sequence[Order] = (),
+    orders: Sequence[Order[str]] = (),
     keep: Sequence[str] = ("*",),
 ) -> Result: ...
 
@@ -147,21 +148,20 @@ def simulate(
     simulation, `lambda s: s.set_brake("b", True)`.  `keep`: signals by name or pattern that the result is to hold.
     `tolerance`, `method`, `step` [s]: of a system; a scene says them itself.  Raises HeavyliftError.
     """
-    for name, value in (("until", until), ("every", every), *(("an order", order[0]) for order in orders)):
-        if value is not None and not (isfinite(value) and (value > 0.0 or (name == "an order" and value == 0.0))):
-            raise KernelError(f"{name} is {value:g} s; it must be a positive time")
-    orders = sorted(orders, key=lambda order: order[0])
-    if isinstance(keep, str):
-        keep = (keep,)
+    until = None if until is None else seconds("until", until, DURATION)
+    every = None if every is None else seconds("every", every, PERIOD)
+    keep = patterns(keep)
     if isinstance(model, System):
-        return _of_system(model, until, every, orders, keep, **options)
+        calls: list[Order[Command]] = timed(orders, "a function of the simulation", callable)
+        return _of_system(model, until, every, calls, keep, **options)
     if options:
         raise SceneError(f"{', '.join(options)}: a scene says that itself; load it with --set, such as method=radau5")
-    return _of_scene(loaded(model), until, every, orders, keep)
+    words: list[Order[str]] = timed(orders, "an operator's words", lambda said: isinstance(said, str))
+    return _of_scene(loaded(model), until, every, words, keep)
 
 
 def _of_scene(
-    scene: LoadedScene, until: float | None, every: float | None, orders: Sequence[Order], keep: Sequence[str]
+    scene: LoadedScene, until: float | None, every: float | None, orders: Sequence[Order[str]], keep: Sequence[str]
 ) -> Result:
     changed = {**({"end": until} if until is not None else {}), **({"samples_hz": 1.0 / every} if every else {})}
     plan, given = msgspec.structs.replace(scene.plan, **changed), list[Given]()
@@ -212,7 +212,7 @@ def _of_system(
     system: System,
     until: float | None,
     every: float | None,
-    orders: Sequence[Command],
+    orders: Sequence[Order[Command]],
     keep: Sequence[str],
     tolerance: float = 1e-7,
     method: str = "dopri5",
@@ -220,8 +220,8 @@ def _of_system(
 ) -> Result:
     if until is None:
         raise KernelError("a system has no end of its own; say `until` which time [s] it is to move")
-    end, period = ns(until), ns(every if every is not None else until / SAMPLES)
-    s = choice.simulate(system, tolerance, max(1, period), frozenset(), method, step)
+    end, period = ns(until), ns(every or max(until / SAMPLES, DENSEST))
+    s = choice.simulate(system, tolerance, period, frozenset(), method, step)
     s.start()
     for t, order in orders:
         if ns(t) >= end:

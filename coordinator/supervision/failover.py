@@ -13,22 +13,24 @@ does a model that fails: it would fail again.  Every few seconds of work a node 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 
 import msgspec
 from heavylift.coordinator.hosts.door import Door
 from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol.node_state import together
 from heavylift.coordinator.transport.hub import Hub, REMOTE_s
 from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.placement import Placement
-from heavylift.kernel.errors import UNREADABLE
+from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.devs import Tag
 
 from .differing import nondeterminism
 from .processes import KEEPER, GRACE_s, Processes
 from .replay_log import Story
 from .stall_detector import Vigil
+from .ticket_file import TicketFile
 
 __all__ = ["DEADLINE_s", "Succession"]
 
@@ -77,6 +79,7 @@ class Succession(Hub):
         self._lives = {node: _Life(Story(folder / f"{node}.journal")) for node in self.nodes}
         self._vigil = Vigil(deadline, crew, self._alive, lambda sentence: self.tell(sentence))
         self._begun = dict.fromkeys(self.placement.processes, time.monotonic())
+        self._tickets = {process: TicketFile(process) for process in sorted(self.placement.external)}
         self._next_look = 0.0
         self._held: list[tuple[str, bytes]] = []
 
@@ -104,8 +107,23 @@ class Succession(Hub):
         held, self._held = self._held, []
         return held + self._fresh()
 
+    def admit(self, scene: str, say: Callable[[str], None]) -> None:
+        """Let the processes join that somebody else starts."""
+        super().admit(scene, say)
+        for process in self._tickets:
+            self._begun[process] = time.monotonic()
+            self._invite(process, say)
+
+    def invitation(self, process: str) -> str:
+        """What lets a process join that somebody else starts."""
+        if process not in self._tickets:
+            return super().invitation(process)
+        return f"its ticket is {self._tickets[process].path}, good for {self._deadline:g} s"
+
     def close(self) -> None:
         """End the session and remove the run's directory with the logs in it."""
+        for ticket in self._tickets.values():
+            ticket.remove()
         for life in self._lives.values():
             life.story.close()
         super().close()
@@ -131,14 +149,13 @@ class Succession(Hub):
         if life.over:
             return False  # the BYE of a successor that had nothing to do
         if kind == "checkpoint":
-            self._keep(node, life, payload)
-            return False
+            return self._keep(node, life, payload)
         if life.repeated and _behind(payload, life.asked):
             return False
         life.asked = b""
         if not life.ready:
             if payload != life.expected:
-                raise nondeterminism(node, life.expected, payload, _reached(life.heard))
+                raise nondeterminism(self.placement.nodes[node], life.expected, payload, _reached(life.heard))
             life.heard = payload
             self._go_on(node, life)
             return False
@@ -149,7 +166,7 @@ class Succession(Hub):
         elif kind in ("bye", "fail"):
             life.over = True
             process = self.placement.process_of[node]
-            if all(self._lives[other].over for other in self.placement.processes[process]):
+            if all(self._lives[other].over for other in self.placement.hosted[process]):
                 self.excuse(process)
         return True
 
@@ -167,26 +184,35 @@ class Succession(Hub):
 
     def _ask_for_checkpoint(self, node: str, life: _Life) -> None:
         life.grants += 1
-        if life.keeps and life.grants >= KEEP_GRANTS and time.monotonic() - life.kept_at > KEEP_s:
-            life.grants, life.kept_at = 0, time.monotonic()
-            super().send(node, m.encode(m.Checkpoint(0)))
+        if life.grants >= KEEP_GRANTS and time.monotonic() - life.kept_at > KEEP_s:
+            self.keep(node, m.encode(m.Checkpoint(0)))
 
-    def _keep(self, node: str, life: _Life, payload: bytes) -> None:
+    def keep(self, node: str, request: bytes) -> None:
+        """Ask a node that knows all it was told for a checkpoint, if it has any to give."""
+        life = self._lives[node]
+        if life.ready and life.keeps and not life.over:
+            life.grants, life.kept_at = 0, time.monotonic()
+            super().keep(node, request)
+
+    def _keep(self, node: str, life: _Life, payload: bytes) -> bool:
+        """Whether it can be kept."""
         checkpoint = m.decode(payload)
         assert isinstance(checkpoint, m.Checkpoint), "its kind says so"
         if not checkpoint.state:
             life.keeps = False
-            self.tell(f"node {node} would be replayed from the start if it were lost: {checkpoint.why}")
-            return
+            who = f"node {together(self.placement.nodes[node])}"
+            self.tell(f"{who} would be replayed from the start if it were lost: {checkpoint.why}")
+            return False
         self._held += self._fresh()
         life.story.kept(payload)
         life.kept_batch = life.batches
+        return True
 
     # ---- losses -------------------------------------------------------------------------------------------------
 
     def on_join(self, process: str) -> None:
         """A process has joined: its nodes replay their logs."""
-        for node in self.placement.processes[process]:
+        for node in self.placement.hosted[process]:
             life = self._lives[node]
             if life.over:
                 super().send(node, life.story.last)
@@ -208,7 +234,7 @@ class Succession(Hub):
 
     def on_loss(self, process: str, how: str) -> None:
         """Replace a process; raises if that has been tried often enough at this point."""
-        nodes = self.placement.processes[process]
+        nodes = self.placement.hosted[process]
         lives = [life for node in nodes if not (life := self._lives[node]).over]
         if not lives:
             return  # it has left in order, and that is seen only now
@@ -218,17 +244,22 @@ class Succession(Hub):
             raise self.gone(process, f"{how}, as did its predecessors at this point, {LOSSES} of them")
         self._held += self._fresh()
         self.tell(f"{self.told(process, 'replaced')}: {how}")
-        remote = process in self.placement.remote
-        if not remote:
+        awaited = process in self.placement.awaited
+        if not awaited:
             self._crew.kill(process, self._look_at_keeper)
         self.renew(process)
         for life in lives:
             life.ready, life.repeated, life.asked, life.batch = False, False, b"", life.kept_batch
         self._begun[process] = time.monotonic()
-        if remote:
-            self.tell(f"waiting for process {process}; {self.invitation(process)}")
+        if awaited:
+            self._invite(process, self.tell)
         else:
             self._crew.begin(process)
+
+    def _invite(self, process: str, say: Callable[[str], None]) -> None:
+        if process in self._tickets:
+            self._tickets[process].write(self.ticket(process))
+        say(f"waiting for process {process}; {self.invitation(process)}")
 
     def _look(self) -> None:
         """Now and then: is an answer due?"""
@@ -237,13 +268,18 @@ class Succession(Hub):
             return
         self._next_look = now + LOOK_s
         self._look_at_keeper()
-        for process, nodes in self.placement.processes.items():
+        for process, nodes in self.placement.hosted.items():
             if not self.joined(process):
-                remote = process in self.placement.remote
-                patience = REMOTE_s if remote else max(self._deadline, JOIN_s)
+                remote, external = (process in some for some in (self.placement.remote, self.placement.external))
+                patience = REMOTE_s if remote else self._deadline if external else max(self._deadline, JOIN_s)
                 if now - self._begun[process] > patience:
+                    if external:
+                        raise ProtocolError(
+                            f"process {process}: nobody has joined with {self._tickets[process].path} within "
+                            f"{patience:g} s; start its program while the run waits, or let it wait longer (--deadline)"
+                        )
                     self.on_loss(process, f"it did not join within {patience:g} s")
-                elif not remote and (how := self._vigil.lost(process, self._begun[process], now)):
+                elif not (remote or external) and (how := self._vigil.lost(process, self._begun[process], now)):
                     self.on_loss(process, how)
                 continue
             owing = [(node, life) for node in nodes if (life := self._lives[node]).asked and not life.over]

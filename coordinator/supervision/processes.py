@@ -40,6 +40,7 @@ REPORT_s = 0.3  # in which a keeper that is not stopped tells how a process has 
 KILL_s = 0.5  # from SIGKILL to giving up
 REAP_s = 10.0  # the same for a process that must not live beside its successor
 LOOK_s = 0.05  # between two looks at a keeper that owes an answer
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # NumPy would start more when it is imported, and forks want none
 STACKS_s = 0.5  # in which a process writes where it is
 
 
@@ -83,7 +84,7 @@ class Processes:
                 stderr=errors,
                 pass_fds=(self._life_line,),
                 start_new_session=True,
-                env={**os.environ, **SEED},
+                env={**ONE_THREAD, **os.environ, **SEED},
             )
         except OSError as error:
             raise ProtocolError(
@@ -129,8 +130,6 @@ class Processes:
             ticket=self._hub.ticket(process).to_text(),
             log=str(self.directory.log(process)),
         )
-
-    # ---- the keeper --------------------------------------------------------------------------------------------------
 
     @property
     def owed_since(self) -> float | None:

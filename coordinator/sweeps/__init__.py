@@ -3,7 +3,9 @@
 axes, designs       `--vary` and `--sample`: values of paths, grids, Sobol and Latin hypercube designs, their indices
 variant             one run as a row of numbers, in any worker
 study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Executor
-limiting            how far a number may go before the verdict turns red
+limiting, motions   how far a number may go before the verdict turns red, speeds of all moves of a kind too; limits_page
+planning            the shortest timing of an action list within its limits
+timing, timetable   what of it can be quicker; two timings beside each other
 summary, page       what the rows say: counts, curves, histograms, indices, probabilities of exceeding each limit
 """
 

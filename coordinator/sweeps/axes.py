@@ -1,6 +1,7 @@
 """What a sweep varies: `--vary PATH=VALUES`, and the variants that come of it.
 
     block.mass=200..400 t by 25 t                      a range in steps; without `by` all of it, for --sample
+    hoist speed=1..3 m/min by 1 m/min                  of all orders, in proportion
     stage up/all hooks={hoist 1 m/min by 1 m, hoist 3 m/min by 1 m}     one of several
 
 Paths are those of `--set`.  Steps are counted in decimals, so that 0..1 m by 0.1 m has eleven values.  A sample is
@@ -29,6 +30,8 @@ from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scene.text.units import NUMBER
 from numpy.typing import NDArray
 
+from .motions import Motion, motion_of
+
 __all__ = ["Axis", "Variant", "axes_of", "grid", "sampled"]
 
 RANGE = re.compile(rf"\s*({NUMBER})\s*([^\d.]*?)\s*\.\.\s*({NUMBER})\s*(.*?)\s*(?:\bby\s+({NUMBER})\s*(.*?)\s*)?")
@@ -38,7 +41,7 @@ MOST = 1_000_000  # variants of a study
 @dataclass(frozen=True)
 class Axis:
     """Something that is varied: its path as written, the texts that it may have, or the ends of its range in `unit`, or
-    the uncertain input of the scene that it is; `first`: a setting that must come before."""
+    the uncertain input of the scene or the moves of a kind that it is; `first`: a setting that must come before."""
 
     path: str
     texts: tuple[str, ...] = ()
@@ -47,6 +50,7 @@ class Axis:
     unit: str = ""
     uncertain: UncertainInput | None = None
     first: str = ""
+    motion: Motion | None = None
 
     @cached_property
     def numbers(self) -> list[float] | None:
@@ -82,6 +86,8 @@ class Axis:
         """What `--set` takes."""
         if self.uncertain is not None:
             return settings([self.uncertain], [text])
+        if self.motion is not None:
+            return self.motion.setting(text)
         return [*([self.first] if self.first else []), f"{self.path}={text}"]
 
 
@@ -146,15 +152,16 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
     path, equals, values = (part.strip() for part in text.partition("="))
     if not (equals and path and values):
         raise SceneError(f"--vary '{text}': write PATH=VALUES, such as 'block.mass=200..400 t by 25 t'")
-    first = _first(scene, path)
+    motion = motion_of(scene, path)
+    first = "" if motion else _first(scene, path)
     if values.startswith("{") and values.endswith("}"):
         texts = tuple(dict.fromkeys(part for each in _parts(values[1:-1]) if (part := each.strip())))
         if not texts:
             raise SceneError(f"--vary '{text}': there is nothing between the braces")
-        return Axis(path, texts, unit=_unit(texts), first=first)
+        return Axis(path, texts, unit=_unit(texts), first=first, motion=motion)
     found = RANGE.fullmatch(values)
     if found is None:
-        return Axis(path, (values,), unit=_unit([values]), first=first)
+        return Axis(path, (values,), unit=_unit([values]), first=first, motion=motion)
     low_text, unit_low, high_text, unit, step_text, unit_step = found.groups()
     for other in (unit_low, unit_step):
         if other and other != unit:
@@ -169,12 +176,16 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
     if step is None and not sampling:
         raise SceneError(f"--vary '{text}': say in which steps, 'by ...', or how many to draw, --sample 1000")
     if step is None:
-        return Axis(path, (), float(low), float(high), unit, first=first)
+        return Axis(path, (), float(low), float(high), unit, first=first, motion=motion)
     count = int((high - low) / step) + 1
     if count > MOST:
         raise SceneError(f"--vary '{text}': {count} values; a study has at most {MOST} variants")
     return Axis(
-        path, tuple(f"{(low + i * step).normalize():f} {unit}".strip() for i in range(count)), unit=unit, first=first
+        path,
+        tuple(f"{(low + i * step).normalize():f} {unit}".strip() for i in range(count)),
+        unit=unit,
+        first=first,
+        motion=motion,
     )
 
 

@@ -1,33 +1,48 @@
 """How far a number of a scene may go before the verdict turns red.
 
-Upwards from where it is green: twice as far at each step until something is red or refused, then by halves until the
-last green and the first red value are near.  Between them lies the limit; what lies beyond is looked at in a few
-places, for a scene that is green again there has no single limit.
+From where it is green: twice as far at each step until something is red or refused, then between the last green and the
+first red value where the use of the limit is to be 100 %, or by halves where that says nothing.  Between the two lies
+the limit; what lies beyond is looked at in a few places, for a scene that is green again there has no single limit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from math import isfinite
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import count, pairwise
+from math import hypot, isfinite, nan
 
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.run.pool import Pool, cores
+from heavylift.coordinator.uncertainty.certificate import TWICE, richer, tighter
+from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
-from heavylift.nodes.scene.inputs import inputs
+from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, unstated
+from heavylift.nodes.scene.loading import parse
+from heavylift.recordings.format.text import clock
 
 from .axes import RANGE, Axis, Variant, axes_of
-from .variant import Row, Task, played
+from .motions import motion_of, motions
+from .variant import Row, Task, judged_uses, played
 
-__all__ = ["Limited", "limits_of"]
+__all__ = ["Limited", "askable", "limits_of", "limits_of_all"]
 
 NEAR = 0.005  # of the way from the start: how near the last green and the first red value shall be
+ASIDE = 0.4  # of that, by which a guess lies on one side of where the use is 100 %, so that the other one follows
 STEPS, BEYOND = 8, 3  # doublings without an end of the range; values that are looked at beyond the limit
+TOLD = ("status", "use", "limit", "limit stage", "limit at [s]", "sentence")  # of a run
+FAR = 10.0  # times as fast, or so many scales away, where no range is given
 
 
 @dataclass(frozen=True)
 class Limited:
     """What was found of a number: its path and unit, all values that were run with their rows, the last green and the
-    first red value, what is wrong with the question ("" if nothing)."""
+    first red value, what is wrong with the question ("" if nothing).
+
+    `bar`: of the use at the last green value, by tighter steps and the next richer rung, at 95 %; None where it is
+    not a use that turns the verdict red, or where there is none.
+    """
 
     path: str
     unit: str
@@ -35,6 +50,21 @@ class Limited:
     green: float | None = None
     red: float | None = None
     wrong: str = ""
+    bar: float | None = None
+
+    @property
+    def most(self) -> Row:
+        """The row of the last green value."""
+        return {} if self.green is None else self.runs.get(self.green, {})
+
+    @property
+    def half(self) -> float | None:
+        """What the bar of the use is as one of the number, by how the use grows between green and red."""
+        if self.bar is None or self.green is None or self.red is None:
+            return None
+        name = f"use/{self.runs[self.red]['limit']}"
+        more = self.runs[self.red][name] - self.most[name]
+        return self.bar * abs(self.red - self.green) / more if more > 0.0 else None
 
     @property
     def why(self) -> str:
@@ -43,31 +73,97 @@ class Limited:
             return ""
         row = self.runs[self.red]
         text = str(row.get("verdict") or row["sentence"])
-        return next((line for line in text.splitlines() if line), row["status"])
+        first = next((line for line in text.splitlines() if line), row["status"])
+        return first.partition(": error: ")[2] or first
+
+    @property
+    def limit(self) -> str:
+        """The last green value with its bar, for people."""
+        return self.shown(self.green, "" if self.half is None else f" +- {self.half:.2g}")
+
+    @property
+    def used(self) -> str:
+        """The largest use there, with its bar where that is what turns red."""
+        return f"{self.most['use']:.1%}" + ("" if self.bar is None else f" +- {self.bar:.2%}")
+
+    def shown(self, value: float | None, bar: str = "") -> str:
+        """A value in its unit; nothing of none."""
+        return "" if value is None else f"{value:.5g}{bar} {self.unit}".strip()
 
     def __str__(self) -> str:
         if self.wrong:
             return f"{self.path}: {self.wrong}"
-        most = self.runs[self.green or 0.0] if self.green in self.runs else {}
-        used = most.get("use", float("nan"))
-        told = f", where {most['limit']} is used to {used:.1%} in '{most['limit stage']}'" if isfinite(used) else ""
-        return f"{self.path}: green up to {self._text(self.green)}{told}; red at {self._text(self.red)}: {self.why}"
+        most, told = self.most, ""
+        if isfinite(most.get("use", nan)):
+            when = f"in '{most['limit stage']}' at {clock(most['limit at [s]'], 1)}"
+            told = f", where {most['limit']} is used to {self.used} {when}"
+        return f"{self.path}: green up to {self.limit}{told}; red at {self.shown(self.red)}: {self.why}"
 
-    def _text(self, value: float | None) -> str:
-        return f"{value:.5g} {self.unit}".strip()
+    def data(self) -> dict[str, object]:
+        """As plain data; numbers in the unit."""
+        keys = ("path", "unit", "green", "red", "half", "bar", "why", "wrong")
+        return {key: getattr(self, key) for key in keys} | {
+            "runs": [{"value": x} | {key: row.get(key) for key in TOLD} for x, row in sorted(self.runs.items())]
+        }
+
+
+def askable(scene: LoadedScene) -> list[str]:
+    """All that `--all` asks of a scene: its moves, and its usual and its uncertain inputs."""
+    names = [*(one.name for one in uncertain_inputs(scene)), *unstated(scene, uncertain_inputs(scene))]
+    return [*motions(scene), *dict.fromkeys(x for name in names for x in _numbers(scene, name))]
+
+
+def _numbers(scene: LoadedScene, name: str) -> list[str]:
+    """Those of a name that have a value."""
+    found = []
+    for each in (name, *(f"{name}.{axis}" for axis in "xyz")):
+        try:
+            found += [one.name for one in inputs(scene, [each])]
+        except SceneError:
+            continue
+    return found
+
+
+def limits_of_all(
+    scene: LoadedScene,
+    asked: Sequence[str],
+    limit_s: float = 60.0,
+    workers: int = 0,
+    say: Callable[[str], None] = print,
+) -> list[Limited]:
+    """How far each of several numbers may go, alone; side by side in processes.  `say` hears of the runs."""
+
+    def told(name: str, x: float, row: Row) -> None:
+        say(f"  {name.partition('=')[0]} {x:.5g}: {row['status']}")
+
+    if len(asked) == 1:
+        return [limits_of(scene, asked[0], limit_s, partial(told, asked[0]))]
+    found = []
+    with Pool(min(workers or cores(), len(asked))) as pool:
+        task = Task.of(scene, limit_s, "none", True)
+        for name, future in [(name, pool.submit(_apart, task, name)) for name in asked]:
+            found.append(future.result())
+            say(f"  {name.partition('=')[0]}: {len(found[-1].runs)} runs")
+    return found
+
+
+def _apart(task: Task, asked: str) -> Limited:
+    return limits_of(parse(task.text, task.name, task.settings), asked, task.limit_s)
 
 
 def limits_of(
     scene: LoadedScene, asked: str, limit_s: float = 60.0, watch: Callable[[float, Row], None] = lambda x, row: None
 ) -> Limited:
-    """The largest green value of `PATH`, or of `PATH=LOW..HIGH UNIT`; raises SceneError for what is no number."""
+    """How far `PATH` may go, or `PATH=FROM..TO UNIT` in that direction; raises SceneError for what is no number."""
     axis, start, end = _range(scene, asked)
     task, runs = Task.of(scene, limit_s, "none", True), dict[float, Row]()
 
+    def settings(x: float) -> tuple[str, ...]:
+        return tuple(axis.setting(f"{x!r} {axis.unit}".strip()))
+
     def green(x: float) -> bool:
         if x not in runs:
-            settings = tuple(axis.setting(f"{x!r} {axis.unit}".strip()))
-            runs[x] = played(task, Variant(len(runs), settings, (x,)))
+            runs[x] = played(task, Variant(len(runs), settings(x), (x,)))
             watch(x, runs[x])
         if runs[x]["status"] in ("cut", "lost"):
             raise SceneError(f"--of '{asked}': at {x:g} {axis.unit}: {runs[x]['sentence']}")
@@ -75,42 +171,73 @@ def limits_of(
 
     found = Limited(axis.path, axis.unit, runs)
     if not green(start):
-        return _with(found, red=start, wrong=f"red at the start, {start:g} {axis.unit}: {_with(found, red=start).why}")
-    low, step = start, (end - start) / 2**STEPS
-    high = low
-    while high < end and green(high):
-        low, high, step = high, min(end, high + step), 2.0 * step
-    if green(high):
-        return _with(
-            found, green=high, wrong=f"nothing turns red up to {high:g} {axis.unit}; give a range that leads on"
-        )
-    bracket = NEAR * (high - start)
-    while high - low > bracket:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if green(middle) else (low, middle)
-    beyond = [high + (end - high) * (i + 1) / BEYOND for i in range(BEYOND)] if end > high else []
+        red = replace(found, red=start)
+        return replace(red, wrong=f"red at the start, {found.shown(start)}: {red.why}")
+    way = end - start
+    low, high, step = 0.0, 0.0, 1.0 / 2**STEPS  # parts of the way
+    while high < 1.0 and green(start + high * way):
+        low, high, step = high, min(1.0, high + step), 2.0 * step
+    if green(start + high * way):
+        told = f"nothing turns red up to {found.shown(end)}; give a range that leads on"
+        return replace(found, green=end, wrong=told)
+    near = NEAR * high
+    for turn in count():
+        if high - low <= near:
+            break
+        middle = _guess(runs[start + low * way], runs[start + high * way], low, high, near, turn)
+        low, high = (middle, high) if green(start + middle * way) else (low, middle)
+    at, red_at = start + low * way, start + high * way
+    beyond = [start + (high + (1.0 - high) * (i + 1) / BEYOND) * way for i in range(BEYOND)] if high < 1.0 else []
     again = next((x for x in beyond if green(x)), None)
-    told = "" if again is None else f"red at {high:.5g} {axis.unit}, but green again at {again:.5g}: no single limit"
-    return _with(found, green=low, red=high, wrong=told)
+    told = "" if again is None else f"red at {found.shown(red_at)}, but green again at {again:.5g}: no single limit"
+    return replace(found, green=at, red=red_at, wrong=told, bar=_bar(task, settings(at), runs[at], runs[red_at]))
 
 
-def _with(found: Limited, green: float | None = None, red: float | None = None, wrong: str = "") -> Limited:
-    return Limited(found.path, found.unit, found.runs, green, red, wrong)
+def _guess(good: Row, bad: Row, low: float, high: float, near: float, turn: int) -> float:
+    """Where the limit may lie: a little aside of where its use is 100 % on a line; each third time in the middle."""
+    name = f"use/{bad.get('limit')}"
+    a, b = float(good.get(name, nan)), float(bad.get(name, nan))
+    if turn % 3 == 2 or not a < 1.0 < b:
+        return 0.5 * (low + high)
+    found = low + (1.0 - a) / (b - a) * (high - low) + (ASIDE if turn % 3 else -ASIDE) * near
+    return min(max(found, low + 0.1 * near), high - 0.1 * near)
+
+
+def _bar(task: Task, settings: tuple[str, ...], good: Row, bad: Row) -> float | None:
+    """Of the use that turns the verdict red: twice what tighter steps and the next richer rung change."""
+    name = bad.get("limit")
+    if not name or not bad["use"] > 1.0 or f"use/{name}" not in good:
+        return None
+    plan = parse(task.text, task.name, (*task.settings, *settings), passing=True).plan
+    rich, tight = richer(plan), tighter(plan)[-1:]
+    try:
+        uses = [judged_uses(play(one, task.limit_s))[name].use for one in (*tight, *([rich] if rich else []))]
+    except (HeavyliftError, KeyError):
+        return None
+    steps = [good[f"use/{name}"], *uses]
+    parts = [abs(a - b) for a, b in pairwise(steps) if a is not None and b is not None]
+    return TWICE * hypot(*parts) if len(parts) == len(uses) > 0 else None
 
 
 def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:
     """The axis, where the search begins and where it ends at the latest, in its unit."""
     path, equals, values = (part.strip() for part in asked.partition("="))
     if equals:
-        if RANGE.fullmatch(values) is None:
-            raise SceneError(f"--of '{asked}': write PATH, or PATH=LOW..HIGH UNIT such as 'block.mass=300..900 t'")
-        (axis,) = axes_of(scene, [asked], sampling=True)[:1]
-        return axis, axis.low, axis.high
+        ends = RANGE.fullmatch(values)
+        if ends is None:
+            raise SceneError(f"--of '{asked}': write PATH, or PATH=FROM..TO UNIT such as 'block.mass=300..900 t'")
+        first, last, unit = ends[1], ends[3], ends[4]
+        down = float(first) > float(last)
+        (axis,) = axes_of(scene, [f"{path}={last}..{first} {unit}" if down else asked], sampling=True)[:1]
+        return (axis, axis.high, axis.low) if down else (axis, axis.low, axis.high)
+    if (motion := motion_of(scene, path)) is not None:
+        return Axis(path, unit=motion.unit, motion=motion), motion.value, FAR * motion.value
     try:
         one = inputs(scene, [path])[0]
     except SceneError as error:
-        told = f"{error}; of a word of an order say between which values, 'stage up/all hooks/hoist=1..20 m/min'"
+        moves = f"; of moves: {', '.join(names)}" if (names := motions(scene)) else ""
+        told = f"{error}; of a word of an order say between which values, 'stage up/all hooks/hoist=1..20 m/min'{moves}"
         raise SceneError(f"--of '{asked}': {told}") from None
     start, far = one.value / one.factor, one.scale / one.factor
-    end = min(start + 10.0 * far, one.bounds[1] / one.factor)
+    end = min(start + FAR * far, one.bounds[1] / one.factor)
     return Axis(path, unit=one.unit, first=one.whole), start, end

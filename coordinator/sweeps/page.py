@@ -23,10 +23,11 @@ from .variant import FAILED
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["page", "told"]
+__all__ = ["canvas", "page", "told", "wide"]
 
 LISTED = 20  # variants with their command; limits
 DRAWN = 4  # axes
+FEW = 200  # variants that are seen one by one
 MEANT = {
     "done": "came to its end, green",
     "red": "came to its end, the verdict is red",
@@ -54,7 +55,7 @@ def page(study: Study) -> str:
     body = [
         f"<h1>{escape(title)}</h1>",
         f'<p class="verdict{" bad" if bad else ""}">{escape(told(study, found))}</p>',
-        _wide(table(["status", "", "variants"], counts, "left2")),
+        wide(table(["status", "", "variants"], counts, "left2")),
         "<h2>What was varied</h2>",
         bullets(_varied(study)),
         *_limits(study, found),
@@ -90,8 +91,8 @@ def _limits(study: Study, found: Summary) -> list[str]:
     head += ["probability of exceeding", f"between, at {LEVEL:.0%}"] if sampled else []
     rows: list[list[Cell]] = []
     for x in found.chances[:LISTED]:
-        row: list[Cell] = [x.limit, str(x.judged), f"{x.mean:.1%}", (f"{x.most:.1%}", x.most > 1.0), str(x.beyond)]
-        row += [f"{x.part:.2%}", f"{x.low:.2%} and {x.high:.2%}"] if sampled else []
+        row: list[Cell] = [x.limit, str(x.judged), _percent(x.mean), (_percent(x.most), x.most > 1.0), str(x.beyond)]
+        row += [_percent(x.part, 2), f"{_percent(x.low, 2)} and {_percent(x.high, 2)}"] if sampled else []
         rows.append(row)
     notes = []
     if sampled:
@@ -99,7 +100,11 @@ def _limits(study: Study, found: Summary) -> list[str]:
         notes.append(f"Probabilities are of the {n} independent draws that came to their end (Clopper and Pearson).")
     if len(found.chances) > LISTED:
         notes.append(f"{len(found.chances) - LISTED} less used limits stand in rows.parquet only.")
-    return ["<h2>Limits, the most used first</h2>", _wide(table(head, rows, "left1")), bullets(notes)]
+    return ["<h2>Limits, the most used first</h2>", wide(table(head, rows, "left1")), bullets(notes)]
+
+
+def _percent(share: float, digits: int = 1) -> str:
+    return f"{100 * share:.{digits}f} %"
 
 
 def _responses(found: Summary) -> list[str]:
@@ -107,15 +112,17 @@ def _responses(found: Summary) -> list[str]:
     names, axes = list(found.results), list(found.inputs)[:DRAWN]
     if not names or not axes or not len(found.inputs[axes[0]]):
         return []
-    figure = _figure(len(names), len(axes), sharey="row")
+    figure = canvas(len(names), len(axes), sharey="row")
     for i, name in enumerate(names):
         for j, axis in enumerate(axes):
             ax = figure.axes[i * len(axes) + j]
             x, y = found.inputs[axis], found.results[name]
-            ax.plot(x, y, "o", ms=2.6, alpha=max(0.15, min(0.8, 150 / len(x))), color=COLOURS[0], mew=0)
+            size, alpha = (5.0, 1.0) if len(x) <= FEW else (2.6, max(0.15, min(0.8, 150 / len(x))))
+            ax.plot(x, y, "o", ms=size, alpha=alpha, color=COLOURS[0], mew=0, zorder=3)
             ax.plot(*_means(x, y), color=COLOURS[1], lw=1.6)
             if name == "use":
                 ax.axhline(1.0, color=LIMIT, lw=1.1, ls=(0, (6, 3)))
+                ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
             if j == 0:
                 ax.set_ylabel(RESULTS[name].replace(" of a load's limit", "").replace(" of a hook's ropes", ""))
             if i == len(names) - 1:
@@ -141,18 +148,23 @@ def _histograms(found: Summary) -> list[str]:
     names = [name for name, values in found.results.items() if len(values) > 1]
     if not names:
         return []
-    figure = _figure(1, len(names))
+    from matplotlib.ticker import MaxNLocator
+
+    figure = canvas(1, len(names))
     for ax, name in zip(figure.axes, names, strict=True):
         values = found.results[name][np.isfinite(found.results[name])]
         ax.hist(values, bins=min(40, max(5, round(len(values) ** 0.5))), color=COLOURS[0], edgecolor=PAPER, lw=0.5)
         if name == "use":
             ax.axvline(1.0, color=LIMIT, lw=1.1, ls=(0, (6, 3)))
+            ax.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
+        ax.yaxis.set_major_locator(MaxNLocator(integer=True))
         ax.set_xlabel(RESULTS[name])
     figure.axes[0].set_ylabel("variants")
     return ["<h2>Distributions</h2>", f"<figure>{in_page(figure)}</figure>"]
 
 
-def _figure(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> Figure:
+def canvas(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> Figure:
+    """A figure of so many axes in the style of the page."""
     from matplotlib.figure import Figure
 
     with styled("none"):
@@ -173,7 +185,7 @@ def _indices(study: Study, found: Summary) -> list[str]:
     parts = ["<h2>Which input moves which result</h2>"]
     for name, listed in found.indices.items():
         rows: list[list[Cell]] = [[x.axis, *_index(x)] for x in listed]
-        parts += [f"<h3>{escape(RESULTS[name])}</h3>", _wide(table(head, rows, "left1"))]
+        parts += [f"<h3>{escape(RESULTS[name])}</h3>", wide(table(head, rows, "left1"))]
     if found.indices:
         how = "Sobol indices" if study.plan.design == "sobol" else "first-order indices by random balance designs"
         parts.append(f'<p class="quiet">{how}: parts of the variance, half-widths at {LEVEL:.0%} (SALib).</p>')
@@ -198,7 +210,7 @@ def _failures(study: Study) -> list[str]:
     ]
     more = f"{len(bad) - LISTED} more stand in rows.parquet." if len(bad) > LISTED else ""
     head = ["variant", "status", "why", "to repeat it with a recording"]
-    return ["<h2>Variants to look at</h2>", _wide(table(head, rows, "left4")), bullets([more] if more else [])]
+    return ["<h2>Variants to look at</h2>", wide(table(head, rows, "left4")), bullets([more] if more else [])]
 
 
 def _sentence(row: dict[str, str]) -> str:
@@ -206,5 +218,6 @@ def _sentence(row: dict[str, str]) -> str:
     return text.splitlines()[0] if text else ""
 
 
-def _wide(text: str) -> str:
+def wide(text: str) -> str:
+    """A table that may be wider than a phone."""
     return f'<div class="wide">{text}</div>'

@@ -17,8 +17,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+import msgspec
 from heavylift.coordinator.participants.participant import version
-from heavylift.kernel.errors import OutputError, RecordingError
+from heavylift.kernel.errors import OutputError, RecordingError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings.write.outputs import file_path, writing
 
@@ -64,17 +65,25 @@ class Study:
     """A study on disk, as a context of one process at a time; rows are appended and never taken back."""
 
     def __init__(self, folder: str | Path, plan: Planned, task: Task) -> None:
-        """Begin or go on; OutputError if the folder holds something else."""
+        """Begin or go on; OutputError if the folder holds something else, SceneError without the extra `sweep`."""
+        try:
+            import pyarrow  # noqa: F401
+        except ImportError:
+            raise SceneError("a study needs pyarrow; install heavylift[sweep]") from None
         self.path, self.plan, self.task = file_path(folder), plan, task
         about, file = plan.about(task), self.path / ABOUT
+        hidden = file.with_suffix(".new")
         with writing(self.path):
             if file.is_file():
-                self._check(json.loads(file.read_text()), about)
-            elif self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
+                self._check(_known(file), about)
+            elif self.path.exists() and (
+                not self.path.is_dir() or {x.name for x in self.path.iterdir()} - {hidden.name}
+            ):
                 raise OutputError(f"{self.path}: is there already and holds no study; choose another folder with -o")
             else:
                 self.path.mkdir(parents=True, exist_ok=True)
-                file.write_text(json.dumps(about, indent=1) + "\n")
+                hidden.write_text(json.dumps(about, indent=1) + "\n")
+                hidden.rename(file)
             for name in (PARTS, RECORDINGS):
                 (self.path / name).mkdir(exist_ok=True)
             self._lock = open(file)  # noqa: SIM115 - closed with the study
@@ -171,6 +180,13 @@ class Study:
 
     def __exit__(self, *_: object) -> None:
         self._lock.close()
+
+
+def _known(file: Path) -> dict[str, Any]:
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=dict[str, Any])
+    except msgspec.MsgspecError:
+        raise OutputError(f"{file}: does not say what study this is; choose another folder with -o") from None
 
 
 def _even(rows: Sequence[Row]) -> list[Row]:

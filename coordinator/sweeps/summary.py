@@ -17,7 +17,7 @@ __all__ = ["RESULTS", "Chance", "Summary", "summary"]
 RESULTS = {
     "use": "largest use of a load's limit",
     "clearance [m]": "smallest clearance [m]",
-    "swing [deg]": "largest swing of a hook's ropes [deg]",
+    "off-lead [deg]": "largest angle of a hook's rope [deg]",
 }
 LEVEL = 0.95
 Floats = NDArray[np.float64]

@@ -7,20 +7,17 @@ once more is a row "lost".  Ctrl-C leaves all rows that were done, and the same 
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from pathlib import Path
-from typing import Any
 
+from heavylift.coordinator.run.arguments import seconds, texts, whole
+from heavylift.coordinator.run.pool import Pool, cores
 from heavylift.kernel.errors import ProtocolError, SceneError, Stopped
 from heavylift.nodes.scene import LoadedScene, loaded
+from heavylift.nodes.scene.text.units import DURATION
 
 from .axes import Variant, axes_of, grid, sampled
 from .designs import DESIGNS, drawn
@@ -40,9 +37,10 @@ def planned(
 ) -> Planned:
     """What a study of a scene would run; raises SceneError for what cannot be varied."""
     scene = loaded(scene)
-    if sample < 0:
-        raise SceneError(f"--sample {sample}: there is no such number of draws")
-    axes = axes_of(scene, [vary] if isinstance(vary, str) else vary, sample > 0)
+    sample, seed, said = whole("--sample", sample), whole("--seed", seed), texts(vary)
+    if said is None:
+        raise SceneError(f"--vary {vary!r}: give texts PATH=VALUES, such as 'block.mass=200..400 t by 25 t'")
+    axes = axes_of(scene, said, sample > 0)
     variants = sampled(axes, drawn(design, sample, len(axes), seed)) if sample else grid(axes)
     return Planned(scene, axes, variants, design if sample else "", sample, seed)
 
@@ -71,16 +69,15 @@ def sweep(
     """
     if keep not in KEEP:
         raise SceneError(f"--keep '{keep}': keep {', '.join(KEEP)}")
-    if workers < 0 or not limit > 0.0:
-        raise SceneError(
-            f"--workers {workers}, --limit {limit:g} s: neither can be negative, and a run needs some time"
-        )
+    workers, limit = whole("--workers", workers), seconds("--limit", limit, DURATION)
+    if executor is not None and not isinstance(executor, Executor):
+        raise SceneError(f"executor={executor!r}: give one of concurrent.futures, or a client's get_executor()")
     plan = planned(scene, vary, sample, design, seed)
     with Study(into, plan, Task.of(plan.scene, limit, keep, judged)) as study:
         watch(study, None)
         try:
             if study.waiting:
-                _run(study, executor, workers or (0 if executor else os.cpu_count() or 1), watch)
+                _run(study, executor, workers or (0 if executor else cores()), watch)
         except KeyboardInterrupt:
             done, count = len(study.rows), len(plan.variants)
             told = f"stopped after {done} of {count} runs, which are kept; the same command goes on"
@@ -106,9 +103,10 @@ def _run(study: Study, executor: Executor | None, workers: int, watch: Watch) ->
     most = AHEAD * workers if workers else MOST
     waiting, suspects = deque(study.waiting), deque[Variant]()
     while waiting or suspects:
-        with _pool(min(workers or 1, len(waiting) + len(suspects))) if executor is None else _given(executor) as pool:
-            broken = _with(pool, study, waiting, suspects, most, watch)
-        if broken and executor is not None:
+        if executor is None:
+            with Pool(min(workers, len(waiting) + len(suspects))) as pool:
+                _with(pool, study, waiting, suspects, most, watch)
+        elif broken := _with(executor, study, waiting, suspects, most, watch):
             raise ProtocolError(f"the executor has lost its workers ({broken}); start it anew, the same study goes on")
 
 
@@ -163,39 +161,3 @@ def _with(
 
 def _lost(variant: Variant, sentence: str) -> Row:
     return {"number": variant.number, "status": "lost", "sentence": sentence}
-
-
-@contextmanager
-def _given(executor: Executor) -> Iterator[Executor]:
-    """An executor of the caller's, who shuts it down."""
-    yield executor
-
-
-@contextmanager
-def _pool(workers: int) -> Iterator[Executor]:
-    """Processes of our own, which end with this one; at an error they do not finish what they have begun."""
-    import heavylift.coordinator.verdict.judging  # noqa: F401 - which all workers share that way
-
-    context: Any = multiprocessing.get_context("fork")  # others would run the main module of a user again
-    pool = ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(os.getpid(),))
-    try:
-        yield pool
-    except BaseException:
-        for process in list((pool._processes or {}).values()):
-            process.terminate()
-        pool.shutdown(wait=False, cancel_futures=True)
-        raise
-    pool.shutdown(cancel_futures=True)
-
-
-def _begin(parent: int) -> None:
-    """A worker: Ctrl-C is for its parent, without which it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-    def follow() -> None:
-        while os.getppid() == parent:
-            time.sleep(1.0)
-        os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()

@@ -17,16 +17,18 @@ from typing import Any, Literal
 
 import numpy as np
 from heavylift.coordinator.run.in_memory import CUT, Played, play
+from heavylift.coordinator.verdict.limits import signals_of_run
 from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.limits.rope_signals import rope_direction
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scenes import bundled
-from heavylift.recordings.format.samples import POSE
 
 from .axes import Variant
 
-__all__ = ["FAILED", "KEEP", "Keep", "Task", "played"]
+__all__ = ["FAILED", "KEEP", "Keep", "Task", "judged_uses", "played"]
 
 Keep = Literal["none", "failed", "all"]
 KEEP: tuple[Keep, ...] = ("none", "failed", "all")
@@ -83,12 +85,12 @@ def _numbers(run: Played, judged: bool) -> Row:
     stages = [(name, t) for t, _, name in run.conduct.stages if name]
     ends = [t for _, t in stages[1:]] + [run.end_ns / 1e9]
     row |= {f"stage/{name} [s]": end - t for (name, t), end in zip(stages, ends, strict=False)}
-    row["swing [deg]"] = _swing(run)
+    row["off-lead [deg]"] = _off_lead(run)
     if judged:
         verdict = run.verdict
         row |= {"verdict": verdict.line, "status": "red" if verdict.red else "done"}
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
-        uses = {f"{x.limit.subject} {x.limit.quantity}": x for x in run.uses if x.use is not None}
+        uses = judged_uses(run)
         row |= {f"use/{name}": x.use for name, x in uses.items()}
         loads = [(x.use, name) for name, x in uses.items() if x.limit.quantity not in PLACES]
         row |= {"use": np.nan, "limit": ""}
@@ -98,31 +100,17 @@ def _numbers(run: Played, judged: bool) -> Row:
     return row
 
 
-def _swing(run: Played) -> float:
-    """The largest angle between a hook's ropes and the vertical [deg]; not a number without such ropes."""
-    hooks = {rope.name for rope in run.plan.rig.hook_ropes}
-    lines = [line for line in run.rigs[0][1] if line.rope in hooks]
-    most = np.nan
-    for line in lines:
-        a, b = (_points(run, body, p) for body, p in ((line.a_body, line.a), (line.b_body, line.b)))
-        if a is not None and b is not None:
-            d = b - a
-            angle = np.degrees(np.arctan2(np.hypot(d[:, 0], d[:, 1]), np.abs(d[:, 2])))
-            most = float(np.fmax(most, angle.max()))
-    return most
+def judged_uses(run: Played) -> dict[str, Use]:
+    """The worst of each limit that is judged, by its name."""
+    return {f"{x.limit.subject} {x.limit.quantity}": x for x in run.uses if x.use is not None}
 
 
-def _points(run: Played, body: str, p: tuple[float, float, float]) -> np.ndarray | None:
-    """(n, 3) where a point of a body is; None of one that has no pose."""
-    if body == "world":
-        return np.broadcast_to(np.array(p), (len(run.times), 3))
-    channel = run.layout.find(POSE + body)
-    if channel is None:
-        return None
-    pose = run.rows[:, channel.start : channel.stop]
-    q, s, v = pose[:, 3:6], pose[:, 6:7], np.array(p)
-    t = 2.0 * np.cross(q, v)
-    return np.asarray(pose[:, :3] + v + s * t + np.cross(q, t))
+def _off_lead(run: Played) -> float:
+    """The largest angle between a hook's rope and the vertical [deg]; not a number without such ropes."""
+    signals = signals_of_run(run.plan, run.t, {}, run.past.part(0, len(run.t)).poses, ())
+    found = [d for rope in run.plan.rig.hook_ropes if (d := rope_direction(signals, rope)) is not None]
+    angles = [np.degrees(np.arctan2(np.hypot(d[:, 0], d[:, 1]), np.abs(d[:, 2]))).max() for d in found]
+    return float(max(angles, default=np.nan))
 
 
 def _recorded(scene: LoadedScene) -> bytes:

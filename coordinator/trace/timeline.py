@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
+from heavylift.coordinator.protocol.node_state import together
+from heavylift.coordinator.transport.placement import nodes_of
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recording
 
@@ -78,12 +80,15 @@ class Timeline:
     def __init__(self, path: str | Path) -> None:
         recording = Recording(path)
         placed: dict[str, list[str]] = recording.fact("placement", {})
-        process_of = {node: process for process, nodes in placed.items() for node in nodes}
-        nodes: list[str] = recording.fact("nodes", [])
+        models: list[str] = recording.fact("nodes", [])
+        placed = placed or {model: [model] for model in models}
+        hosted = {node: (process, some) for process, all_ in placed.items() for node, some in nodes_of(all_).items()}
         self.path = Path(path)
         self.slack: list[dict[str, Any]] = recording.fact("slack", [])
-        self.lanes = {node: Lane(node, process_of.get(node, node)) for node in nodes}
-        """By node, in the order of the run."""
+        self._told = {node: together(some) for node, (_, some) in hosted.items()}
+        order = sorted(hosted, key=lambda node: min(map(models.index, hosted[node][1])) if models else 0)
+        self.lanes = {self._told[node]: Lane(self._told[node], hosted[node][0]) for node in order}
+        """By the models of a node, in the order of the run."""
         with recording.reading():
             messages = sorted(_messages(recording), key=lambda message: message.summary.wall_ns)
         if not any(message.kind == "GRANT" for message in messages):
@@ -113,7 +118,8 @@ class Timeline:
         dones = [message.summary.wall_ns - first for message in messages if message.kind == "DONE"]
         granted: dict[str, _Message] = {}
         for message in messages:
-            lane = self.lanes.setdefault(message.node, Lane(message.node, message.node))
+            node = self._told.get(message.node, message.node)
+            lane = self.lanes.setdefault(node, Lane(node, node))
             lane.bytes += len(message.raw)
             now, summary = message.summary.wall_ns - first, message.summary
             if message.kind == "GRANT":
@@ -121,7 +127,7 @@ class Timeline:
                 begins = [dones[n - 1] if n else 0 for n, _ in summary.held] + [now]
                 for (begin, end), (_, by) in zip(pairwise(begins), summary.held, strict=True):
                     if end > begin:
-                        lane.held.append(Held(begin, end, by))
+                        lane.held.append(Held(begin, end, self._told.get(by, by)))
             elif message.kind == "DONE" and message.node in granted:
                 asked = granted.pop(message.node)
                 begin, outputs = asked.summary.wall_ns - first, summary.spoken + summary.offer

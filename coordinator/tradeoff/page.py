@@ -55,7 +55,7 @@ def _answers(measured: Measured) -> str:
     body: list[list[Cell]] = []
     for a in answers(measured.ask, measured.rows):
         cells: list[Cell] = [a.quantity, percent(a.limit), "none of these" if a.row is None else str(a.row)]
-        cells += ["", ""] if a.row is None else [f"{a.row.speed:.4g}", percent(a.row.worst)]
+        cells += ["", ""] if a.row is None else [f"{a.row.waits_s:.3g}", percent(a.row.worst)]
         body.append(cells)
     return _table(["asked", "to", "fastest setting", "waits s", "error"], body, 3)
 

@@ -27,7 +27,7 @@ class Exchange:
 
     def __init__(self, session: zenoh.Session, run: str, placement: Placement) -> None:
         block = zenoh.CongestionControl.BLOCK
-        self.run, self.nodes, self.placement = run, placement.nodes, placement
+        self.run, self.nodes, self.placement = run, tuple(placement.nodes), placement
         at = {node: (process, node) for node, process in placement.process_of.items()}
         self.when: Callable[[], str] = lambda: ""
         """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
@@ -41,13 +41,17 @@ class Exchange:
         self._out = {key(run, "out", *at[n]): (n, Reader(run, n, Topic.OUT, FIRST_EPOCH)) for n in self.nodes}
         self._data = {key(run, "samples", *at[n]): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in self.nodes}
         self._batches: deque[zenoh.Sample] = deque()
-        self._shown: dict[tuple[str, str], _Shown] = {}
+        self._shown: dict[tuple[str, ...], _Shown] = {}
         keep = Callback(self._arrived, indirect=False)
         self._data_subscriber = session.declare_subscriber(key(run, "samples", "*", "*"), keep)
 
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message to a node."""
         self._publishers[node].put(self._writers[node].frame(payload))
+
+    def keep(self, node: str, request: bytes) -> None:
+        """Ask a node for a checkpoint, beside what it is told; it is received as all that the node says."""
+        Exchange.send(self, node, request)
 
     def _arrived(self, sample: zenoh.Sample) -> None:
         """A batch has come; called by a thread of the bus, or of the sender."""
@@ -61,17 +65,24 @@ class Exchange:
         found = (self._open(str(sample.key_expr), sample, self._data) for sample in come)
         return [batch for batch in found if batch is not None]
 
-    def publish_event(self, path: str, port: str, payload: bytes) -> None:
+    def publish_event(
+        self, path: str, port: str, payload: bytes, type: str = "", t_ns: int = 0, k: int = 0, index: int = 0
+    ) -> None:
         """Show a committed event to observers (key event/<model path>/<port>); a slow one misses some."""
-        shown = self._shown.get((path, port))
-        if shown is None:
-            shown = self._shown[path, port] = _Shown(self._session, key(self.run, "event", path, port))
-        if shown.heard:
-            shown.publisher.put(payload)
+        self._shown_at("event", path, port).put(payload, f"application/msgpack;{type}", t_ns, k, index)
 
-    def publish_data(self, topic: str, payload: bytes) -> None:
+    def heard_data(self, topic: str) -> bool:
+        """Whether observers listen to data of a recording."""
+        return self._shown_at("sample", topic).heard
+
+    def publish_data(self, topic: str, payload: bytes, schema: str = "", t_ns: int = 0) -> None:
         """Show data of a recording to observers (key sample/<topic>); a slow one misses some."""
-        self._session.put(key(self.run, "sample", topic), payload, congestion_control=zenoh.CongestionControl.DROP)
+        self._shown_at("sample", topic).put(payload, f"application/protobuf;{schema}", t_ns)
+
+    def _shown_at(self, *chunks: str) -> _Shown:
+        if chunks not in self._shown:
+            self._shown[chunks] = _Shown(self._session, key(self.run, *chunks))
+        return self._shown[chunks]
 
     def _open(
         self, at: str, sample: zenoh.Sample, readers: Mapping[str, tuple[str, Reader]]
@@ -113,12 +124,20 @@ class Exchange:
 
 
 class _Shown:
-    """The events of one port on the bus; to put what nobody hears would cost as much as all else about an event."""
+    """What observers hear on one key; to put what nobody hears would cost as much as all else about an event.
+
+    Its encoding names the schema behind a semicolon, and a JSON object is attached: {"t_ns", "k", "index", "s"}.
+    """
 
     def __init__(self, session: zenoh.Session, at: str) -> None:
         self.publisher = session.declare_publisher(at, congestion_control=zenoh.CongestionControl.DROP)
         self._listener: Any = self.publisher.declare_matching_listener(Callback(self._turn, indirect=False))
         self.heard = matched(self.publisher)
+
+    def put(self, payload: bytes, encoding: str, t_ns: int, k: int = 0, index: int = 0) -> None:
+        if self.heard:
+            at = f'{{"t_ns": {t_ns}, "k": {k}, "index": {index}, "s": {t_ns / 1e9!r}}}'
+            self.publisher.put(payload, encoding=encoding, attachment=at)
 
     def close(self) -> None:
         self._listener.undeclare()

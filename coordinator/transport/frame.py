@@ -18,9 +18,10 @@ from heavylift.kernel.errors import ProtocolError
 
 from .printable import printable
 
-__all__ = ["FIRST_EPOCH", "LAST_EPOCH", "Reader", "Topic", "Writer"]
+__all__ = ["FIRST_EPOCH", "LAST_EPOCH", "WIRE", "Reader", "Topic", "Writer"]
 
-MAGIC = b"HLF1"
+WIRE = 1  # version of what travels, frames and messages: WIRE.md
+MAGIC = b"HLF%d" % WIRE
 FIRST_EPOCH, LAST_EPOCH = 1, 255
 _START = struct.Struct("<IQ")  # crc32, sequence number
 _IDENTITY = struct.Struct("<4sBIBB")  # magic, topic, epoch, lengths of the run id and of the node's name
@@ -83,7 +84,13 @@ class Reader:
     def _refusal(self, data: bytes) -> ProtocolError:
         """The sentence for a frame that is not the next one of this node, topic, epoch and run."""
         where = f"node {self.node}, message {self._next} on '{self.topic.name.lower()}'"
-        if len(data) < _FIXED or data[_START.size : _START.size + 4] != MAGIC:
+        magic = data[_START.size : _START.size + 4]
+        if magic.startswith(b"HLF") and magic != MAGIC:
+            return ProtocolError(
+                f"{where}: a frame of wire version {printable(magic[3:].decode(errors='replace'))} arrived, and this "
+                f"heavylift speaks version {WIRE}; use a program that was written for it"
+            )
+        if len(data) < _FIXED or magic != MAGIC:
             return ProtocolError(
                 f"{where}: {len(data)} bytes arrived that are no heavylift message ({data[:16]!r}); "
                 "another program writes to this run's keys, end it and start the run again"

@@ -34,7 +34,7 @@ REMOTE_s = 600.0  # in which somebody starts a process on another host
 ANSWERED_s = 0.5  # in which an answer reaches who has asked
 BATCHES = 32  # of samples that may wait before their senders do
 FULL_s = 0.5  # for which a batch that has come holds up the next at most
-LEAVE_s = 2.0  # in which remote processes leave a run that is over
+LEAVE_s = 2.0  # in which processes that somebody else has started leave a run that is over
 
 
 class Gate(Protocol):
@@ -61,7 +61,7 @@ class Hub(Exchange):
     ) -> None:
         """`nodes`: names, each in a process of its own, or a placement; `directory`: that of the run, if it has one."""
         placement = nodes if isinstance(nodes, Placement) else Placement.apart(check_names(nodes, "node"))
-        check_names(placement.nodes, "node")
+        check_names(placement.models, "node")
         processes = check_names(placement.processes, "process")
         self.directory = directory or RunDirectory.chosen().make()
         local = [process for process in processes if process not in placement.remote]
@@ -96,7 +96,7 @@ class Hub(Exchange):
 
     def ticket(self, process: str) -> Ticket:
         """What this process needs to join."""
-        nodes, epoch = self.placement.processes[process], self.epoch(process)
+        nodes, epoch = self.placement.hosted[process], self.epoch(process)
         return Ticket(self.run, process, nodes, epoch, self.directory.socket, self._passwords.get(process, ""))
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
@@ -114,7 +114,7 @@ class Hub(Exchange):
 
     def present(self, process: str) -> bool:
         """Whether a process listens."""
-        return any(matched(self._publishers[node]) for node in self.placement.processes[process])
+        return any(matched(self._publishers[node]) for node in self.placement.hosted[process])
 
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message to a node; the first one waits until the node listens, unless it is lost by then."""
@@ -166,7 +166,7 @@ class Hub(Exchange):
         if self._gate is not None:
             self._gate.free(process)
         epoch = self.epoch(process)
-        for node in self.placement.processes[process]:
+        for node in self.placement.hosted[process]:
             self._met.discard(node)
             self._writers[node] = Writer(self.run, node, Topic.IN, epoch)
             self._out[key(self.run, "out", process, node)] = node, Reader(self.run, node, Topic.OUT, epoch)
@@ -244,7 +244,7 @@ class Hub(Exchange):
         """End the session and remove the run's directory."""
         self._lookout.excuse(*self.placement.processes)
         deadline = time.monotonic() + LEAVE_s
-        while any(self.present(process) for process in self.placement.remote) and time.monotonic() < deadline:
+        while any(self.present(process) for process in self.placement.awaited) and time.monotonic() < deadline:
             time.sleep(0.005)  # they close when all that they have said is here
         deadline = time.monotonic() + ANSWERED_s
         while self._served and self._session.info.links() and time.monotonic() < deadline:

@@ -65,7 +65,9 @@ class Link:
 
     def __init__(self, ticket: Ticket, session: zenoh.Session | None = None) -> None:
         """`session`: the one that has brought the ticket; without it the ticket tells where to connect."""
-        self.run, self.process, self.nodes = ticket.run, ticket.process, ticket.nodes
+        self.run, self.process = ticket.run, ticket.process
+        self.nodes = ticket.nodes
+        """Node -> its models."""
         self._session = session = session or node_session(ticket)
         self._senders = {n: _Sender(session, self.run, self.process, n, ticket.epoch) for n in self.nodes}
         self._addresses = {key(self.run, "in", self.process, n): self._senders[n] for n in self.nodes}

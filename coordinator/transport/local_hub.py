@@ -25,8 +25,8 @@ class LocalHub(Exchange):
     hands the queued messages to the nodes' handlers, in the order in which they were sent, until one speaks.
     """
 
-    def __init__(self, nodes: Iterable[str]) -> None:
-        super().__init__(local_session(), new_run_id(), Placement({LOCAL: check_names(nodes, "node")}))
+    def __init__(self, models: Iterable[str]) -> None:
+        super().__init__(local_session(), new_run_id(), Placement({LOCAL: check_names(models, "node")}))
         self._inbox: deque[zenoh.Sample] = deque()
         keep = Callback(self._inbox.append, indirect=False)
         self._subscriber = self._session.declare_subscriber(key(self.run, "out", "*", "*"), keep)

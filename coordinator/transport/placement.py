@@ -1,67 +1,89 @@
-"""Which process hosts which nodes: one process per node, unless the scene or the command line says otherwise.
+"""Which process hosts which models: one process per model, unless the scene or the command line says otherwise.
 
-A placement is a function of the scene and the command line alone, and it changes no byte of a run's digest:
-nodes that share a process take turns there, in the order in which their messages arrive.
+A placement is a function of the scene and the command line alone, and it changes no byte of a run's digest. Models
+that share a process are one node of the protocol there, called like the first of them; the kernel is always its own.
 
     placement:                       a scene's key: process -> its nodes; all others get a process of their own
       yard-a: [west, loader-1]
     --place "west,loader-1=yard-a"   the same on the command line, laid over the scene's
     --remote yard-a                  somebody starts this process on another host
-    --processes 4                    nodes dealt out over four processes; the kernel has one to itself
+    --external yard-a                somebody starts a program of another kind in its place
+    --processes 4                    models in their order over four processes; the kernel has one to itself
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.models import KERNEL
 
 __all__ = ["Placement", "place"]
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Process -> the nodes that it hosts, in the order in which processes are started."""
+    """Process -> the models that it hosts, in the order in which processes are started."""
 
     processes: Mapping[str, tuple[str, ...]]
     remote: frozenset[str] = frozenset()
     """Processes that somebody starts on another host."""
+    external: frozenset[str] = frozenset()
+    """Processes in whose place somebody starts a program that is not heavylift's."""
 
     @classmethod
-    def apart(cls, nodes: Iterable[str]) -> Placement:
-        """A process for each node, of the same name."""
-        return cls({node: (node,) for node in nodes})
+    def apart(cls, models: Iterable[str]) -> Placement:
+        """A process for each model, of the same name."""
+        return cls({model: (model,) for model in models})
 
     @classmethod
-    def spread(cls, nodes: Sequence[str], count: int, alone: str) -> Placement:
-        """The nodes dealt out over `count` processes; the node `alone` has one to itself if there are two or more."""
-        count = min(count, len(nodes))
-        if count == len(nodes):
-            return cls.apart(nodes)
-        others = [node for node in nodes if node != alone or count == 1]
-        hands = count - (len(others) < len(nodes))
-        hosts = {f"process-{i + 1}": tuple(others[i::hands]) for i in range(hands)}
-        return cls(hosts if len(others) == len(nodes) else {**hosts, alone: (alone,)})
+    def spread(cls, models: Sequence[str], count: int) -> Placement:
+        """The models in their order, neighbours together, over `count` processes; the kernel has one to itself if there
+        are two or more."""
+        count = min(count, len(models))
+        if count == len(models):
+            return cls.apart(models)
+        others = [model for model in models if model != KERNEL or count == 1]
+        hands = count - (len(others) < len(models))
+        cuts = [i * len(others) // hands for i in range(hands + 1)]
+        hosts = {f"process-{i + 1}": tuple(others[cuts[i] : cuts[i + 1]]) for i in range(hands)}
+        return cls(hosts if len(others) == len(models) else {**hosts, KERNEL: (KERNEL,)})
 
     @classmethod
-    def of(cls, nodes: Sequence[str], hosts: Mapping[str, str]) -> Placement:
-        """`hosts`: node -> process; a node that is not named there has a process of its own name."""
+    def of(cls, models: Sequence[str], hosts: Mapping[str, str]) -> Placement:
+        """`hosts`: model -> process; a model that is not named there has a process of its own name."""
         found: dict[str, tuple[str, ...]] = {}
-        for node in nodes:
-            process = hosts.get(node, node)
-            found[process] = (*found.get(process, ()), node)
+        for model in models:
+            process = hosts.get(model, model)
+            found[process] = (*found.get(process, ()), model)
         return cls(found)
 
     @property
-    def nodes(self) -> tuple[str, ...]:
-        """All nodes."""
-        return tuple(node for nodes in self.processes.values() for node in nodes)
+    def models(self) -> tuple[str, ...]:
+        """All models."""
+        return tuple(model for models in self.processes.values() for model in models)
 
     @property
+    def awaited(self) -> frozenset[str]:
+        """Processes that the coordinator does not start."""
+        return self.remote | self.external
+
+    @cached_property
+    def hosted(self) -> dict[str, dict[str, tuple[str, ...]]]:
+        """Process -> its nodes, each with its models."""
+        return {process: nodes_of(models) for process, models in self.processes.items()}
+
+    @cached_property
+    def nodes(self) -> dict[str, tuple[str, ...]]:
+        """All nodes, each with its models."""
+        return {node: models for nodes in self.hosted.values() for node, models in nodes.items()}
+
+    @cached_property
     def process_of(self) -> dict[str, str]:
         """Node -> its process."""
-        return {node: process for process, nodes in self.processes.items() for node in nodes}
+        return {node: process for process, nodes in self.hosted.items() for node in nodes}
 
     def told(self, process: str, host: str = "") -> str:
         """Subject of a sentence about all nodes of a process: "node west is", or "nodes a, b (process yard) are"."""
@@ -72,33 +94,47 @@ class Placement:
         return f"{kind} {', '.join(nodes)} (process {process}{at}) {verb}"
 
 
+def nodes_of(models: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """The nodes that models of one process are."""
+    together = tuple(model for model in models if model != KERNEL)
+    found = {together[0]: together} if together else {}
+    return {**found, KERNEL: (KERNEL,)} if KERNEL in models else found
+
+
 def place(
     nodes: Sequence[str],
-    alone: str,
     scene: Mapping[str, str],
     given: Sequence[str] = (),
     count: int = 0,
     remote: Iterable[str] = (),
+    external: Iterable[str] = (),
 ) -> Placement:
     """The placement of a run: a number of processes, or the scene's hosts with those of `--place` laid over them.
 
-    `remote`: processes, or nodes that are alone in theirs, that somebody starts on another host.
+    `remote`: processes, or nodes that are alone in theirs, that somebody starts on another host; `external`: those in
+    whose place somebody starts a program of another kind.
     """
-    placement = _place(nodes, alone, scene, given, count)
-    for process in remote:
-        if process not in placement.processes:
-            known = ", ".join(placement.processes)
-            raise SceneError(f"--remote '{process}': there is no process '{process}'; the processes are {known}")
-    return Placement(placement.processes, frozenset(remote))
+    placement = Placement(_place(nodes, scene, given, count).processes, frozenset(remote), frozenset(external))
+    for option, processes in (("--remote", placement.remote), ("--external", placement.external)):
+        for process in sorted(processes):
+            if process not in placement.processes:
+                known = ", ".join(placement.processes)
+                raise SceneError(f"{option} '{process}': there is no process '{process}'; the processes are {known}")
+    for process in sorted(placement.external):
+        if process in placement.remote:
+            raise SceneError(f"--external '{process}': an external program joins on this host, leave out --remote")
+        if KERNEL in placement.processes[process]:
+            raise SceneError(f"--external '{process}': the mechanics are heavylift's own, name another process")
+    return placement
 
 
-def _place(nodes: Sequence[str], alone: str, scene: Mapping[str, str], given: Sequence[str], count: int) -> Placement:
+def _place(nodes: Sequence[str], scene: Mapping[str, str], given: Sequence[str], count: int) -> Placement:
     if count and given:
         raise SceneError("--processes and --place say two things about the same nodes, give one of them")
     if count < 0:
         raise SceneError(f"--processes {count}: a run needs at least one process")
     if count:
-        return Placement.spread(nodes, count, alone)
+        return Placement.spread(nodes, count)
     told: dict[str, str] = {}
     for text in given:
         names, equals, process = (part.strip() for part in text.partition("="))

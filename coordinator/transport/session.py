@@ -23,7 +23,8 @@ import zenoh
 from heavylift.kernel.errors import ProtocolError
 
 from .access import access
-from .keys import AFAR, OBSERVER, OPERATOR
+from .frame import WIRE
+from .keys import AFAR, OBSERVER, OPERATOR, key
 from .run_directory import RunDirectory
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "hub_session",
     "local_session",
     "node_session",
+    "observer_config",
     "observer_session",
     "operator_session",
     "remote_session",
@@ -55,14 +57,16 @@ class Listening(Protocol):
 
 
 class Ticket(msgspec.Struct, frozen=True):
-    """What a process needs to join a run; reaches it as its standard input, a file without a name."""
+    """What a process needs to join a run; reaches it as its standard input, a file without a name, or as one that
+    somebody hands to a program of another kind."""
 
     run: str
     process: str
-    nodes: tuple[str, ...]
+    nodes: dict[str, tuple[str, ...]]  # each with its models
     epoch: int
     socket: str
     password: str
+    wire: int = WIRE
 
     def to_text(self) -> str:
         """What `take` reads."""
@@ -154,6 +158,18 @@ def observer_session(directory: Path) -> zenoh.Session:
 def operator_session(directory: Path) -> zenoh.Session:
     """A session that may query the control of the run in this directory and nothing else."""
     return _guest_session(directory, OPERATOR)
+
+
+def observer_config(directory: Path, run: str) -> dict[str, object]:
+    """Zenoh's settings for any program that would watch the run in this directory, with the keys that it may hear."""
+    keys = [key(run, topic, "**") for topic in ("event", "sample")]
+    return {
+        "metadata": {"heavylift": {"run": run, "wire": WIRE, "keys": keys}},
+        "mode": "client",
+        "connect": {"endpoints": [f"unixsock-stream/{directory / 'hub.sock'}"]},
+        "scouting": {"multicast": {"enabled": False}},
+        "transport": {"auth": {"usrpwd": {"user": OBSERVER, "password": (directory / OBSERVER).read_text()}}},
+    }
 
 
 def _guest_session(directory: Path, user: str) -> zenoh.Session:

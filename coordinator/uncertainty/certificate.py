@@ -22,6 +22,7 @@ from pathlib import Path
 
 import msgspec
 from heavylift.coordinator.live.commands import OPERATOR
+from heavylift.coordinator.run.pool import cores
 from heavylift.coordinator.tradeoff.measuring import unit_of
 from heavylift.kernel.errors import HeavyliftError, RecordingError
 from heavylift.nodes.fidelity.case import case_of
@@ -36,7 +37,7 @@ from heavylift.recordings.read.extended import amended
 from heavylift.recordings.render.curves import larger
 
 from .figures import Figure, figures, recorded
-from .running import Played, Start, cores, result, starting
+from .running import Played, Start, result, starting
 from .sensitivities import STEPS, Moved, Sensitivities, effects, moved, of_unstated
 
 __all__ = ["Bar", "Certificate", "Certifying", "certifying", "richer", "tighter"]

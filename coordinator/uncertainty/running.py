@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import sys
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing import active_children, get_context
-from types import ModuleType
 from typing import TypeAlias
 
+from heavylift.coordinator.run.pool import Pool
 from heavylift.coordinator.tradeoff.playing import play
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.kernel.trust import demand
@@ -20,7 +16,7 @@ from heavylift.nodes.plan.plan import Plan, decode, encode, functions
 
 from .figures import Figure, figures
 
-__all__ = ["Played", "Start", "cores", "result", "starting"]
+__all__ = ["Played", "Start", "result", "starting"]
 
 LONGEST = 3600.0  # [s] of wall time that a run may take
 
@@ -31,32 +27,14 @@ Start: TypeAlias = Callable[[Plan, str], "Future[Played]"]
 """Starts a run of a plan; the text is the unit of places."""
 
 
-def cores() -> int:
-    """Those that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 @contextmanager
 def starting(at_once: int) -> Iterator[Start]:
     """Starts runs, so many at once in processes of their own, which end with the context; 0: here, one by one."""
     if at_once < 1:
         yield _here
         return
-    others = set(active_children())
-    pool = ProcessPoolExecutor(at_once, get_context("spawn"))
-
-    def start(plan: Plan, unit: str) -> Future[Played]:
-        with _apart():
-            return pool.submit(_played, encode(plan), unit)
-
-    try:
-        yield start
-    except BaseException:
-        for process in set(active_children()) - others:
-            process.terminate()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
+    with Pool(at_once) as pool:
+        yield lambda plan, unit: pool.submit(_played, encode(plan), unit)
 
 
 def result(future: Future[Played]) -> Played:
@@ -65,19 +43,6 @@ def result(future: Future[Played]) -> Played:
         return future.result()
     except BrokenProcessPool:
         raise ProtocolError("a process that ran a variant was ended by somebody else, or had no memory") from None
-
-
-@contextmanager
-def _apart() -> Iterator[None]:
-    """A process begun in here leaves Ctrl-C to this one, and does not import the script that runs, which may have no
-    guard of its main part."""
-    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        sys.modules["__main__"] = main
 
 
 def _here(plan: Plan, unit: str) -> Future[Played]:

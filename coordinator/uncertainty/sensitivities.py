@@ -13,6 +13,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from math import hypot, sqrt
 
+from heavylift.coordinator.run.pool import cores
 from heavylift.coordinator.tradeoff.measuring import unit_of
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.nodes.scene import LoadedScene
@@ -21,7 +22,7 @@ from heavylift.recordings.format.text import table
 from heavylift.recordings.render.curves import larger
 
 from .figures import Figure
-from .running import Played, Start, cores, result, starting
+from .running import Played, Start, result, starting
 
 __all__ = ["STEPS", "Effect", "Moved", "Sensitivities", "effects", "moved", "of_unstated", "sensitivities"]
 

@@ -9,7 +9,7 @@ ground      and how near to the ground
 limits      worst values of all limits, for the report
 judging     all judges in one table, and the line
 
-    judge(plan, history, conduct)  at the end of a run
+    judge(plan, history, conduct)  at the end of a run; `prepare` before it saves time there
     verdict_of(recording)          as it stands there, or made again where it is missing
 """
 
@@ -26,7 +26,14 @@ if TYPE_CHECKING:
     from .conduct import Conduct
     from .history import Past
 
-__all__ = ["judge", "verdict_of"]
+__all__ = ["judge", "prepare", "verdict_of"]
+
+
+def prepare() -> None:
+    """Import what a verdict needs, while there is nothing else to do."""
+    import coal  # noqa: F401
+
+    from . import judging  # noqa: F401
 
 
 def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:

@@ -32,7 +32,8 @@ def times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """A B of a matrix (n, k) and a matrix (k, m) or a vector (k,), column by column of A."""
     out = np.zeros((len(A), *B.shape[1:]))
     for k, (first, end) in enumerate(_filled(A)):
-        out[first:end] += (A[first:end, k, None] if B.ndim > 1 else A[first:end, k]) * B[k]
+        if first < end:
+            out[first:end] += (A[first:end, k, None] if B.ndim > 1 else A[first:end, k]) * B[k]
     return out
 
 

@@ -15,7 +15,7 @@ def quaternions(R: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Shepperd (1978): of four equal quaternions the one without cancellation.  Sums have one order, as the bits must.
     """
-    a, b, c, d, e, f, g, h, i = columns = np.ascontiguousarray(R.reshape(-1, 9).T)
+    a, b, c, d, e, f, g, h, i = columns = np.array(R.reshape(-1, 9).T, order="C")
     squares = ((a, b, c), (d, e, f), (g, h, i))
     sheared = np.zeros(len(R), dtype=bool)
     for j, u in enumerate(squares):

@@ -31,7 +31,7 @@ from heavylift.kernel.compiler.symbol import (
 if TYPE_CHECKING:
     from heavylift.kernel.compiler.function import Function, Outputs
 
-__all__ = ["atan2", "cos", "nearest", "power", "sin"]
+__all__ = ["atan2", "cos", "exp", "nearest", "power", "sin"]
 
 Pair = tuple[Scalar, Scalar]  # an unevaluated sum: a value and what its rounding left over
 
@@ -205,6 +205,12 @@ def _exp(y: Pair) -> Any:
     z = r * r
     c = r - z * _polynomial(_EXP, z)
     return (1.0 - ((low - r * c / (2.0 - c)) - high)) * power_of_two(n)
+
+
+def exp(x: float) -> float:
+    """e^x of a plain number, |x| <= 700."""
+    y: float = _exp((x, 0.0))
+    return y
 
 
 def _power(x: Scalars, p: Scalars) -> Outputs:

@@ -29,7 +29,8 @@ FREE = 1e-2  # [rad/s] below which a motion has no frequency but only rounding
 class Mode:
     """An oscillation: natural frequency w/2 pi [Hz] and damping ratio zeta (negative: it grows).
 
-    shape: (n_v,) complex velocities, the largest 1; bodies, joints: share of the kinetic energy, largest first.
+    shape: (n_v,) complex velocities, the largest 1; bodies, joints: share of the kinetic energy, largest first;
+    momenta: complex (3,) of each body, over the root of twice the kinetic energy [kg^0.5].
     """
 
     frequency: float
@@ -37,6 +38,7 @@ class Mode:
     shape: np.ndarray
     bodies: tuple[tuple[str, float], ...]
     joints: tuple[tuple[str, float], ...]
+    momenta: dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,12 @@ def modes(simulation: Simulation) -> Modes:
     """Modes of a simulation about the pose where it is, which should be at rest (see `equilibrium`); all drives are
     stopped and all speeds count as zero."""
     poses = Poses.stopped(simulation)
-    q = poses.q
+    return modes_at(poses, poses.q)
+
+
+def modes_at(poses: Poses, q: np.ndarray) -> Modes:
+    """The same about a pose q (nq,)."""
+    simulation = poses.simulation
     allowed = poses.basis(q)
     basis = np.eye(len(poses.free)) if allowed is None else allowed
     n = basis.shape[1]
@@ -78,5 +85,7 @@ def modes(simulation: Simulation) -> Modes:
             shape[poses.free] = basis @ vectors[n:, k]
             shape /= shape[np.argmax(np.abs(shape))]
             w = abs(s[k])
-            found.append(Mode(w / (2.0 * pi), -float(s[k].real / w), shape, *energy.shares(shape)))
+            root = energy.energy(shape) ** 0.5
+            momenta = {name: p / root for name, p in energy.momenta(shape).items()}
+            found.append(Mode(w / (2.0 * pi), -float(s[k].real / w), shape, *energy.shares(shape), momenta))
     return Modes(tuple(found), tuple(sorted(decays)), (int(np.sum(np.abs(s) < FREE)) + 1) // 2)

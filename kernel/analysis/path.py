@@ -30,6 +30,7 @@ from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
 from .active import RUBS, give_way, net, switch
 from .corrector import BEND, Corrector
 from .equilibrium import Equilibrium, equilibrium_at, relaxed
+from .modes import Modes, modes_at
 
 __all__ = ["EquilibriumPath", "Rest"]
 
@@ -286,6 +287,10 @@ class EquilibriumPath:
     def stiffness(self) -> float:
         """Smallest eigenvalue of the tangent stiffness over the inertia at the present rest [1/s2]."""
         return self._near.stiffness(self._q)
+
+    def modes(self) -> Modes:
+        """Small motions about the present rest."""
+        return modes_at(self._near.poses, self._q)
 
     def _check_stability(self) -> None:
         """A rest is unstable where an eigenvalue of the tangent stiffness has gone through zero (Sylvester)."""

@@ -33,7 +33,8 @@ class Poses:
         self._accounts = simulation.state[p.nq + p.nv :].copy()
         self._tangent = simulation.method.tangent
         self._rows = np.ix_(self.free, self.free)
-        self._quaternions = np.array(p.quaternions, dtype=int)
+        self._velocities = p.nq + np.array(self.free, dtype=int)
+        self._quaternions = np.array(p.quaternions, dtype=int)[:, None] + np.arange(4)
         self._M = np.zeros(self._tangent.factors.stop)
         self._columns = np.zeros((p.nv, 4))  # see `tangent_stiffness`
         for link in p.graph.links:
@@ -58,8 +59,7 @@ class Poses:
 
     def accelerations(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
         """(n_free,) at pose q (nq,) and, unless they vanish, at velocities v (n_free,)."""
-        p = self.simulation.program
-        dv: np.ndarray = self._rates(q, v)[p.nq : p.nq + p.nv][self.free]
+        dv: np.ndarray = self._rates(q, v)[self._velocities]
         return dv
 
     def guards(self) -> np.ndarray:
@@ -73,7 +73,7 @@ class Poses:
         s, n, nv = self.simulation, len(self.free), self.simulation.program.nv
         y, G = s.state.copy(), self.guards()
         J, work, columns = np.zeros((nv, nv + 1)), np.zeros(self._tangent.work), self._columns.copy()
-        t, h, asked = np.array([s["t"], s.native.among()]), STEP, np.array(self.free)
+        t, h, asked = np.array([s["t"], s.native.among()]), STEP, np.array(self.free, int)
         while True:
             columns[:, 0] = 0.0
             columns[asked, 0] = h
@@ -127,10 +127,10 @@ class Poses:
 
     def unit(self, q: np.ndarray) -> np.ndarray:
         """A pose (nq,) with unit quaternions, made so in place."""
-        x, y, z, w = (q[self._quaternions + i] for i in range(4))
-        size = np.sqrt(x * x + y * y + z * z + w * w)  # in one order, as no library of linear algebra promises
-        for i, part in enumerate((x, y, z, w)):
-            q[self._quaternions + i] = part / size
+        turns = q[self._quaternions]
+        x, y, z, w = (turns * turns).T
+        size = np.sqrt(x + y + z + w)  # in one order, as no library of linear algebra promises
+        q[self._quaternions] = turns / size[:, None]
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
@@ -165,5 +165,5 @@ class Poses:
         y = np.zeros(p.ny)
         y[: p.nq], y[p.nq + p.nv :] = q, self._accounts
         if v is not None:
-            y[p.nq + np.array(self.free, dtype=int)] = v
+            y[self._velocities] = v
         return y

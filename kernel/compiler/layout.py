@@ -31,6 +31,8 @@ class Layout:
 
     def unpack(self, block: Any, kind: type[Parts]) -> Parts:
         """Parts of a block by name: scalars, arrays, and the vectors as one value; `kind`: which names there are."""
+        if isinstance(block, np.ndarray) and block.dtype == np.float64:
+            return kind(**{name: block[at] for name, at in self.at.items()})
 
         def part(name: str) -> Any:
             x = block[self.at[name]]

@@ -10,24 +10,16 @@ import ctypes
 import hashlib
 import sys
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 
 import llvmlite
 import llvmlite.binding as llvm
 import numpy as np
-from heavylift.kernel.cache import cache_folder, read_cached, write_cached
+from heavylift.kernel.cache import cache_folder, read_cached, sources, write_cached
 
-__all__ = ["Library", "cache_folder", "sources"]
+__all__ = ["Library", "cache_folder"]
 
-_MOST_BLOCKS = 16
-
-
-@cache
-def sources() -> bytes:
-    """All of the kernel that machine code depends on, as it was when it was first asked for."""
-    here = Path(__file__).parents[1]
-    return b"".join(p.read_bytes() for p in sorted(here.rglob("*.py")))
+_FLOAT = np.dtype(np.float64)
+_ANY = ctypes.c_char * 0
 
 
 class Library:
@@ -61,7 +53,7 @@ class Library:
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
-        self._calls: dict[str, Callable[..., None]] = {}
+        self._calls: dict[tuple[str, int], Callable[..., None]] = {}
 
     def _compile(self, ir: str, opt: int) -> bytes:
         module = llvm.parse_assembly(ir)
@@ -91,9 +83,10 @@ class Library:
     def call(self, name: str, *blocks: np.ndarray) -> None:
         """Run a native function on contiguous float64 blocks; the caller vouches for their sizes."""
         for b in blocks:
-            assert b.dtype == np.float64, f"{name}: block of {b.dtype}"
-            assert b.flags.c_contiguous, f"{name}: block is not contiguous"
-        if name not in self._calls:
-            self._calls[name] = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _MOST_BLOCKS)(self.address(name))
-        pointers = [b.__array_interface__["data"][0] for b in blocks]  # a third of the time of `ctypes.data`
-        self._calls[name](*pointers, *[0] * (_MOST_BLOCKS - len(pointers)))
+            assert b.dtype == _FLOAT, f"{name}: block of {b.dtype}"
+        call = self._calls.get((name, len(blocks)))
+        if call is None:
+            call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(blocks))(self.address(name))
+            self._calls[name, len(blocks)] = call
+        # from_buffer refuses what is not contiguous
+        call(*[ctypes.addressof(_ANY.from_buffer(b)) for b in blocks])  # type: ignore[arg-type]

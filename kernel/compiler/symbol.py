@@ -142,6 +142,9 @@ Array: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"  # of such
 Scalars: TypeAlias = "np.ndarray[Any, np.dtype[Any]] | Sequence[float | Sym]"  # one behind the other
 
 
+_PLAIN = {float, int, bool, Sym}  # scalars, seen at a glance
+
+
 def is_sym(x: Any) -> bool:
     return isinstance(x, Sym)
 
@@ -240,7 +243,7 @@ def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
     """Let a function of scalars (or of vector symbols) take arrays, too."""
 
     def apply(*args: Any) -> Any:
-        if not any(map(_is_array, args)):
+        if _PLAIN.issuperset(map(type, args)) or not any(map(_is_array, args)):
             return f(*args)
         import numpy as np
 
@@ -251,17 +254,17 @@ def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
     return apply
 
 
-@_elementwise
-def select(condition: Any, a: Any, b: Any) -> Any:
+def _select(condition: Any, a: Any, b: Any) -> Any:
     """a if condition else b; both are computed."""
     if not is_sym(condition):
         return a if condition else b
     return a if a is b else node("select", condition, a, b)
 
 
+select = _elementwise(_select)
 less = _elementwise(lambda a, b: a < b)
-maximum = _elementwise(lambda a, b: select(a > b, a, b))
-minimum = _elementwise(lambda a, b: select(b > a, a, b))
+maximum = _elementwise(lambda a, b: _select(a > b, a, b))
+minimum = _elementwise(lambda a, b: _select(b > a, a, b))
 
 
 def any_of(conditions: Iterable[Any]) -> Any:

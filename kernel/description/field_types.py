@@ -6,7 +6,6 @@ tuples and floats; whatever does not fit is one KernelError that names the item,
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from types import UnionType
@@ -57,16 +56,19 @@ def choice(choices: tuple[str | int, ...]) -> str:
     return f"{', '.join(map(str, choices[:-1]))} or {choices[-1]}"
 
 
-def field_names(x: Any) -> Iterator[str]:
-    """Of a description, in order."""
-    yield from x.__struct_fields__ if isinstance(x, msgspec.Struct) else [f.name for f in fields(x)]
+@cache
+def field_names(kind: type[Any]) -> tuple[str, ...]:
+    """Of a class of descriptions, in order; none of anything else."""
+    if issubclass(kind, msgspec.Struct):
+        return kind.__struct_fields__
+    return tuple(f.name for f in fields(kind)) if is_dataclass(kind) else ()
 
 
 def _built(x: Any, where: str) -> Any:
     """x with every field read; the same object if nothing had to change."""
     hints = _hints(x.__class__)
     new = {}
-    for name in field_names(x):
+    for name in field_names(x.__class__):
         value = getattr(x, name)
         read = _read(value, hints[name], f"{where}{name}")
         if read is not value:

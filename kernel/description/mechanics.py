@@ -153,6 +153,18 @@ class System:
         return tuple(f for f in self.forces if isinstance(f, Reeving))
 
     @property
+    def outside(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Bodies and joints that its parts name and that others declare, in the order in which they are named."""
+        points = [p.body for law in (*self.laws, *self.rigid_ropes) for p in law.points]
+        shapes = [shape.body for contact in self.contacts for shape in (contact.a, contact.b)]
+        bodies = [body for j in self.joints for body in (j.parent, j.child)] + points + shapes
+        along = [law.along[0] for law in self.laws if law.along]
+        along += [drive.joint for drive in self.drives] + [lock.joint for lock in self.locks]
+        own, joints = {WORLD, *(b.name for b in self.bodies)}, {j.name for j in self.joints}
+        outer = tuple(body for body in dict.fromkeys(bodies) if body not in own)
+        return outer, tuple(joint for joint in dict.fromkeys(along) if joint not in joints)
+
+    @property
     def functions(self) -> tuple[str, ...]:
         """The Python functions that its laws name."""
         laws = (f for f in self.forces if isinstance(f, UserLaw))

@@ -17,7 +17,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import coordinate_names
-from heavylift.kernel.multibody.trees import Tree, numbers, with_numbers
+from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 from .document import Equation, Section
 from .notation import Formula, escaped
@@ -86,7 +86,7 @@ def _input_names(program: Program) -> dict[tuple[str, int], str]:
         places = range(*at.indices(n_P))
         if kind == "tree":
             tree = program.instances[int(name)][0]
-            labels = _tree_names(with_numbers(tree, [f"#{i}" for i in range(len(numbers(tree)))]))
+            labels = _tree_names(with_numbers(tree, [f"#{i}" for i in range(len(tree.numbers))]))
         else:
             labels = _law_names(kind, name, len(places))
         names |= {("P", i): label for i, label in zip(places, labels, strict=True)}

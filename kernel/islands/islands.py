@@ -20,7 +20,7 @@ from heavylift.kernel.description.mechanics import System, Vector
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.choice import choose, control_of
-from heavylift.kernel.model.checks import check_description
+from heavylift.kernel.model.checks import accepted, check_description
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateEvent
 from heavylift.kernel.multibody.joint_locking import lock_of
@@ -88,7 +88,7 @@ class Islands(Commanded):
         self.loose, old = loose, self.parts
         self.parts, stopped = [], self._stopped
         self._stopped = []
-        for system in islands_of(self.system, loose):
+        for system in map(accepted, islands_of(self.system, loose)):
             same = next((p for p in old if p.given == system), None)
             if same is None:
                 same = Island(system, **self._options)

@@ -36,6 +36,7 @@ SLOW = 0.5  # rate of convergence above which the Jacobian is renewed
 FAR = 0.5  # [m, rad] longest way of one iteration
 LOST = 100.0  # [m, rad] a way after which the iterations are given up
 SOLVED = 1e-3  # of the tolerance: last change of an iteration
+BARELY = 0.3  # of the tolerance: the same of a step that can be no shorter, where more iterations lead no further
 ROUND_OFF = 1e-13  # [m, rad] a change that is none
 
 
@@ -60,11 +61,11 @@ class DiagonallyImplicit(Method):
         self._fell = tuple(f"fell{i}" for i in range(len(tableau.A) - 1))
         self.vectors = ("d1", "d2", "d3", "z", "base", "here", *self._slopes)
         self.scalars = (*self.scalars, *self._fell)
-        self.counted = {"iterations": 1, "differences": 2}
+        self.counted = {"iterations": 1, "differences": 1}
         n, ny = program.nv, program.ny
         self._none = np.zeros(n)
-        self._row = 2 * Factors(n, 1, 0).stride  # a column of J_q, then one of J_v
-        self._factors = Factors(n, 1, n * self._row)
+        self._row = Factors(n, 1, 0).stride  # of a column: all of J_q, then all of J_v
+        self._factors = Factors(n, 1, 2 * n * self._row)
         self.matrices = self._factors.stop
         self._solve = solver("solve_real", self._factors, n)
         self._times_J_q = product("stiffness_times", n, self._row, 0)
@@ -149,29 +150,24 @@ class DiagonallyImplicit(Method):
         return s.t + x * h
 
     def _difference(self, s: StepState, rate: Rate) -> tuple[Value, list[Value]]:
-        """One column of the derivatives of the accelerations by displacements and by velocities at z."""
-        j = s.columns - 1.0
-        t, among, unit, none = self._time(s), inside(s), self._unit(j=[j]).x, self._none
-        columns: list[Value] = []
-        for change, d in (({"u": MOVED * unit, "w": none}, MOVED), ({"u": none, "w": SPED * unit}, SPED)):
-            f = rate(t, among, self._displaced(y=s.z, **change).x).dy
-            columns += [self._velocities(y=(f - s.here) * (1.0 / d)).x, *self._padding]
+        """One column of the derivatives of the accelerations at z, by displacements or, behind those, by velocities."""
+        j, n = s.columns - 1.0, float(self.program.nv)
+        u, w = (self._unit(j=[k]).x for k in (j, j - n))
+        moved = self._displaced(y=s.z, u=MOVED * u, w=SPED * w).x
+        change = rate(self._time(s), inside(s), moved).dy - s.here
         s.columns, s.differences = j, s.differences + 1.0
-        return j, columns
-
-    @property
-    def _padding(self) -> list[Value]:
-        return [0.0] * (self._row // 2 - self.program.nv)
+        column = self._velocities(y=change * select(j < n - 0.5, 1.0 / MOVED, 1.0 / SPED)).x
+        return j, [column, *[0.0] * (self._row - self.program.nv)]
 
     def _factorise(self, at: Places) -> Primitive:
         """I - e J_v - e^2 J_q, then its factors."""
-        n, half, F = self.program.nv, self._row // 2, self._factors
+        n, F = self.program.nv, self._factors
         c = Code("factorise", ["X", "M"])
         e = c.load(c.at("%X", at["e"]))
         with c.loop(0, n) as j:
             source, target = c.integer("mul", j, self._row), c.integer("mul", j, F.stride)
             with c.loop(0, n) as i:
-                J_q, J_v = (c.load(c.at("%M", source, c.integer("add", i, k))) for k in (0, half))
+                J_q, J_v = (c.load(c.at("%M", source, c.integer("add", i, k))) for k in (0, n * self._row))
                 x = c.let(f"fadd double {J_v}, {c.let(f'fmul double {e}, {J_q}')}")
                 x = c.let(f"fmul double {e}, {x}")
                 c.store(c.let(f"fneg double {x}"), c.at("%M", c.integer("add", target, F.start), i))
@@ -181,7 +177,7 @@ class DiagonallyImplicit(Method):
         c.store("0.0", c.at("%X", at["factor"]))
 
         def floats(X: np.ndarray, M: np.ndarray) -> dict[str, Value]:
-            J = M[: n * self._row].reshape(n, 2, half)[:, :, :n].transpose(1, 2, 0)
+            J = M[: 2 * n * self._row].reshape(2, n, self._row)[:, :, :n].transpose(0, 2, 1)
             F.write(M, np.eye(n) - X[at["e"]] * (J[1] + X[at["e"]] * J[0]))
             F.factorise_floats(M)
             X[at["factor"]] = 0.0
@@ -202,8 +198,10 @@ class DiagonallyImplicit(Method):
         near = fine & known
         slow = select(known, select(fine, 0.0, select(again, select(ratio > SLOW, 1.0, 0.0), 0.0)), 1.0) > 0.5
         going = (s.turn < MOST) & (s.renewed < RENEWALS + 0.5) & ((way < LOST) | (s.stale > 0.0))
+        near = near | (select(going, 0.0, s.forced) * select(size < BARELY, 1.0, 0.0) > 0.0)
         renew = select(slow, select(going, 1.0, 0.0), 0.0)
-        s.here, s.columns, s.factor = r.dy, renew * float(self.program.nv), renew
+        both = select(known, select(s.renewed > 0.5, 2.0, 1.0), 2.0)  # velocities change it little
+        s.here, s.columns, s.factor = r.dy, renew * both * float(self.program.nv), renew
         s.factorisations, s.iterations = s.factorisations + renew, s.iterations + 1.0
         s.renewed, s.turn, s.size = s.renewed + renew, s.turn + 1.0, select(slow, 0.0, size)
         s.newton = select(near, 1.0, select(going, 1.0, 0.0))

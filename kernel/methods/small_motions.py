@@ -50,7 +50,8 @@ def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol
     """
     here, d = acceleration(q), ULPS * (1.0 + np.abs(q))
     alternating = np.where(np.arange(len(q)) % 2, -d, d)
-    moved = [acceleration(q + x) - here for x in (d, alternating)]
+    with np.errstate(invalid="ignore"):  # what is not finite is told where it acts
+        moved = [acceleration(q + x) - here for x in (d, alternating)]
     most = max(sqrt(float((x * x).sum())) for x in moved)
     if not isfinite(most):
         return {"grain": 1.0, "faint": 1.0}

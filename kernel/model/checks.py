@@ -6,7 +6,7 @@ Each violation is one KernelError that names the item, the field and what it sho
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from math import degrees, isfinite, sqrt
 from typing import Any
 from weakref import WeakValueDictionary
@@ -21,9 +21,8 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import check_force
-from msgspec import Struct
 
-__all__ = ["check_description", "check_inertia", "check_joint", "check_options"]
+__all__ = ["accepted", "check_description", "check_inertia", "check_joint", "check_options"]
 
 PLACES = ("lines", "point", "p_PJ", "p_CJ", "com")
 FARTHEST = 1e30  # [m] the squares of distances must stay finite
@@ -88,6 +87,12 @@ def check_description(system: System) -> System:
     return system
 
 
+def accepted(part: System) -> System:
+    """A part of a description that has been checked, which then need not be checked again."""
+    _checked[id(part)] = part
+    return part
+
+
 def _check_item(x: Any) -> None:
     """Finite numbers everywhere, the right sign where there is one."""
     kind, where = type(x).__name__, f"{item_word(x)} '{x.name}'"
@@ -106,16 +111,18 @@ def _check_item(x: Any) -> None:
             raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it cannot be negative")
 
 
-def _numbers(x: object, field: str = "") -> Iterator[tuple[str, float]]:
+def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
     """All numbers of a description with the field that holds them."""
-    if is_dataclass(x) or isinstance(x, Struct):
-        for name in field_names(x):
-            yield from _numbers(getattr(x, name), field or name)
+    if type(x) is float:  # as most are
+        yield field, x
     elif isinstance(x, tuple):
         for e in x:
             yield from _numbers(e, field)
     elif isinstance(x, float | int):
         yield field, x
+    else:
+        for name in field_names(x.__class__):
+            yield from _numbers(getattr(x, name), field or name)
 
 
 def check_inertia(b: Body) -> None:

@@ -8,7 +8,6 @@ code, so a new feature adds its line.
 from __future__ import annotations
 
 from heavylift.kernel.description.mechanics import Measured, Threshold
-from heavylift.kernel.multibody.trees import kind_of
 
 from .program import Program
 
@@ -31,7 +30,7 @@ def structure(program: Program, *method: object) -> str:
         [
             method,
             p.formulation,
-            [(kind_of(t), x.ends, x.held) for t, x in p.instances],
+            [(t.kind, x.ends, x.held) for t, x in p.instances],
             [(j.kind, number(j.parent), number(j.child)) for j in p.graph.loops],
             p.contacts.structure,
             [(d.kind, p.driven(d)) for d in s.drives],

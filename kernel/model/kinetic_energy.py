@@ -19,6 +19,7 @@ class KineticShares:
 
     def __init__(self, program: Program, P: np.ndarray, q: np.ndarray) -> None:
         self._parts = []
+        self._momenta = []
         for i, (tree, _) in enumerate(program.instances):
             numbered = with_numbers(tree, P[program.parameters.at["tree", str(i)]])
             still = np.zeros(tree.v.stop - tree.v.start)
@@ -35,11 +36,16 @@ class KineticShares:
                     H[:, b.v_modes] += coupled.T
                     H[b.v_modes, b.v_modes] += np.diag(np.array(own.mass, dtype=float))
                 self._parts.append((b.name, tree.v, H))
+                self._momenta.append((b.name, tree.v, np.array((J @ V)[3:], dtype=float)))
         self._velocities = coordinate_names(program.graph)[1]
 
     def energy(self, shape: np.ndarray) -> float:
         """Of an oscillation with these complex velocities, or twice that of real ones [J]."""
         return float(sum((shape[at].conj() @ H @ shape[at]).real for _, at, H in self._parts))
+
+    def momenta(self, shape: np.ndarray) -> dict[str, np.ndarray]:
+        """Linear momentum (3,) of each body, as rigid, for an oscillation with these complex velocities [kg m/s]."""
+        return {name: G @ shape[at] for name, at, G in self._momenta}
 
     def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:
         """Of bodies and of joint velocities, largest first."""

@@ -15,7 +15,7 @@ from heavylift.kernel.constraints.rigid_ropes import rigid_numbers
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.table import SharedForce
 from heavylift.kernel.multibody.graph import Graph
-from heavylift.kernel.multibody.trees import Tree, numbers
+from heavylift.kernel.multibody.trees import Tree
 
 __all__ = ["PROFILE", "Parameters"]
 
@@ -41,7 +41,7 @@ class Parameters:
 
         put("gravity", "", [system.gravity])
         for i, tree in enumerate(trees):
-            put("tree", str(i), numbers(tree))
+            put("tree", str(i), tree.numbers)
         masters = [*system.masters, *system.measured]
         for m in system.masters:
             put("reference", m.name, [0.0, m.value] + [0.0] * (PROFILE - 2))

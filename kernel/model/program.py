@@ -28,7 +28,7 @@ from heavylift.kernel.multibody.fixed_masses import merged
 from heavylift.kernel.multibody.graph import Graph, build_graph
 from heavylift.kernel.multibody.joint_locking import check_locks
 from heavylift.kernel.multibody.kinematics import kinematics
-from heavylift.kernel.multibody.trees import Tree, cut, kind_of
+from heavylift.kernel.multibody.trees import Tree, cut
 
 from .checks import check_description
 from .parameters import PROFILE, Parameters
@@ -221,7 +221,7 @@ class Program:
 
     def sharing(self, tree: Tree) -> str:
         """Trees for which this is equal share their functions."""
-        return kind_of(tree)
+        return tree.kind
 
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number

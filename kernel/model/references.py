@@ -21,7 +21,7 @@ from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import signals
 
-from .parameters import Parameters
+from .parameters import PROFILE, Parameters
 
 __all__ = ["Actuator", "Histories", "References"]
 
@@ -52,6 +52,10 @@ class References:
         self._still = {r.name for r in system.straight_ropes if not r.winch}
         self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
         names = [name for kind, name in parameters.at if kind == "reference"]
+        places = np.arange(len(P))
+        self._references = np.array([places[parameters.at["reference", n]] for n in names], int).reshape(-1, PROFILE)
+        follows = [places[where] for (kind, _), where in parameters.at.items() if kind == "follow"]
+        self._follows = np.concatenate([*follows, places[:0]])
         self.histories = Histories(signals(system.forces), parameters, P)
         self.admit: Callable[[str], None] = lambda command: None
         self._epoch_ns = 0
@@ -165,16 +169,15 @@ class References:
     def write(self, epoch_ns: int) -> None:
         """Bring P up to date; times become seconds since the epoch."""
         self._epoch_ns = epoch_ns
+        rows = []
+        for a in self.actuators.values():
+            m, start = a.move, (a.start_ns - epoch_ns) * 1e-9
+            rows.append([start, a.x0, m.v0, m.a1, m.d1, m.cruise if m.cruise < inf else 1e12, m.a2, m.d2])
+        self._P[self._references] = np.reshape(rows, (-1, PROFILE))
+        self._P[self._follows] = 0.0
         for name, a in self.actuators.items():
-            m = a.move
-            start = (a.start_ns - epoch_ns) * 1e-9
-            cruise = m.cruise if m.cruise < inf else 1e12
-            self._P[self._at["reference", name]] = [start, a.x0, m.v0, m.a1, m.d1, cruise, m.a2, m.d2]
-            if ("follow", name) in self._at:
-                f = np.zeros(3 * len(self._masters))
-                for i, k in a.follows.items():
-                    f[3 * i : 3 * i + 3] = k
-                self._P[self._at["follow", name]] = f
+            for i, k in a.follows.items():
+                self._P[self._at["follow", name]][3 * i : 3 * i + 3] = k
         self.histories.write(epoch_ns)
         if ("clock", "") in self._at:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9

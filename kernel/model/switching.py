@@ -57,8 +57,6 @@ class Switches:
         shown = self._program.shown(law, row)
         return StateEvent(name, *law.law.switch(law.force, self._P[self._at[law.law.kind, name]], what, shown))
 
-    # ---- commands --------------------------------------------------------------------------------------
-
     def watch(self, name: str, value: float, rising: bool) -> None:
         """Arm a threshold; raises KernelError if there is none of this name."""
         p = self._threshold_numbers(name)

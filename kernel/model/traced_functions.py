@@ -17,7 +17,7 @@ from heavylift.kernel.multibody.formulations import formulated
 from heavylift.kernel.multibody.formulations.repeated_subtrees import limbs_of
 from heavylift.kernel.multibody.joint_locking import halt_function
 from heavylift.kernel.multibody.kinematics import kinematics
-from heavylift.kernel.multibody.trees import Tree, numbers, with_numbers
+from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 __all__ = ["SharedTree", "profile", "tree_functions"]
 
@@ -63,7 +63,7 @@ def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, .
     dynamics = formulated(formulation)
     limbs = limbs_of(f"limb{k}", tree, ends) if formulation == "recursive" else None
     bends = any(b.n_modes for b in tree.bodies)
-    state = {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))}
+    state = {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(tree.numbers)}
 
     def place(q: Array, v: Array, P: Array) -> Outputs:
         t = with_numbers(tree, P)

@@ -20,7 +20,7 @@ from .dynamics import composites, joint_space_inertia
 from .graph import Graph
 from .kinematics import kinematics
 from .ltdl import ltdl
-from .trees import Tree, numbers, with_numbers
+from .trees import Tree, with_numbers
 
 __all__ = ["check_locks", "halt_function", "lock_of"]
 
@@ -71,4 +71,4 @@ def halt_function(k: int, tree: Tree) -> Function:
         after = [v[i] + jump.get(i, 0.0) for i in range(nv)]
         return {"after": after, "impulse": [row(i, jump) for i in t.prescribed_dofs]}
 
-    return Function(f"halt{k}", halt, {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))})
+    return Function(f"halt{k}", halt, {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(tree.numbers)})

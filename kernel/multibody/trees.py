@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from heavylift.kernel.errors import KernelError
 from .graph import Freedoms, Graph, Link
 from .motion import axes_of
 
-__all__ = ["Tree", "TreeBody", "all_numbers", "cut", "in_order", "kind_of", "numbers", "structural", "with_numbers"]
+__all__ = ["Tree", "TreeBody", "all_numbers", "cut", "in_order", "structural", "with_numbers"]
 
 _FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axes", "pitch", "p_CJ", "R_CJ")
 _PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body is or carries
@@ -72,6 +73,33 @@ class Tree:
     first: int
     q: slice
     v: slice
+
+    @cached_property
+    def kind(self) -> str:
+        """What must agree for two trees to share code: joints, numbering and the places of 0, 1 and -1."""
+        bodies = self.bodies
+        return repr([(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, _pattern(b)) for b in bodies])
+
+    @cached_property
+    def numbers(self) -> list[Any]:
+        """The parameters in the order that `with_numbers` takes them."""
+        return in_order(self, all_numbers(self.bodies))
+
+    @cached_property
+    def places(self) -> list[int]:
+        """Where the parameters stand among all numbers: those of like bodies side by side, first by first, second by
+        second, so that vector calls for equal limbs load them at once (see `simd_batches`)."""
+        depths: list[int] = []
+        leaders: dict[tuple[int, str, int], int] = {}
+        places: list[tuple[int, int, int, int]] = []
+        first = 0
+        for i, b in enumerate(self.bodies):
+            depths.append(depths[b.parent] + 1 if b.parent >= 0 else 0)
+            values = all_numbers([b])
+            leader = leaders.setdefault((depths[i], b.kind, len(values)), i)
+            places += [(leader, k, i, first + k) for k, x in enumerate(values) if not structural(x)]
+            first += len(values)
+        return [place for *_, place in sorted(places)]
 
     @property
     def body_of_dof(self) -> list[int]:
@@ -181,35 +209,14 @@ def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
     return [x for b in bodies for value in _values(b) for x in np.ravel(value).tolist()]
 
 
-def numbers(tree: Tree) -> list[float]:
-    """The parameters of a tree in the order that `with_numbers` takes them."""
-    return in_order(tree, all_numbers(tree.bodies))
-
-
 def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
     """Of `all_numbers` of a tree like this one, its parameters in the order that `with_numbers` takes them."""
-    return [every[i] for i in _places(tree)]
-
-
-def _places(tree: Tree) -> list[int]:
-    """Where the parameters stand among all numbers: those of like bodies side by side, first by first, second by
-    second, so that vector calls for equal limbs load them at once (see `simd_batches`)."""
-    depths: list[int] = []
-    leaders: dict[tuple[int, str, int], int] = {}
-    places: list[tuple[int, int, int, int]] = []
-    first = 0
-    for i, b in enumerate(tree.bodies):
-        depths.append(depths[b.parent] + 1 if b.parent >= 0 else 0)
-        values = all_numbers([b])
-        leader = leaders.setdefault((depths[i], b.kind, len(values)), i)
-        places += [(leader, k, i, first + k) for k, x in enumerate(values) if not structural(x)]
-        first += len(values)
-    return [place for *_, place in sorted(places)]
+    return [every[i] for i in tree.places]
 
 
 def with_numbers(tree: Tree, values: Any) -> Tree:
     """The same tree with its parameters replaced, in traced text by symbols."""
-    given = iter([x for _, x in sorted(zip(_places(tree), values, strict=True), key=lambda pair: pair[0])])
+    given = iter([x for _, x in sorted(zip(tree.places, values, strict=True), key=lambda pair: pair[0])])
 
     def replaced(x: Any) -> Any:
         if np.ndim(x) == 0:
@@ -227,15 +234,10 @@ def with_numbers(tree: Tree, values: Any) -> Tree:
     return replace(tree, bodies=tuple(map(body, tree.bodies)))
 
 
-def kind_of(tree: Tree) -> str:
-    """What must agree for two trees to share code: joints, numbering and the places of 0, 1 and -1."""
-
-    def pattern(x: Any) -> str:
-        return "".join(f"{e:+.0f}" if structural(e) else "x" for e in np.ravel(x).tolist())
-
-    return repr(
-        [(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, [*map(pattern, _values(b))]) for b in tree.bodies]
-    )
+def _pattern(body: TreeBody) -> list[str]:
+    """The places of 0, 1 and -1 among the numbers of each field."""
+    fields_ = (np.ravel(value).tolist() for value in _values(body))
+    return ["".join(f"{x:+.0f}" if structural(x) else "x" for x in field) for field in fields_]
 
 
 def structural(x: float) -> bool:

@@ -63,10 +63,14 @@ class Events:
     def start(self) -> None:
         """Switch what the initial pose says."""
         native = self._native
-        for i, guard in enumerate(native.program.guards):
-            found = native.program.of_guard.get(guard)
-            if found and found.law.initial and native.part("G")[i] < 0.0:
-                self._switches.fire(i, native.row())
+        row, switched = None, list[object]()
+        for i in self._below():
+            found = native.program.of_guard.get(native.program.guards[i])
+            if found and found.law.initial:
+                if row is None or any(found is x for x in switched):  # what a law shows depends on its own states alone
+                    row, switched = native.row(), []
+                self._switches.fire(i, row)
+                switched.append(found)
 
     def look(self) -> None:
         """What is below zero behind a jump is an event at once."""
@@ -82,10 +86,10 @@ class Events:
         t_ns = native.epoch + max(0, ceil((native["t0"] + native["hi"] * native["h0"]) * 1e9))
         self.before = native.X.copy()
         self._integrator.take_back()
-        self._integrator.forced(native.local(t_ns))
-        if fallen := self._below():
+        solved = self._integrator.forced(native.local(t_ns))
+        if solved and (fallen := self._below()):
             self.fallen, self.t_ns = fallen, t_ns
-        else:  # the true solution crosses a moment later
+        else:  # the true solution crosses a moment later, or is approached in shorter steps
             self.before = None
 
     def forget(self) -> None:
@@ -141,7 +145,8 @@ class Events:
         """What the laws hold less than before a switch has become their heat; what they hold more comes from it."""
         native = self._native
         first = native.program.nq + native.program.nv
-        native.state[first : first + len(before.stored)] += before.stored - native.row().stored
+        stored = native.method.row_layout.at["stored"]
+        native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateEvent], t_ns: int) -> None:
         """Log what has happened; a beam at its first limit is noted, and a rope that rattles is calmed."""

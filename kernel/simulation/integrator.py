@@ -20,6 +20,7 @@ from .recorder import Recorder
 __all__ = ["Integrator"]
 
 HALVINGS = 20  # of a forced step that has no solution
+SHORTEST = 1e-9  # [s] of those that lead to an event in more than one
 
 
 class Integrator:
@@ -61,10 +62,19 @@ class Integrator:
             else:
                 ends.append(0.5 * (self.native["t"] + ends[-1]))
 
-    def forced(self, t: float) -> None:
-        """One step from the committed state to local time t, accepted as it is; step control is not touched."""
-        if not self._solved(t):
-            raise unsolved(self._name, self.native.epoch * 1e-9 + t)
+    def forced(self, t: float) -> bool:
+        """One step from the committed state to local time t, accepted as it is; step control is not touched.
+
+        False where it has no solution: all is as it was, but the next step goes half as far.
+        """
+        native = self.native
+        if self._solved(t):
+            return True
+        half = 0.5 * (t - native["t"])
+        if self._fixed or half < SHORTEST:
+            raise unsolved(self._name, native.epoch * 1e-9 + t)
+        native.set(h=half)
+        return False
 
     def _solved(self, t: float) -> bool:
         """Whether there is such a step; if not, all is as it was."""

@@ -10,9 +10,9 @@ import numpy as np
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.native.native_state import ROWS, NativeState
-from heavylift.kernel.simulation.safeguards.deflection_check import LASTING, check_compression
+from heavylift.kernel.simulation.safeguards.deflection_check import LASTING, check_compression, compressed
 from heavylift.kernel.simulation.safeguards.energy_check import EnergyCheck
-from heavylift.kernel.simulation.safeguards.failures import check_lengths, check_sliders, sliders, wound_up
+from heavylift.kernel.simulation.safeguards.failures import check_lengths, check_sliders, off_beams, wound_up
 from heavylift.kernel.simulation.safeguards.step_check import StepCheck
 
 __all__ = ["Recorder"]
@@ -39,14 +39,12 @@ class Recorder:
         """Take the samples that native code has written."""
         native = self._native
         rows = native.table[: int(native["row"])].copy()
-        plain = len(rows) > 1 and self._plain(rows)
-        for row in rows:
-            if plain:
-                self.rows.append((self.next_ns, row))
-            else:
-                self.energy.see(row[None])
-                self.keep(self.next_ns, row)
-            self.number += 1
+        if len(rows):
+            notable, start = np.flatnonzero(self._notable(rows)), 0
+            for end in [*notable, len(rows)]:
+                self._take(rows[start:end])
+                self._look(rows[end : end + 1])
+                start = end + 1
         native.set(row=0.0)
         if "passing" in native.at and native["passing"] > 0.0:
             t_ns = native.epoch + round((native["passing"] - 1.0) * 1e9)
@@ -57,16 +55,36 @@ class Recorder:
             )
             native.notes.append(Note(t_ns, told))
 
-    def _plain(self, rows: np.ndarray) -> bool:
-        """Whether there is nothing to say of these samples (n, columns), which are ready then."""
+    def _notable(self, rows: np.ndarray) -> np.ndarray:
+        """Which of (n, columns) there may be something to say of, their energies aside."""
         native = self._native
         at, program = native.method.row_layout.at, native.program
-        if self.steps or program.axial or sliders(program) or wound_up(rows[:, at["length"]]).any():
-            return False
+        if self.steps:
+            return np.ones(len(rows), dtype=bool)
+        notable = wound_up(rows[:, at["length"]]).any(axis=1) | off_beams(program, rows[:, at["q"]])
+        return notable | compressed(native, rows) if program.axial else notable
+
+    def _take(self, rows: np.ndarray) -> None:
+        """Samples (n, columns) without anything notable, unless their energies are."""
+        if not len(rows):
+            return
         if not self.energy.fine(rows):
-            return False
-        rows[:, at["peak_time"]] += native.epoch * 1e-9
-        return True
+            self._look(rows)
+            return
+        native = self._native
+        if native.program.axial:
+            check_compression(native, rows[-1], self.next_ns)
+        rows[:, native.method.row_layout.at["peak_time"]] += native.epoch * 1e-9
+        times = range(self.next_ns, self.next_ns + len(rows) * self._sample_ns, self._sample_ns)
+        self.rows += zip(times, rows, strict=True)
+        self.number += len(rows)
+
+    def _look(self, rows: np.ndarray) -> None:
+        """Samples (n, columns) one by one."""
+        for row in rows:
+            self.energy.see(row[None])
+            self.keep(self.next_ns, row)
+            self.number += 1
 
     def keep(self, t_ns: int, row: np.ndarray) -> None:
         """Take a row of the native table as a sample; raises KernelError if a rope is used up."""

@@ -77,8 +77,6 @@ class Simulation(Commanded):
         self.still = False  # nothing moves, or will move by itself
         self._sets_of_ropes: set[frozenset[str]] = set()  # whose loads were looked at
 
-    # ---- what there is to see -----------------------------------------------------------------------------
-
     @property
     def program(self) -> Program:
         """The system with the locks that hold now."""

@@ -5,10 +5,12 @@ Atomic, In, Out      class Hoist(Atomic): done = Out(Done)      then start, exte
 Coupled              yard = Coupled("yard"); hoist = yard.add(Hoist("hoist")); yard.connect(out_port, in_port)
 Simulator            Simulator(yard, log=lines.append): start(), then run(until), or step by step as below
 Trace                Simulator(yard, trace=Trace()): the same lines, made when read, so that keeping them costs little
-Steppable            what a node runs: next_time, outputs(), advance(tag, bag); Event and Delivery cross it
+Steppable            what a node runs: next_time, outputs(), advance(tag, bag); Events cross it
 Tag, ns, us, ms      time: whole nanoseconds and a microstep; succ and after lead on, FOREVER never comes
 
 tags, ports, messages, models   what these are made of; events: what crosses the border of a node
+hybrid                          atomics that follow a differential equation between their transitions
+statistics                      tallies, means over time, streams of random numbers
 travelling                      a message as each receiver gets it
 execution                       the abstract simulator
 """
@@ -16,10 +18,11 @@ execution                       the abstract simulator
 from heavylift.nodes.devs.execution.simulator import Simulator
 from heavylift.nodes.devs.execution.transitions import Trace, Transition
 
-from .events import Delivery, Event, Keepable, Order, Slack, Steppable
+from .events import Event, Keepable, Order, Result, Slack, Steppable
 from .messages import Message, decode, encode, message_type
 from .models import Atomic, Coupled, Model
 from .ports import Bag, In, InPort, Out, OutPort, Port
+from .statistics import Tally, TimeWeighted, stream
 from .tags import FOREVER, NEVER, Tag, after, ms, ns, succ, us
 
 __all__ = [
@@ -28,7 +31,6 @@ __all__ = [
     "Atomic",
     "Bag",
     "Coupled",
-    "Delivery",
     "Event",
     "In",
     "InPort",
@@ -39,10 +41,13 @@ __all__ = [
     "Out",
     "OutPort",
     "Port",
+    "Result",
     "Simulator",
     "Slack",
     "Steppable",
     "Tag",
+    "Tally",
+    "TimeWeighted",
     "Trace",
     "Transition",
     "after",
@@ -51,6 +56,7 @@ __all__ = [
     "message_type",
     "ms",
     "ns",
+    "stream",
     "succ",
     "us",
 ]

@@ -1,9 +1,9 @@
 """What crosses the border of a node, and the face that a node process runs.
 
 An event is one message on an out port of a coupled model. Its total order is that of its fields, (t, k, source, port,
-index): no clock, process or arrival order enters. A delivery is the event together with the receiver's in port,
-looked up in the coupling table; one event fans out to as many deliveries as it has couplings. Whatever
-implements `Steppable` can be a node: the local `Simulator` does, and so does the mechanics kernel.
+index): no clock, process or arrival order enters. A node hears an event once; its couplings tell which in ports it
+reaches there. Whatever implements `Steppable` can be a node: the local `Simulator`, which runs one model or several,
+and the mechanics kernel.
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,11 +44,17 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
         return decode(self.type, self.payload)
 
 
-class Delivery(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
-    """An event on its way into the in port `port` of one receiver."""
+class Result(msgspec.Struct, frozen=True):
+    """What an atomic tells when a run is over: its path, class name and bytes of the message."""
 
-    event: Event
-    port: str
+    path: str
+    type: str
+    payload: bytes
+
+    @property
+    def value(self) -> Message:
+        """A new copy of the message."""
+        return decode(self.type, self.payload)
 
 
 class Slack(msgspec.Struct, frozen=True):
@@ -65,11 +71,18 @@ class Steppable(Protocol):
 
     @property
     def lookahead(self) -> Mapping[str, int]:
-        """[ns] of each out port; NEVER for one by which nothing can leave, and 0 for one that is not named."""
+        """[ns] of each out port "model.port"; NEVER for one by which nothing can leave, 0 for one that is not named."""
 
     @property
     def slack(self) -> list[Slack]:
         """Observed lookaheads so far."""
+
+    @property
+    def last(self) -> Tag:
+        """Tag of the last transition; before the first one (-1, 0)."""
+
+    def results(self, end: Tag) -> Mapping[str, Message]:
+        """What its atomics tell of a run that is over at `end`, by path."""
 
     @property
     def next_time(self) -> Tag:
@@ -83,10 +96,13 @@ class Steppable(Protocol):
         """Set the initial state at (0, 0)."""
 
     def outputs(self) -> list[Event]:
-        """The offer: lambda of next_time, in total order."""
+        """The offer: what lambda of next_time says to other nodes, in total order."""
 
-    def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
+    def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
         """Transit at `tag` <= next_time; may then work ahead below `until` while it is silent."""
+
+    def among(self) -> list[Event]:
+        """What its models have said on ports that no other node hears, since this was asked last, in total order."""
 
 
 @runtime_checkable

@@ -7,7 +7,9 @@ MessagePack map in field order. The class name identifies the type in a recordin
 are refused. What is sent is what its bytes say (`travelling`), so that no receiver sees where a tree was cut.
 """
 
+import os
 import re
+import sys
 import types
 import typing
 from collections.abc import Callable, Mapping
@@ -34,7 +36,7 @@ class _MessageType(msgspec.StructMeta):
         if not bases or bases == (msgspec.Struct,):
             return
         known = _REGISTRY.get(name)
-        if known is not None and (known.__module__, known.__qualname__) != (cls.__module__, cls.__qualname__):
+        if known is not None and _place(known) != _place(cls):
             raise ModelError(
                 f"message {name} is defined in {known.__module__} and again in {cls.__module__}: "
                 f"recordings tell messages apart by class name, rename one of them"
@@ -55,6 +57,12 @@ class _MessageType(msgspec.StructMeta):
                 )
         cls.__plain__ = _plain
         _REGISTRY[name] = typing.cast("type[Message]", cls)
+
+
+def _place(cls: type) -> tuple[str, str]:
+    """Where a class is defined; a script that is imported once more, under its name, is the same place."""
+    file: str | None = getattr(sys.modules.get(cls.__module__), "__file__", None)
+    return os.path.realpath(file) if file else cls.__module__, cls.__qualname__
 
 
 class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):

@@ -3,7 +3,7 @@
     X, Y    the ports In, Out                            delta_ext   external(e, x)
     S       the attributes, set by start()               delta_int   internal()
     ta      hold_in(ns), passivate()                     delta_con   confluent(x)
-    lambda  output(): sends, and changes nothing
+    lambda  output(): sends, and changes nothing            result()     what a run tells of it in the end
 
 `hold_in` counts from the tag of the transition that calls it; in `start()` it counts from before (0, 0),
 so that `hold_in(0)` there speaks at (0, 0). An `external` that calls neither leaves the schedule as it
@@ -30,9 +30,9 @@ class Present:
 
     __slots__ = ("busy", "changes", "live", "node", "now", "sources", "speaker", "values")
 
-    def __init__(self, live: bool = False) -> None:
+    def __init__(self, live: bool = False, node: bool = False) -> None:
         self.live = live
-        self.node = False  # whether a model without a parent is one node, and no whole model
+        self.node = node  # whether a model without a parent is one node, and no whole model
         self.busy = False  # in the middle of a tag, or of a start
         self.now: Instant = (0, 0)
         self.speaker: Model | None = None  # whose output() runs
@@ -164,6 +164,10 @@ class Atomic(Model):
     def internal(self) -> None:
         """Move on at the scheduled tag."""
         raise ModelError("the scheduled tag came, but the model defines no internal()")
+
+    def result(self) -> Message | None:
+        """What a run tells of this model when it is over, at its end (`now`); changes nothing."""
+        return None
 
     def confluent(self, x: Bag) -> None:
         """Move on and take the bag x at one tag; by default first the one, then the other."""

@@ -75,14 +75,15 @@ class InPort(Port[Carried]):
 
 
 class OutPort(Port[Message], Generic[Sent]):
-    """A bound out port; `exits` are the simulator's ways out of the root."""
+    """A bound out port; `exits` are the simulator's ways out of it, `inner` those that only its own models hear."""
 
-    __slots__ = ("_sent", "exits", "lookahead")
+    __slots__ = ("_sent", "exits", "inner", "lookahead")
 
     def __init__(self, owner: "Owner", name: str, type: type[Sent], lookahead: int) -> None:
         super().__init__(owner, name, type)
         self.lookahead = lookahead
         self.exits: tuple[tuple[OutPort[Never], int], ...] = ()
+        self.inner: tuple[tuple[OutPort[Never], int], ...] = ()
         self._sent: Sent | None = None
 
     def __getstate__(self) -> tuple[object, ...]:

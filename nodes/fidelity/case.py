@@ -21,7 +21,7 @@ from heavylift.nodes.plan.verbs import VERBS
 from .hooks import Hook
 from .moving import Parting, by_ways, lasts, lifting, turning
 from .response import Swings, answer, frequencies
-from .rests import awaiting, begins, bouncing, swinging
+from .rests import awaiting, begins, bouncing, changes, flies_up, swinging
 
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following, Step
@@ -48,12 +48,18 @@ class Case:
     turns: bool  # the block, on its master
     even: bool  # all winches that may lift the block go at one speed
     changes: bool  # a hook is taken from the block, or given to it, while it hangs
+    flies_up: bool  # a hook, let go with more on it than it weighs itself
     awaited: bool  # the winches stop when the block is seen to be lifted, not after a way
     mass: float  # of the block [kg]
     tilts: float  # its moment of inertia about the rails' normal, per mass [m2]; 0: its hooks hold it level
     way: float  # longest of a move [m]
     lasts: float  # of the whole action list, about [s]
     stages: int  # of it: each begins and ends with a jump of the forces
+
+    @property
+    def damped(self) -> bool:
+        """Whether its ropes damp a bounce."""
+        return all(hook.rubs for hook in self.hooks)
 
     @property
     def reach(self) -> float:
@@ -102,7 +108,8 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         mirrored=_mirrored(plan, ordered, {rope.crane for rope in ropes}),
         turns=turns,
         even=all(len({abs(m.speed) for m in x.moves if m.actuator in loads}) <= 1 for x in partings),
-        changes=_changes(plan, followed),
+        changes=changes(plan, followed),
+        flies_up=flies_up(plan, followed),
         awaited=any(isinstance(t, Lifted) for m in moves for t in terms(m.until)),
         mass=block.mass,
         tilts=block.moments[1] / block.mass if one else 0.0,
@@ -185,12 +192,6 @@ def _rings(plan: Plan, followed: Following, h: Hook) -> float:
         largest = max(answer(knots, x, damping).largest for x in frequencies((w, w)))
         found = max(found, largest / h.soft(girder) / h.load / plan.gravity)
     return found
-
-
-def _changes(plan: Plan, followed: Following) -> bool:
-    """Whether slings are hooked or unhooked while the block hangs."""
-    given = (any(isinstance(order, Hookup | Unhook) for order in action.orders) for action in plan.actions)
-    return any(yes and not at.before.grounded for yes, at in zip(given, followed.path.acted, strict=False))
 
 
 def _soft(plan: Plan, rope: HookRope, step: Step) -> tuple[float, float]:
@@ -294,7 +295,7 @@ def _moves(action: Action, sides: dict[str, float]) -> Iterator[Sided]:
         if isinstance(order, Move) and order.actuator in sides:
             across = float(VERBS[order.verb].along == "y")
             yield sides[order.actuator], across, order.speed, order.accel, order.by or 0.0, order.to or 0.0
-        elif isinstance(order, Hookup | Unhook):
+        elif isinstance(order, Hookup | Unhook) and order.sling in sides:
             yield sides[order.sling], 2.0 + isinstance(order, Hookup)
         elif isinstance(order, Brake):
             yield sides.get(order.brake.removesuffix(".hinge.lock"), inf), 4.0 + order.engaged

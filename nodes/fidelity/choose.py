@@ -25,8 +25,8 @@ from .always import ALWAYS
 from .case import Case, case_of
 from .cost import cost
 from .method import METHODS, Stepped, stepped
-from .rules import RULES, Choice, Errors, chance
-from .verdict import INTEGRATION, Decided, Verdict, left
+from .rules import AWAITED, RULES, Choice, Errors, chance, unsure
+from .verdict import INTEGRATION, Decided, Verdict, left, unruled
 
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following
@@ -35,9 +35,8 @@ __all__ = ["choose", "unpromised"]
 
 RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
 BEFORE_RIGID = ("lumped ropes", "rigid girder")
-AWAITED = 0.005  # swing in which an event is awaited that decides nothing [m]
 SURE: tuple[Asked, ...] = ("rope tension",)  # what does not depend on when an event comes
-CERTAIN = 0.6  # part of the accuracy that rules may spend whatever chance adds
+SELDOM = 0.3  # part of the accuracy that is set aside at most for what seldom happens
 EXPLICIT = ("dopri5", "dop853")  # that no stiff part of a mechanism takes by surprise
 
 
@@ -46,12 +45,23 @@ def choose(
 ) -> Verdict:
     """The fidelity that answers a question; `named`: the keys of the fidelity that the scene has written itself, and
     `steps`: those of method, tolerance and step."""
+    if why := unruled(plan):
+        return unpromised(question, plan.fidelity, why, _always(plan))
     case = case_of(plan, followed)
     if case is None:
         why = "no block is lifted as far as the action list can be followed before the run"
         return unpromised(question, plan.fidelity, why, _always(plan))
+    if not followed.known:
+        why = f"its action list cannot be followed at rest to its end: {followed.path.why}"
+        return unpromised(question, plan.fidelity, why, _always(plan))
     if case.awaits > AWAITED and question.ask != SURE:
         why = f"it awaits an event while the load swings by up to {1e3 * case.awaits:.0f} mm"
+        return unpromised(question, plan.fidelity, why, _always(plan))
+    if case.changes and not case.damped:
+        why = "a hook is taken from the load, and its ropes damp nothing of what that sets ringing"
+        return unpromised(question, plan.fidelity, why, _always(plan))
+    if case.flies_up and "rope tension" in question.ask:  # no number of lumps is sure how hard it falls back
+        why = "a hook is let go with more on it than it weighs itself, so its rope slackens and snaps taut"
         return unpromised(question, plan.fidelity, why, _always(plan))
     fidelity = richest = _richest(plan.fidelity, named)
     left_out, decided = _cheapest(case, richest, question, named), list[Decided]()
@@ -69,11 +79,12 @@ def choose(
     pruned, most = (
         msgspec.structs.replace(plan, fidelity=planar(f, plan.loaders, plan.cranes)) for f in (fidelity, richest)
     )
-    ways = _steps(case, pruned, left(question, spent), steps)
+    reserved = _reserved(case, question)
+    ways = _steps(case, pruned, left(question, spent, reserved), steps)
     dearest = _steps(case, most, dict.fromkeys(question.ask, question.accuracy), steps)
     costs = (ways[0].cost, dearest[0].cost) if ways else (cost(case, fidelity), cost(case, richest))
     return Verdict(
-        question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways, chance(case),
+        question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways, chance(case), reserved,
         unpredicted=(*_unpredicted(decided, richest, named), *_own_steps(plan, steps)),
     )  # fmt: skip
 
@@ -85,17 +96,15 @@ def unpromised(question: Question, fidelity: Fidelity, why: str, always: tuple[C
 
 def _always(plan: Plan) -> tuple[Choice, ...]:
     """What is left out of every lift."""
-    return tuple(rule(plan, system(plan)) for rule in ALWAYS)
+    mechanics = system(plan)
+    return tuple(rule(plan, mechanics) for rule in ALWAYS)
 
 
 def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozenset[str]) -> set[str]:
     """Of all sets of rules whose errors stay within the budget together, the one that leaves the cheapest rung."""
     choices = [rule(case, richest) for rule in RULES]
     open_ = [c for c in choices if c.allowed and c.key not in named]
-    budget = {
-        q: max((1.0 - INTEGRATION) * question.accuracy - chance(case).get(q, 0.0), CERTAIN * question.accuracy)
-        for q in question.ask
-    }
+    budget = {q: (1.0 - INTEGRATION) * question.accuracy - e for q, e in _reserved(case, question).items()}
     poor = [c.errors for c in choices if _poor(c, richest, named)]
     for q in question.ask:
         by_name = sum(errors.get(q, 0.0) for errors in poor)
@@ -112,6 +121,13 @@ def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozense
             if (product, -n) <= found[:2]:
                 found = product, -n, {c.rule for c in some}
     return found[2]
+
+
+def _reserved(case: Case, question: Question) -> Errors:
+    """What is set aside of the accuracy, whatever is left out."""
+    sure, most = unsure(case), chance(case)
+    seldom = {q: min(most.get(q, 0.0) - sure.get(q, 0.0), SELDOM * question.accuracy) for q in question.ask}
+    return {q: sure.get(q, 0.0) + e for q, e in seldom.items()}
 
 
 def _fit(some: Sequence[Choice], choices: list[Choice], named: frozenset[str]) -> bool:

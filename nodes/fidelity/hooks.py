@@ -13,7 +13,7 @@ from math import fsum, sqrt
 
 from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values, solve
 
-__all__ = ["Hook", "coupling", "leaning", "redistribution", "tipping"]
+__all__ = ["Hook", "coupling", "leaning", "nodding", "redistribution", "tipping"]
 
 SINGULAR = 1e-9  # singular value, relative, of hooks in one line
 
@@ -45,6 +45,11 @@ class Hook:
     picks: float  # fastest hoisting while the block may part, less what the stools give way
     ramp: float  # [m/s2]
 
+    @property
+    def light(self) -> bool:
+        """Whether what hangs between rope and slings weighs less than the rope."""
+        return self.load - self.share < self.rope_mass
+
     def soft(self, girder: bool) -> float:
         """Of all that the block hangs from [m/N]."""
         return self.soft_rope + self.soft_slings + girder * self.soft_girder
@@ -60,6 +65,18 @@ class Hook:
     def omega(self, girder: bool) -> float:
         """Of the block on this hook, up and down [rad/s]."""
         return 1.0 / sqrt(self.share * self.soft(girder))
+
+
+def nodding(h: Hook, g: float) -> tuple[float, float, float]:
+    """Frequency [rad/s] of a block that swings against its hook, two points of a double pendulum, and what part that is
+    of the block's way as the trolley moves, and as the block is let go aside of a hook that hangs plumb."""
+    hook, d = h.load - h.share, h.reach - h.length
+    inner, outer = g * h.load / h.length, g * h.share / d
+    a, b = (inner + outer) / hook, g / d
+    root = sqrt((a - b) * (a - b) / 4.0 + outer * b / hook)
+    slow, fast = (a + b) / 2.0 - root, (a + b) / 2.0 + root
+    first, second = 1.0 - slow / b, 1.0 - fast / b  # ways of the hook in either swing, for one of the block
+    return sqrt(fast), (1.0 - first) / (first - second), first / (first - second)
 
 
 def redistribution(hooks: Sequence[Hook]) -> float:

@@ -28,8 +28,11 @@ __all__ = ["METHODS", "Stepped", "stepped"]
 TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) for k in range(4, 25))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
-FLOOR = 3e-3  # of the tensions by `sdirk2`, however small the tolerance: ringing that is damped away
-DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more chains of lumps rattle without any
+RINGS = 3e-3, 0.15  # of the tensions by `sdirk2`, what is damped away: at usual tolerances, and over sqrt(tol) at most
+RESOLVED = 1e-4  # tolerance of `sdirk2` below which swings are followed, for which others are better
+RINGS_ON = 3.0  # error of `radau5`, which damps what ropes with less than a third of the usual damping do not
+DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
+SNAPS = 150.0  # how much more lumps do as slings come taut that were slack
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
 
@@ -93,6 +96,7 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     Jacobian and factors serve for long; at the ends of a stage they are made anew, with a step each."""
     often = max(1.0 / LONGEST, 11.5 * power(1e-4 / tolerance, 0.2))
     errors = _errors(case, at, tolerance, often, resolved=power(1e-3 / tolerance, 0.4))
+    errors["rope tension"] *= RINGS_ON if _bare(case) else 1.0
     n, finer = states(case, at), 1e-4 / tolerance
     steps, jumps = often * duration(case), 25.0 * case.stages
     jacobians = jumps * min(1.0, power(0.1 / finer, 0.33)) + 0.06 * min(1.0, sqrt(finer)) * steps
@@ -109,15 +113,19 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
 
 def sdirk2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     """Along the equilibrium path in steps of up to 10 s: the tolerance is that of the tensions, and nothing else is
-    promised.  After each event and command steps begin again with a Jacobian of two evaluations a velocity."""
-    n, jumps = states(case, at), 14.0 * case.stages
+    promised.  After each event and command steps begin again with a Jacobian of two evaluations a velocity; later ones
+    leave out what velocities change."""
+    n, jumps = states(case, at), 20.0 * case.stages * max(1.0, sqrt(5e-3 / tolerance))  # what rings behind an event
     steps = jumps + duration(case) / 4.0 * power(1e-2 / tolerance, 0.5)
     jacobians = 10.0 * case.stages + 0.2 * (steps - jumps)
-    spent = 6.0 * steps + n * jacobians
+    spent = 6.0 * steps + 0.7 * n * jacobians  # most of them by displacements alone
     errors: Errors = dict.fromkeys(("swing", "position", "lift-off time"), float("inf"))
-    errors["rope tension"] = max(5.0 * tolerance, FLOOR)
+    errors["rope tension"] = max(5.0 * tolerance, min(RINGS[0], RINGS[1] * sqrt(tolerance)))
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
+    if _bare(case):
+        able, why = False, "nothing damps what it would damp away"
+    able = able and tolerance >= RESOLVED
     linear = sdirk_algebra(n, jacobians + 0.5 * steps, 6.0 * steps)
     return Stepped("sdirk2", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
@@ -156,6 +164,16 @@ def _cost(case: Case, at: Fidelity, evaluations: float, linear: float = 0.0) -> 
     return Cost(states(case, at), attempts(case, at), evaluations * lasts, linear * lasts)
 
 
+def _damping(case: Case) -> float:
+    """Of a load on its hook, part of the critical."""
+    return min(h.rubs / sqrt(h.soft_rope * h.load) / 2.0 for h in case.hooks)
+
+
+def _bare(case: Case) -> bool:
+    """Whether what rings on its ropes goes on ringing."""
+    return _damping(case) < DAMPED / 3.0
+
+
 def _errors(
     case: Case, at: Fidelity, tolerance: float, often: float, rattle: float = 0.0, resolved: float = 1.0
 ) -> Errors:
@@ -170,8 +188,6 @@ def _errors(
     turned = [h.omega(bends) / often for h in case.hooks]
     missed = (overshoot(case, h, bends) * min(1.0, x * x / 12.0) for h, x in zip(case.hooks, turned, strict=True))
     stretch = min(h.stretch(case.gravity, bends) for h in case.hooks)
-    if at.ropes == "massive":
-        damping = min(h.rubs / sqrt(h.soft_rope * h.load) / 2.0 for h in case.hooks)
-        rattle *= max(1.0, 1.0 / (damping / DAMPED + 1.0 / RATTLES))
+    rattle *= max(SNAPS if at.ropes == "massive" else 1.0, 1.0 / (_damping(case) / DAMPED + 1.0 / RATTLES))
     errors["rope tension"] = max(missed) / max(1.0, resolved) + rattle / stretch
     return errors

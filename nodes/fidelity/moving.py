@@ -14,6 +14,7 @@ import msgspec
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Action, Condition, Lifted, Move, Turn, Wait
 from heavylift.nodes.plan.plan import Plan, drive_name
+from heavylift.nodes.plan.pulses import times
 
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following, State
@@ -99,8 +100,12 @@ def _duration(m: Move) -> float:
 
 def profile(m: Move) -> tuple[float, float]:
     """Durations of a ramp and of the cruise between two [s]; no cruise where the way is not known."""
-    if not m.accel or not m.speed:
+    if not m.accel or not m.speed or m.by == 0.0:
         return 0.0, 0.0
+    if m.pulses:  # ramps in two pulses count as even ones, which leave some swing
+        way = None if m.by is None else abs(m.by)
+        _, first, cruising, second = times(m.pulses, way, abs(m.speed), m.accel, m.periods)
+        return 0.5 * (first + second), cruising
     if m.by is None:
         return abs(m.speed) / m.accel, 0.0
     speed = min(abs(m.speed), sqrt(m.accel * abs(m.by)))

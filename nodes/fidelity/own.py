@@ -10,7 +10,7 @@ from heavylift.nodes.plan.question import Asked
 
 from .case import case_of
 from .rules import Errors, girder, hinges, idle_drives, lumps, rope_elasticity, rope_mass
-from .verdict import EXACT, percent
+from .verdict import EXACT, percent, unruled
 
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following
@@ -41,6 +41,8 @@ def modelled_as(plan: Plan, followed: Following | None) -> Modelled:
     at, out = plan.fidelity, _left_out(plan.fidelity)
     if plan.block is None or followed is None:
         return Modelled((), {}, "a mechanism is modelled as it is written, no rule looks at it")
+    if why := unruled(plan):
+        return Modelled(out, {}, why)
     case = case_of(plan, followed)
     if case is None:
         return Modelled(out, {}, "no block is lifted as far as the action list can be followed before the run")

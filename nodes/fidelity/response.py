@@ -12,13 +12,13 @@ No frequency is known before the equations are solved: answers are those of all 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from itertools import groupby, pairwise
-from math import e, fsum, pi, sqrt
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from itertools import groupby
+from math import fsum, pi, sqrt
 
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.algebra.elementary import cos, power, sin
+from heavylift.kernel.algebra.elementary import cos, exp, sin
 
 __all__ = ["Knot", "Swings", "answer", "frequencies", "moved", "together"]
 
@@ -71,6 +71,11 @@ def together(knots: Iterable[Knot]) -> tuple[Knot, ...]:
 
 def answer(knots: Sequence[Knot], w: float, damping: float = 0.0, times: Sequence[float] = ()) -> Answer:
     """Of an oscillator at rest before the first knot; where it is just before each of `times`, which are in order."""
+    return _answered(tuple(knots), w, damping, tuple(times))
+
+
+@lru_cache(maxsize=4096)  # a scene is looked at more than once
+def _answered(knots: tuple[Knot, ...], w: float, damping: float, times: tuple[float, ...]) -> Answer:
     marks = [(t, False, Knot(t)) for t in times]
     x = v = rest = largest = 0.0  # v: speed over w
     damping = min(damping, OVERDAMPED)
@@ -78,7 +83,7 @@ def answer(knots: Sequence[Knot], w: float, damping: float = 0.0, times: Sequenc
     places, sizes, now = list[float](), list[float](), 0.0
     for t, moves, knot in sorted([*((k.t, True, k) for k in knots), *marks]):
         out, angle = x - rest, w * (t - now)
-        fades = power(e, -min(FADED, damping * angle)) if damping else 1.0
+        fades = exp(-min(FADED, damping * angle)) if damping else 1.0
         c, s = cos(slows * angle), sin(slows * angle) / slows
         ends = out * c + (v + damping * out) * s, v * c - (out + damping * v) * s
         largest = max(largest, _farthest(out, v, rest, angle, ends))
@@ -122,9 +127,9 @@ class Swings:
     @cached_property
     def _tried(self) -> list[list[tuple[Answer, Answer]]]:
         """For each frequency and each axis the answers a little below it and a little above."""
+        moving = [knots for knots in self.knots if knots]
         return [
             [(answer(k, w - STEP * w, 0.0, self.begins), answer(k, w + STEP * w, 0.0, self.begins)) for k in moving]
-            for moving in ([k for k in self.knots if k],)
             for w in frequencies(self.omegas)
         ]
 
@@ -149,12 +154,20 @@ class Swings:
         """Error of the load's place as stages begin for a relative error of the frequency [m]."""
         return max(sum(_drift(low, high) for low, high in axes) for axes in self._tried)
 
-    @cached_property
-    def abrupt(self) -> bool:
-        """Whether something jumps, or speeds up within a tenth of a period."""
-        soon = 0.2 * pi / self.omegas[1]
-        jumps = any(knot.jump for knots in self.knots for knot in knots)
-        return jumps or any(b.t - a.t < soon for knots in self.knots for a, b in pairwise(knots) if a.accel)
+    @property
+    def jumps(self) -> float:
+        """How far the load is let go aside, and as hooks are taken from it, in all [m]."""
+        return fsum(abs(knot.jump) for knots in self.knots for knot in knots)
+
+    @property
+    def lands(self) -> bool:
+        """Whether the load stands again after it has hung."""
+        return any(knot.stands for knots in self.knots for knot in knots)
+
+    def shaken(self, omegas: Omegas) -> float:
+        """How far something of such frequencies swings as the load is moved, but for jumps, at most [m]."""
+        moving = [[replace(k, jump=0.0) for k in knots if k.accel or k.stands] for knots in self.knots]
+        return max(sum(answer(knots, w).largest for knots in moving if knots) for w in frequencies(omegas))
 
     def along(self, axis: int) -> bool:
         """Whether anything moves the load along the rails (0), or across (1)."""

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.plan.actions import Action, After, Move, MovesDone, Turn
+from heavylift.nodes.plan.actions import Action, After, Hookup, Move, MovesDone, Turn, Unhook
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
+from heavylift.nodes.statics.static_state import loads_of
 
 from .moving import profile
 from .response import Knot, moved, together
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from heavylift.nodes.statics.state import StaticState
     from heavylift.nodes.statics.static_state import Following
 
-__all__ = ["awaiting", "begins", "bouncing", "swinging"]
+__all__ = ["awaiting", "begins", "bouncing", "changes", "flies_up", "swinging"]
 
 ABRUPT = 1e-3  # [s] what takes less time is a jump
 ASIDE, STRAIGHT = 0.005, 0.02  # [m] way, and jump, that count as none: ropes that stretch differently lean a block so
@@ -34,6 +35,30 @@ AXES = ("x", "y")
 def begins(followed: Following) -> tuple[float, ...]:
     """When stages begin, and the end, at rest [s]."""
     return (*(states[0].t for number, states in _by_action(followed) if number), followed.path.states[-1].t)
+
+
+def changes(plan: Plan, followed: Following) -> bool:
+    """Whether slings are hooked or unhooked while the block hangs."""
+    return any(not before.grounded and given for given, before in _given(plan, followed))
+
+
+def flies_up(plan: Plan, followed: Following) -> bool:
+    """Whether slings are unhooked that carry more than all that is left on their rope."""
+    weighs = {x.name: x.upper.mass + x.lower.mass for x in plan.loaders}
+    of = {s.name: s.loader for s in plan.rig.slings}
+    for given, before in _given(plan, followed):
+        let_go = {of[order.sling] for order in given if isinstance(order, Unhook)}
+        if let_go and not before.grounded:
+            loads = loads_of(plan, before)
+            if any(loads[name] > weighs[name] for name in let_go):
+                return True
+    return False
+
+
+def _given(plan: Plan, followed: Following) -> Iterator[tuple[list[Hookup | Unhook], StaticState]]:
+    """Of each action what it hooks and unhooks, and the state before it."""
+    for action, acted in zip(plan.actions, followed.path.acted, strict=False):
+        yield [order for order in action.orders if isinstance(order, Hookup | Unhook)], acted.before
 
 
 def swinging(plan: Plan, followed: Following, axis: int) -> tuple[Knot, ...]:
@@ -96,7 +121,8 @@ def _by_action(followed: Following) -> Iterator[tuple[int, list[StaticState]]]:
 
 def _ways(action: Action, states: Sequence[StaticState], way: float, axis: str) -> Iterator[Knot]:
     """The moves along an axis share a way by what they go; where none does, all that hoist make it."""
-    for turn in (order for order in action.orders if isinstance(order, Turn)):
+    turn = next((order for order in action.orders if isinstance(order, Turn)), None)
+    if turn is not None:
         ramping = turn.rate / turn.accel
         lasts = states[-1].t - states[0].t
         yield from moved(states[0].t, way, min(ramping, lasts / 2.0), max(0.0, lasts - 2.0 * ramping))

@@ -9,28 +9,36 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import sqrt
+from math import pi, sqrt
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.nodes.plan.plan import Fidelity
 from heavylift.nodes.plan.question import Asked
 
 from .case import Case
-from .hooks import Hook, coupling, leaning, redistribution, tipping
+from .hooks import Hook, coupling, leaning, nodding, redistribution, tipping
 
-__all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "chance", "girder_states", "overshoot"]
+__all__ = ["AWAITED", "RULES", "STATES", "Choice", "Errors", "Rule", "chance", "girder_states", "overshoot", "unsure"]
 
 Errors = dict[Asked, float]
 COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
-ABRUPT = 3.0  # of the same where trolleys start within a tenth of a period: ropes lag behind them
+ONE_BY_ONE = 2.0  # of a load that comes aside as its corners part one after the other
+SHAKEN = (2.0, 1.0, 0.45), (1.0, 2.0, 0.15)  # of what strings shake: swing, place, inclination; without, out of phase
 VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show
-SLOWER = 0.1, 0.02  # times its square: how much slower the load swings on two lumps, and on four
+SLOWER = 0.015, 0.003, 0.05  # times its square: error of the frequency on two lumps, on four, and without any
+FASTER = 0.03, 0.006, 0.1  # the same of the block on its slings below hooks that swing the other way
+ROCKS = 0.045  # [m]
 SWAYED = 1.6  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
+LEANING = 2.0  # heights of a block on more than three hooks, which the girders lift by one corner after the other
 OPPOSED = 2.0  # two swings of one size: a block that leans as it is lifted swings before it is moved
 LEANT = 3.0  # there and back, and by the lean of the move before
 SOONER = 1.05  # by what the block does not hang straight
-CHANCE: Errors = {"rope tension": 2.5e-3, "position": 5e-4, "lift-off time": 2e-3}  # measured
+CHANCE: Errors = {"rope tension": 2.5e-3, "swing": 0.0, "position": 5e-4, "lift-off time": 2e-3}  # measured
+ASIDE: Errors = {"rope tension": 6e-3, "swing": 0.04, "position": 0.01, "lift-off time": 0.02}  # under light hooks
+AWAITED = 0.005  # swing in which an event is awaited that decides nothing [m]
+SWINGING = 5e-3  # how hard a block lands, and parts again, that swings; measured
+UNDAMPED = 0.13  # part of a bounce by which the sum of several may differ
 LET_GO = 5e-3  # of the swing, whatever the steps: slings come off and on as a hook is taken from the load; measured
 STATES = 2  # of a degree of freedom: coordinate and velocity
 
@@ -53,20 +61,35 @@ class Choice:
 Rule = Callable[[Case, Fidelity], Choice]
 
 
+def unsure(case: Case) -> Errors:
+    """What no number of lumps is sure of: how ropes bend, and in which phase they swing like strings."""
+    errors = _slower(case, 1)
+    errors["rope tension"] += tipping(case.hooks) * _shaken(case, errors, SHAKEN[1])
+    return errors
+
+
 def chance(case: Case) -> Errors:
-    """What two models may differ by, however little is between them: by the bend of ropes that four lumps do not show,
-    and on more than three hooks by which of the pads is the last to open, in which bounce of the block."""
-    heavy = max(h.rope_mass / h.load for h in case.hooks)
-    errors = _swung(case, heavy * heavy * SLOWER[1])
+    """What two models may differ by, however little is between them: by what is unsure; seldom, on more than three
+    hooks, or where undamped ropes ring on as the block lands, by which of the pads is the last to open, in which bounce
+    of the block; by slings that are let go; by when the block lands that swings; by the phases of bounces that nothing
+    damps."""
+    errors = unsure(case)
     errors["swing"] += LET_GO if case.changes else 0.0
-    return errors if case.determinate else {q: errors.get(q, 0.0) + CHANCE.get(q, 0.0) for q in (*errors, *CHANCE)}
+    if case.awaits > AWAITED:
+        errors["rope tension"] += SWINGING
+    if not case.damped:
+        errors["rope tension"] += UNDAMPED * max(overshoot(case, h, girder=True) for h in case.hooks)
+    if not case.determinate or (case.swings.lands and not case.damped):
+        aside = case.swings.jumps > 0.0 and not case.determinate and any(h.light for h in case.hooks)
+        errors = {q: errors.get(q, 0.0) + (ASIDE if aside else CHANCE)[q] for q in ASIDE}
+    return errors
 
 
 def lumps(case: Case, at: Fidelity) -> Choice:
     """Two lumps a rope, which have its mass and its inertia already: what is lost is how the rope itself vibrates."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     sways = heavy * VIBRATES
-    errors = _swung(case, heavy * heavy * SLOWER[0])
+    errors = _slower(case, 0)
     errors["swing"] = max(sways, errors["swing"])
     errors["position"] = max(2.0 * sways * case.swings.most / case.way, errors["position"])
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
@@ -84,14 +107,16 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     down stay; lost is the sixth of it that couples both ends, so that a trolley shakes its load by so much less, the
     time of a wave to the hook, and how the waves of several ropes share a load that more than three carry."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
-    coupled = (ABRUPT if case.swings.abrupt else COUPLED) * coupling(case.hooks)
+    parts_aside = case.swings.jumps > 0.0 and not case.determinate
+    coupled = COUPLED * coupling(case.hooks) * (ONE_BY_ONE if parts_aside else 1.0)
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
-    errors = _swung(case, heavy * heavy / 8.0)
+    errors = _slower(case, 2)
     errors["swing"] += coupled
     errors["position"] += coupled * case.swings.most / case.way
+    inclined = _shaken(case, errors, SHAKEN[0])
     waves = dynamic * heavy / (2.0 if case.determinate else 1.0)
-    errors["rope tension"] = _peak(case, waves, errors["swing"])
-    errors["lift-off time"] = 0.3 * _wave(case)
+    errors["rope tension"] = _peak(case, waves, errors["swing"], inclined)
+    errors["lift-off time"] = 0.4 * _wave(case)
     chains = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
     return Choice(
@@ -110,7 +135,8 @@ def girder(case: Case, at: Fidelity) -> Choice:
     sag = max(h.sag(g) for h in case.hooks)
     aside = max(2.0 * h.sag(g) * h.aside + h.slides + h.tilts * h.traverses for h in case.hooks)
     known = case.awaited and case.determinate  # then the girder has bent before anything hangs
-    high = _bounce(case, girder=True) + _bounce(case, girder=False) + _halting(case) if known else sag
+    hangs = sag if case.determinate else LEANING * sag
+    high = _bounce(case, girder=True) + _bounce(case, girder=False) + _halting(case) if known else hangs
     errors = _swung(case, max(h.sag(g) / h.reach for h in case.hooks) / 2.0)
     errors["swing"] += aside / case.swings.least + max(h.tilts for h in case.hooks)
     errors["swing"] *= SWAYED
@@ -121,9 +147,10 @@ def girder(case: Case, at: Fidelity) -> Choice:
     shared = f", which shifts {spread:.1%} of a hook's load" if spread else ""
     uneven = "" if case.even else "; but hooks that lift at different speeds tilt the block until it is taken up"
     changes = "; but hooks change as it hangs" if case.changes else ""
+    changes = "; but it jumps aside as it parts" if case.swings.jumps else changes
     return Choice(
         "rigid girder", "girder", {"girder": "rigid"}, girder_states(case), errors,
-        f"the block bends it by {sag * 1e3:.0f} mm{shared}{uneven}{changes}", case.even and not case.changes,
+        f"the block bends it by {sag * 1e3:.0f} mm{shared}{uneven}{changes}", case.even and not changes,
     )  # fmt: skip
 
 
@@ -147,8 +174,8 @@ def rope_elasticity(case: Case, at: Fidelity) -> Choice:
     errors["lift-off time"] = 2.0  # neither the begin nor the end of its stage is right
     why = "" if case.mirrored else "; but the ends of a lift that is not mirrored come off one after the other"
     why = why if case.determinate else "; but more than three hooks share the load by their stiffness"
-    released = any(knot.jump for knots in case.swings.knots for knot in knots)
-    why = "; but it jumps aside as it parts or as hooks are taken from it" if released or case.changes else why
+    released = case.swings.jumps or case.changes
+    why = "; but it jumps aside as it parts or as hooks are taken from it" if released else why
     return Choice(
         "rigid ropes", "ropes", {"ropes": "rigid", "slings": "rigid"}, 0, errors,
         f"the block stretches them by {stretch * 1e3:.0f} mm{why}", not why,
@@ -163,20 +190,14 @@ def plane(case: Case, at: Fidelity) -> Choice:
 
 
 def hinges(case: Case, at: Fidelity) -> Choice:
-    """Beams of loaders that do not turn on their hinges: exact where nothing turns them, in a mirrored lift; in
-    another, slings of one beam stretch differently instead.  A move along the rails turns them."""
-    states, g = STATES * len(case.hinges), case.gravity
-    errors, allowed, why = Errors(), bool(case.hinges) and not case.turns, "nothing turns a beam"
+    """Beams of loaders that do not turn on their hinges: exact in a mirrored lift, where nothing turns them; in any
+    other slings of one beam stretch differently instead, and what little the load swings is half wrong."""
+    allowed, why = bool(case.hinges) and not case.turns, "nothing turns a beam"
     if not case.mirrored:
-        hangs = max(h.share * g * h.soft_slings for h in case.hooks)
-        errors = _swung(case, hangs / case.reach / 2.0)
-        errors["swing"] += hangs / case.swings.least
-        errors["position"] += hangs / case.way
-        errors["rope tension"] += max(h.share * g * h.soft_slings / h.beam for h in case.hooks)
-        why = "nothing turns a beam but slings that stretch"
+        allowed, why = False, "slings that stretch differently turn the beams"
     if case.swings.along(0):
         allowed, why = False, "what moves the load along the rails turns the beams"
-    return Choice("locked hinges", "locked", {}, states, errors, why, allowed, case.hinges)
+    return Choice("locked hinges", "locked", {}, STATES * len(case.hinges), Errors(), why, allowed, case.hinges)
 
 
 def idle_drives(case: Case, at: Fidelity) -> Choice:
@@ -206,6 +227,30 @@ def overshoot(case: Case, h: Hook, girder: bool) -> float:
     w = min(x.omega(girder) for x in case.hooks)
     parting = norm([h.picks, h.ramp / w]) / w / h.soft(girder)
     return parting / h.load / case.gravity + max(2.0 * h.ramp / case.gravity, h.rings)
+
+
+def _slower(case: Case, model: int) -> Errors:
+    """Errors by the frequencies of both swings of a double pendulum, in two lumps (0), four (1), or without any (2).
+    On more than three hooks the block is lifted by one corner after the other, and rocks whatever moves it."""
+    heavy = max(h.rope_mass / h.load for h in case.hooks)
+    slower, faster = heavy * heavy * SLOWER[model], heavy * heavy * FASTER[model]
+    errors = _swung(case, slower)
+    omegas, moved, let_go = zip(*(nodding(h, case.gravity) for h in case.hooks), strict=True)
+    nods = max(moved) * case.swings.shaken((min(omegas), max(omegas))) + max(let_go) * case.swings.jumps
+    nods += 0.0 if case.determinate else ROCKS
+    errors["position"] += nods * min(2.0, faster * max(omegas) * case.lasts) / case.way
+    return errors
+
+
+def _shaken(case: Case, errors: Errors, times: tuple[float, float, float]) -> float:
+    """How far ropes are inclined that swing like strings as their trolleys move; adds how they shake the load: the
+    first mode, of amplitude A, is inclined by pi A / l and has a frequency of pi sqrt(m g / m_r l)."""
+    heavy = max(h.rope_mass / h.load for h in case.hooks)
+    omegas = [pi * sqrt(case.gravity * h.load / h.rope_mass / h.length) for h in case.hooks]
+    amplitude = 2.0 / pi * case.swings.shaken((min(omegas), max(omegas)))
+    errors["swing"] += times[0] * amplitude * heavy / pi / case.swings.least
+    errors["position"] += times[1] * amplitude * heavy / pi / case.way
+    return times[2] * pi * amplitude / min(h.length for h in case.hooks)
 
 
 def _wave(case: Case) -> float:
@@ -239,11 +284,11 @@ def _swung(case: Case, shift: float) -> Errors:
     return {"swing": swing, "position": place, "rope tension": _tipped(case, swing)}
 
 
-def _peak(case: Case, bounce: float, swing: float) -> float:
+def _peak(case: Case, bounce: float, swing: float, inclined: float = 0.0) -> float:
     """Error of the largest tension, which comes as the load bounces or as it swings; both at once where nothing damps
-    the bounce."""
-    tipped = _tipped(case, swing)
-    return max(bounce, tipped) if all(h.rubs for h in case.hooks) else bounce + tipped
+    the bounce, or where it comes aside as it parts.  `inclined`: error of how ropes are [rad]."""
+    tipped = _tipped(case, swing) + inclined * tipping(case.hooks)
+    return max(bounce, tipped) if case.damped and not case.swings.jumps else bounce + tipped
 
 
 def _tipped(case: Case, swing: float) -> float:

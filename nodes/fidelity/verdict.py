@@ -9,14 +9,15 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 
 import msgspec
-from heavylift.nodes.plan.plan import Fidelity
+from heavylift.nodes.plan.actions import parts
+from heavylift.nodes.plan.plan import Fidelity, Plan
 from heavylift.nodes.plan.question import Asked, Question
 
 from .cost import Cost
 from .method import Stepped
 from .rules import Choice, Errors
 
-__all__ = ["EXACT", "INTEGRATION", "Decided", "Verdict"]
+__all__ = ["EXACT", "INTEGRATION", "Decided", "Verdict", "unruled"]
 
 EXACT = 2e-4  # to which the richest rung itself is right: what two lumps and four differ by in peaks
 INTEGRATION = 0.1  # part of the accuracy that is left to the steps in time
@@ -36,7 +37,8 @@ class Decided:
 class Verdict:
     """The fidelity for a question; no errors and no costs where nothing is predicted, for the reason `unknown`.
 
-    `errors`: of all that is left out, by rule or by name.  `always`: what is left out of every lift.  `steps`: methods,
+    `errors`: of all that is left out, by rule or by name.  `always`: what is left out of every lift.  `chance`: what
+    two models may differ by whatever is left out, of which so much is `reserved`.  `steps`: methods,
     the one to be used first; none where the scene names its steps.  `unpredicted`: what is named and no rule speaks of.
     """
 
@@ -49,6 +51,7 @@ class Verdict:
     always: tuple[Choice, ...] = ()
     steps: tuple[Stepped, ...] = ()
     chance: Errors = field(default_factory=dict)
+    reserved: Errors = field(default_factory=dict)
     unknown: str = ""
     unpredicted: tuple[str, ...] = ()
 
@@ -122,7 +125,7 @@ class Verdict:
 
     def _left(self) -> Errors:
         """Of the accuracy, for the steps."""
-        return left(self.question, self.errors)
+        return left(self.question, self.errors, self.reserved)
 
     def data(self) -> dict[str, object]:
         """The same as plain data."""
@@ -150,9 +153,18 @@ class Verdict:
         }  # fmt: skip
 
 
-def left(question: Question, spent: Errors) -> Errors:
+def unruled(plan: Plan) -> str:
+    """What of a lift no rule looks at, as a sentence; "" if there is nothing."""
+    if plan.tied:
+        return "its mechanism acts on the lift, which no rule looks at"
+    if any(parts(action) for action in plan.actions):
+        return "a sling parts, which no rule looks at"
+    return ""
+
+
+def left(question: Question, spent: Errors, reserved: Errors) -> Errors:
     """Of the accuracy, for the steps; their usual part where what is named has spent more."""
-    spare = {q: question.accuracy - spent[q] for q in question.ask}
+    spare = {q: question.accuracy - spent[q] - reserved.get(q, 0.0) for q in question.ask}
     return {q: e if e > 0.0 else INTEGRATION * question.accuracy for q, e in spare.items()}
 
 

@@ -148,11 +148,15 @@ def _long(use: Use, ran: bool) -> str:
 
 def _ends(what: str, axis: str) -> Callable[[Use, bool], str]:
     def sentence(use: Use, ran: bool) -> str:
-        low, high = use.limit.between or (0.0, 0.0)
-        who = _trolley(use.limit.subject) if axis == "y" else use.limit.subject
-        return f"{who} at {axis} = {use.value:g} m is past the end of its {what}, {low:g} to {high:g} m"
+        return past_the_end(use.limit.subject, axis, use.value or 0.0, what, use.limit.between or (0.0, 0.0))
 
     return sentence
+
+
+def past_the_end(subject: str, axis: str, at: float, what: str, between: tuple[float, float]) -> str:
+    """That a crane or trolley stands [m] beyond its rails or girder."""
+    who = _trolley(subject) if axis == "y" else subject
+    return f"{who} at {axis} = {at:g} m is past the end of its {what}, {between[0]:g} to {between[1]:g} m"
 
 
 def _blown(use: Use, ran: bool) -> str:

@@ -2,7 +2,7 @@
 
 Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law goes to the actor
 of the joint or body that it acts on.  A rope and a force belong to the first body (not the ground) at their
-ends, a support or contact to its body.
+ends, a support or contact to its body.  What acts on a joint or body of the lift stands in a group of its own.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ from __future__ import annotations
 import re
 
 from heavylift.kernel.description.forces import Force, Reeving
+from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, RigidRope, Rope, System
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.parts.drive import DriveActor, WinchActor
-from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, JointCoupled, Law, Machine
+from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, Group, JointCoupled, Law, Machine
 from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, SlingActor, Stools
 from heavylift.nodes.plan.plan import Actuator, Mechanism
 
@@ -26,13 +27,26 @@ class MechanismModel(Machine):
         self.mechanism, self.system = mechanism, mechanism.system
         self.actuators = {actuator.name: actuator for actuator in mechanism.actuators}
         for joint in self.system.joints:
-            self.take(JointCoupled(f"joint-{_name(joint.name)}", joint, *self._joint_actors(joint.name)))
+            actors = self._joint_actors(joint.name) or [Law("free")]
+            self.take(JointCoupled(f"joint-{_name(joint.name)}", joint, *actors))
         for body in self.system.bodies:
-            self.take(BodyCoupled(f"body-{_name(body.name)}", body, *self._body_actors(body.name)))
+            self.take(BodyCoupled(f"body-{_name(body.name)}", body, Law("weight"), *self._body_actors(body.name)))
+        bodies, joints = self.system.outside
+        for name in joints:
+            self._act_on(name, self._joint_actors(name))
+        for name in bodies:
+            self._act_on(name, self._body_actors(name))
         for master in self.system.masters:
             self.take(self._drive(f"master-{_name(master.name)}", master.name, System(masters=(master,))))
         if measured := self.system.measured:
             self.take(Law("measured", System(measured=measured)))
+
+    def _act_on(self, name: str, actors: list[Actor]) -> None:
+        """What acts on a joint or body of the lift, if there is anything."""
+        if actors:
+            group = self.take(Group(f"on-{_name(name)}"))
+            for actor in actors:
+                group.take(actor)
 
     def _joint_actors(self, joint: str) -> list[Actor]:
         system, actors = self.system, list[Actor]()
@@ -46,10 +60,10 @@ class MechanismModel(Machine):
         actors += [Law(_name(x.name), System(springs=(x,))) for x in system.springs if x.joint == joint]
         actors += [Law(_name(x.name), System(stops=(x,))) for x in system.stops if x.joint == joint]
         actors += [Law(_name(f.name), System(forces=(f,))) for f in system.forces if f.along and f.along[0] == joint]
-        return actors or [Law("free")]
+        return actors
 
     def _body_actors(self, body: str) -> list[Actor]:
-        actors: list[Actor] = [Law("weight")]
+        actors: list[Actor] = []
         for rope in (r for r in self.system.ropes if _body(r) == body):
             actors.append(self._rope(rope, System(ropes=(rope,))))
         for rigid in (r for r in self.system.rigid_ropes if _body(r) == body):
@@ -63,7 +77,8 @@ class MechanismModel(Machine):
             faces = dict.fromkeys([*(s.name for s in supports), *(c.name for c in contacts)], body)
             closed = frozenset(self.mechanism.closed) & frozenset(faces)
             laws = System(supports=supports, contacts=contacts)
-            actors.append(Stools("supports", body, laws, faces=faces, closed=closed))
+            stands = self.mechanism.standing(body)
+            actors.append(Stools("supports", stands, laws, faces=faces, closed=closed))
         return actors
 
     def _rope(self, rope: Rope | RigidRope | Reeving, laws: System) -> Actor:
@@ -101,3 +116,10 @@ def _first(force: Force) -> str:
 def _name(element: str) -> str:
     """A name for a model, from that of a mechanical element."""
     return re.sub(r"[^A-Za-z0-9_-]", "-", element)
+
+
+def turning(mechanism: Mechanism) -> frozenset[str]:
+    """The drives of a mechanism whose coordinate is an angle."""
+    joints = {joint.name: JOINTS[joint.kind] for joint in mechanism.system.joints}
+    of = ((d.name, joints[d.joint], d.coordinate) for d in mechanism.system.drives)
+    return frozenset(name for name, joint, at in of if joint.turns(joint.actable.index(at) if at else 0))

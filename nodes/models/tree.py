@@ -24,6 +24,7 @@ KINDS: dict[type[Model], str] = {
     MechanismModel: "coupled: mechanism",
     parts.JointCoupled: "joint coupled",
     parts.BodyCoupled: "body coupled",
+    parts.Group: "actors on a part of the lift",
     Rig: "coupled: rig",
 }
 

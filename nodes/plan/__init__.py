@@ -3,6 +3,7 @@
 plan              machines, rig and everything else that node processes are built from
 actions, verbs    orders, conditions and actions; the verbs, a row each
 places            where in a scene an action or an order stands
+pulses            ramps that leave no swing
 fidelity, planar  how much is modelled; what a planar motion locks
 question          what a scene can ask, and how the error of an answer is measured
 limit, finding    a row of the table of limits; something that was found

@@ -90,7 +90,9 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
 
     Coordinates are the actuator's own: Drive: joint coordinate; winch: UNSTRETCHED LENGTH (hoisting is
     negative). `speed` is a magnitude where a distance or goal is given, signed for an endless move.  An
-    actuator stops by itself at its end positions and reports the limit.
+    actuator stops by itself at its end positions and reports the limit.  `pulses`: of ramps that leave no swing (see
+    `pulses`); `periods`: of what swings, as the move begins and as it stops [s]; `left`: swing that is left since they
+    change meanwhile [rad].
     """
 
     verb: str
@@ -101,6 +103,9 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
     by: float | None = None
     to: float | None = None
     until: Condition | None = None
+    pulses: int = 0
+    periods: tuple[float, float] = (0.0, 0.0)
+    left: float = 0.0
 
     def __post_init__(self) -> None:
         if self.verb not in MOTIONS:
@@ -121,16 +126,17 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """A sling is hooked to a lug of the block."""
+    """A sling is hooked to a lug of the block; a rope of a mechanism, without `lug`, to where its end is."""
 
     sling: str
-    lug: str
+    lug: str = ""
 
 
 class Unhook(Item, frozen=True, kw_only=True, tag="unhook"):
-    """A sling is unhooked."""
+    """A sling is unhooked; `parted`: it breaks, and cannot be hooked again."""
 
     sling: str
+    parted: bool = False
 
 
 class Brake(Item, frozen=True, kw_only=True, tag="brake"):
@@ -161,3 +167,8 @@ class Action(Item, frozen=True, kw_only=True):
     when: Condition | None = None
     timeout: float | None = None
     orders: tuple[Order, ...]
+
+
+def parts(action: Action) -> bool:
+    """Whether a sling or rope breaks with it."""
+    return any(isinstance(order, Unhook) and order.parted for order in action.orders)

@@ -43,7 +43,8 @@ class Inertia(Item, frozen=True, kw_only=True):
 
 
 class Axis(Item, frozen=True, kw_only=True):
-    """A servo-driven sliding joint: start and end positions [m], ramp [m/s2], gains [N/m] and [N s/m]."""
+    """A servo-driven sliding joint: start and end positions [m], ramp [m/s2], gains [N/m] and [N s/m]; `pulses`: of a
+    ramp without swing."""
 
     start: float
     lower: float
@@ -51,6 +52,7 @@ class Axis(Item, frozen=True, kw_only=True):
     accel: float
     kp: float
     kv: float
+    pulses: int = 0
 
 
 class Trolley(Item, frozen=True, kw_only=True):
@@ -159,13 +161,15 @@ class Block(Item, frozen=True, kw_only=True):
 
 
 class Actuator(Item, frozen=True, kw_only=True):
-    """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless)."""
+    """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
+    ramp without swing."""
 
     name: str
     start: float
     accel: float
     lower: float | None = None
     upper: float | None = None
+    pulses: int = 0
 
 
 class Driven(Item, frozen=True, kw_only=True):
@@ -184,7 +188,7 @@ class Mechanism(Item, frozen=True, kw_only=True):
     """A researcher's own multibody system, written as bodies, joints and laws; it becomes one coupled model.
 
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
-    supports that carry at the start.
+    supports that carry at the start.  Its parts may name bodies and joints of the lift.
     """
 
     name: str
@@ -192,6 +196,10 @@ class Mechanism(Item, frozen=True, kw_only=True):
     actuators: tuple[Actuator, ...] = ()
     taut: tuple[str, ...] = ()
     closed: tuple[str, ...] = ()
+
+    def standing(self, body: str) -> str:
+        """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
+        return f"{self.name}:{body}" if body in self.system.outside[0] else body
 
 
 # the rig: connections between machines, owned by the commander
@@ -261,6 +269,11 @@ class Plan(Item, frozen=True, kw_only=True):
     limits: tuple[Limit, ...] = ()
     actions: tuple[Action, ...] = ()
     driven: tuple[Driven, ...] = ()
+
+    @property
+    def tied(self) -> bool:
+        """Whether a mechanism acts on the lift."""
+        return any(any(mechanism.system.outside) for mechanism in self.mechanisms)
 
     @property
     def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:

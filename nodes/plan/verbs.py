@@ -10,8 +10,8 @@ from typing import Literal
 
 __all__ = ["MOTIONS", "VERBS", "Kind", "Verb"]
 
-Kind = Literal["gantry", "trolley", "hook", "block", "drive", "winch", "brake", "lock", "none"]
-Becomes = Literal["move", "turn", "hook", "unhook", "brake", "wait"]
+Kind = Literal["gantry", "trolley", "hook", "block", "drive", "winch", "sling", "rope", "brake", "lock", "none"]
+Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "wait"]
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,12 @@ VERBS: dict[str, Verb] = {
         Verb("lower", ("hook", "winch"), "move", sign=1, speeds=HOISTING),
         Verb("drive", ("drive",), "move", units="either"),
         Verb("turn", ("block",), "turn", units="turning"),
-        Verb("hook", ("hook",), "hook"),
-        Verb("unhook", ("hook",), "unhook"),
+        Verb("hook", ("hook", "sling", "rope"), "hook"),
+        Verb("unhook", ("hook", "sling", "rope"), "unhook"),
         Verb("lock", ("hook", "lock"), "brake", engages=True),
         Verb("unlock", ("hook", "lock"), "brake"),
         Verb("engage", ("brake",), "brake", engages=True),
-        Verb("release", ("brake",), "brake"),
+        Verb("release", ("brake", "sling", "rope"), "release"),
         Verb("wait", ("none",), "wait"),
     )
 }

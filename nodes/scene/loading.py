@@ -5,6 +5,7 @@ All errors of one step are reported at once; a later step starts only when the e
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from collections.abc import Sequence
@@ -13,15 +14,17 @@ from functools import cached_property
 from pathlib import Path
 
 import msgspec
+from heavylift.kernel.cache import remembered
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
-from heavylift.nodes.models import node_names
+from heavylift.nodes.models import node_names, system
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
@@ -33,19 +36,18 @@ from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.placement import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
-from heavylift.nodes.scene.text.faults import closest, raise_faults
-from heavylift.nodes.scene.text.files import content, within
-from heavylift.nodes.scene.text.overlay import merged, override
+from heavylift.nodes.scene.text.extending import extended, scene_file, scene_text
+from heavylift.nodes.scene.text.faults import raise_faults
+from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
+from heavylift.nodes.statics.action_preview import at_rest, plan_key
 from heavylift.nodes.statics.findings import path_findings
 from heavylift.nodes.statics.static_state import standing
+from heavylift.nodes.statics.swinging import swing_free
 
 from .report import Report, report
-
-ENDINGS = (".yaml", ".yml", ".json")
-LONGEST_CHAIN = 20  # of files that extend one another
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,7 @@ class LoadedScene:
     typed: str = ""  # its path or the name of a bundled scene, as it was given
     settings: tuple[str, ...] = ()  # laid over it
     passing: bool = False  # one of many that nobody loads again
+    whole: Plan | None = None  # the plan before what is asked left anything out
 
     @property
     def placement(self) -> dict[str, str]:
@@ -88,6 +91,41 @@ class LoadedScene:
         return self.statics.states if self.scene.block else ()
 
     @cached_property
+    def _as_written(self) -> LoadedScene:
+        if self.whole is None:
+            return self
+        scene = replace(self, plan=self.whole, whole=None)
+        scene.__dict__["statics"] = self.statics
+        return scene
+
+    def answering(self, question: Question) -> Verdict:
+        """What would be modelled if that were asked."""
+        scene, followed = self.scene, self._as_written.followed
+        if followed is None:
+            return unpromised(question, self.plan.fidelity, "a mechanism is modelled as it is written")
+        built = self._as_written.plan
+        named, steps = frozenset(scene.fidelity.model_fields_set), frozenset(scene.model_fields_set)
+
+        def chosen() -> Verdict:
+            return choose(built, followed, question, named, steps)
+
+        asked = repr((plan_key(built), question, sorted(named), sorted(steps)))
+        name = f"{hashlib.sha256(asked.encode()).hexdigest()}.verdict"
+        return chosen() if self.passing else remembered(name, Verdict, chosen)
+
+    def modelled(self, verdict: Verdict) -> Plan:
+        """The plan with what a question requires."""
+        built, question = self._as_written.plan, verdict.question
+        if self._as_written.followed is None:
+            return built
+        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
+        if verdict.steps:
+            steps = verdict.steps[0]
+            only = built.tensions_only or (steps.method in plan.TENSION_METHODS and question.ask == ("rope tension",))
+            built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance, tensions_only=only)
+        return built
+
+    @cached_property
     def uses(self) -> list[Use]:
         """The worst of each limit on that path, of a lift also where its moves are to lead."""
         if not self.plan.limits or (self.scene.block and not self.states):
@@ -106,9 +144,9 @@ def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     """The scene of a path, or a bundled one by name, with `key=value` settings laid over it."""
     if not isinstance(scene, str | Path):
         raise SceneError(f"{scene!r} names no scene; give its path as text or as a Path, or the name of a bundled one")
-    path = _find(str(scene))
+    path = scene_file(str(scene))
     name = path.name if path in bundled().values() else str(scene)
-    return replace(_build(path, name, _text(path, name), overrides), typed=str(scene))
+    return replace(_build(path, name, scene_text(path, name), overrides), typed=str(scene))
 
 
 def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
@@ -127,8 +165,8 @@ def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), pa
 
 def begun(name: str, like: str) -> str:
     """The text of a scene of this name that begins as a copy of a bundled one; its recording has that name, too."""
-    path = _find(like)
-    text = re.sub(r"^name: \S+", lambda _: f"name: {name}", _text(path, like), count=1, flags=re.M)
+    path = scene_file(like)
+    text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
     return re.sub(rf"(?<!\S){re.escape(path.stem)}\.mcap\b", lambda _: f"{name}.mcap", text)
 
 
@@ -148,7 +186,7 @@ def check(scene: LoadedScene | str | Path) -> Report:
 
 
 def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False) -> LoadedScene:
-    source = _source(path, name, text, path.parent, ())
+    source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
     for setting in overrides:
@@ -159,12 +197,20 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
     assert scene is not None
     yard = build_machines(source, scene)
     check_parts(source, scene)
-    mechanism = build_mechanism(source, scene.mechanism, scene.gravity) if scene.mechanism else None
+    lift = plan.Plan(
+        name=scene.name,
+        gravity=scene.gravity,
+        cranes=tuple(yard.cranes),
+        loaders=tuple(yard.loaders),
+        block=yard.block,
+        rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
+        fidelity=build_fidelity(yard),
+    )
+    mechanism = _mechanism(source, scene, lift)
     raise_faults(source, source.faults)
     loaded = LoadedScene(
-        plan.Plan(
-            name=scene.name,
-            gravity=scene.gravity,
+        msgspec.structs.replace(
+            lift,
             tolerance=scene.tolerance or min(scene.wanted_accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
             method=scene.method,
             step=scene.step,
@@ -173,12 +219,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
             microsteps=scene.microsteps,
             samples_hz=scene.samples,
             end=scene.end,
-            cranes=tuple(yard.cranes),
-            loaders=tuple(yard.loaders),
-            block=yard.block,
             mechanisms=(mechanism,) if mechanism else (),
-            rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
-            fidelity=build_fidelity(yard),
             limits=build_limits(yard, mechanism),
             actions=build_actions(yard, mechanism),
         ),
@@ -190,6 +231,9 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
         passing=passing,
     )
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
+    shaped, unknown = swing_free(loaded.plan, keep=not passing)
+    raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in unknown])
+    loaded = replace(loaded, plan=shaped)
     raise_faults(source, _impossible(source, loaded))
     if loaded.followed is not None:
         rests = replace(loaded, plan=standing(loaded.plan, loaded.statics))
@@ -198,23 +242,23 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
     return _pruned(loaded)
 
 
+def _mechanism(source: Source, scene: schema.Scene, lift: plan.Plan) -> plan.Mechanism | None:
+    """The mechanism of a scene, built about the bodies and joints that its lift has at rest as well as in a run."""
+    if scene.mechanism is None:
+        return None
+    if lift.machines:
+        raise_faults(source, source.faults)
+    held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
+    around = system(msgspec.structs.replace(lift, fidelity=held))
+    return build_mechanism(source, scene.mechanism, scene.gravity, around)
+
+
 def _pruned(loaded: LoadedScene) -> LoadedScene:
     """With the fidelity and the integration steps that the scene's question requires."""
-    scene, built = loaded.scene, loaded.plan
-    if not scene.ask:
+    if not loaded.scene.ask:
         return loaded
-    question = Question(scene.ask, scene.wanted_accuracy)
-    if loaded.followed is None:
-        message = "a mechanism is modelled as it is written"
-        return replace(loaded, verdict=unpromised(question, built.fidelity, message))
-    named = frozenset(scene.fidelity.model_fields_set)
-    verdict = choose(built, loaded.followed, question, named, frozenset(scene.model_fields_set))
-    built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
-    if verdict.steps:
-        steps = verdict.steps[0]
-        only = built.tensions_only or (steps.method in plan.TENSION_METHODS and question.ask == ("rope tension",))
-        built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance, tensions_only=only)
-    return replace(loaded, plan=built, verdict=verdict)
+    verdict = loaded.answering(Question(loaded.scene.ask, loaded.scene.wanted_accuracy))
+    return replace(loaded, plan=loaded.modelled(verdict), verdict=verdict, whole=loaded.plan)
 
 
 def _impossible(source: Source, loaded: LoadedScene) -> list[Fault]:
@@ -228,55 +272,3 @@ def _impossible(source: Source, loaded: LoadedScene) -> list[Fault]:
         found = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
     found = found or overloads(built, loaded.statics, loaded.uses)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]
-
-
-def _source(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...]) -> Source:
-    """The data of a file laid over that of the file which it extends, in the folder `root` of the scene or bundled."""
-    source = read(text, name, root)
-    base = source.data.pop("extends", None)
-    if base is None:
-        return source
-    at = ("extends",)
-    here = (*above, path.resolve())
-    if not isinstance(base, str):
-        source.fault(at, "write the path of a scene, such as 'extends: lift.yaml'")
-        return source
-    below = path.parent / base
-    try:
-        if base in bundled() and not (below.suffix in ENDINGS and below.is_file()):
-            below, root = bundled()[base], bundled()[base].parent
-        elif below.suffix not in ENDINGS:
-            message = f"'{base}' is neither a file .yaml nor the name of a bundled scene: {closest(base, bundled())}"
-            raise SceneError(message)
-        real = within(root, below)
-        if real in here:
-            raise SceneError(f"'{base}' extends itself in a circle")
-        if len(above) > LONGEST_CHAIN:
-            raise SceneError(f"more than {LONGEST_CHAIN} files extend one another")
-        name_below = below.name if below in bundled().values() else str(below)  # however the path above is written
-        under = _source(below, name_below, _text(real, base), root, here)
-    except (SceneError, ValueError) as error:
-        source.fault(at, str(error))
-        return source
-    return merged(under, source)
-
-
-def _find(scene: str) -> Path:
-    path = Path(scene)
-    known = bundled()
-    if path.is_file() or scene not in known:
-        if not path.is_file() and not path.suffix and "/" not in scene and "\\" not in scene:
-            message = f"there is no scene '{scene}', neither a file nor a bundled one: {closest(scene, known)}"
-            raise SceneError(message)
-        return path
-    return known[scene]
-
-
-def _text(path: Path, name: str) -> str:
-    try:
-        return content(path).decode("utf-8")
-    except FileNotFoundError:
-        raise SceneError(f"there is no scene file '{name}'") from None
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise SceneError(f"the scene file '{name}' cannot be read: {reason}") from None

@@ -60,6 +60,8 @@ def _refused(scene: LoadedScene, order: actions.Order) -> str:
     parts = until.all if isinstance(until, actions.And) else (until,)
     if any(isinstance(part, actions.Crossing) for part in parts):
         return "what is measured can be waited for in the scene only: say a distance, or a time with 'until after'"
+    if isinstance(order, actions.Move) and order.pulses:
+        return "what swings is known of the action list only: say an acceleration, 'ramp 0.05 m/s2'"
     if isinstance(order, actions.Wait):
         return "a command does something at once; to wait, give it later"
     listed = (other for action in scene.plan.actions for other in action.orders)

@@ -8,14 +8,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
+from math import degrees
 from typing import TYPE_CHECKING
 
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import HEAD, likewise, unjudged
 from heavylift.nodes.limits.telling import rows as rows_of
+from heavylift.nodes.models.mechanism import turning
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, Following
 
 COLUMNS = 6  # of a table of ropes
@@ -80,6 +84,7 @@ def report(
         lines += _page(followed, rows) + _limits(built, uses, findings)
     else:
         lines += _ropes_at_rest(statics) + (_limits(built, uses, findings) if uses else _lines(findings))
+    lines += _swing_free(built)
     lines += ["", pruning] if pruning else []
     return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
 
@@ -152,6 +157,32 @@ def _limits(built: plan.Plan, uses: Sequence[Use], findings: Sequence[Finding]) 
     lines += [f"  dynamic amplification foreseen: {foreseen[0]:g} ({foreseen[1]})"] if foreseen else []
     lines += [f"  {line}" for line in (*hoisting_foreseen(built), *shared(built), *unjudged(built.limits))]
     return [line.rstrip() for line in lines] + _lines(findings)
+
+
+def _swing_free(built: plan.Plan) -> list[str]:
+    """The ramps that leave no swing, as they were chosen; moves alike in one line."""
+    found: dict[tuple[str, str], list[str]] = {}
+    angular = {name for mechanism in built.mechanisms for name in turning(mechanism)}
+    for number, action in enumerate(built.actions, 1):
+        for x in action.orders:
+            if isinstance(x, Move) and x.pulses:
+                chosen = _chosen(x, "rad/s2" if x.actuator in angular else "m/s2")
+                found.setdefault((action.stage or f"action {number}", chosen), []).append(plan.driven(x.actuator))
+    lines = [f"  {stage}: {', '.join(names)}: {chosen}" for (stage, chosen), names in found.items()]
+    return ["", "Ramps without swing:", *lines] if lines else []
+
+
+def _chosen(move: Move, unit: str) -> str:
+    way, told = None if move.by is None else abs(move.by), []
+    speed, *_ = times(move.pulses, way, abs(move.speed), move.accel, move.periods)  # that is reached
+    for period in move.periods:
+        accel = speed / period if move.pulses == 1 else move.accel
+        lasts = ramp(move.pulses, speed, accel, period)[-1][0]
+        how = f"{accel:.4g} {unit}{' in two pulses' * (move.pulses == 2)}"
+        told.append(f"{how}, {lasts:.2f} s (a swing of {period:.2f} s)")
+    same = told[0] == told[1]
+    left = f"; as lengths change, about {degrees(move.left):.2g} deg of swing is left" if move.left else ""
+    return (f"{told[0]}, to start and to stop" if same else f"{told[0]}, to start; {told[1]}, to stop") + left
 
 
 def _lines(findings: Sequence[Finding]) -> list[str]:

@@ -5,6 +5,8 @@ StaticState                 a point of the path: what stands where, and what car
 following(plan, path)       the same as the rules of a lift see it: cranes, trolleys, hooks, loads of loaders
 
 action_preview, rehearsal   the action list followed at rest, by the DEVS models themselves
+touching                    how far rigid contacts let the path hold
+swinging, listening         ramps that leave no swing, chosen by what swings on that path
 state, static_state         a point of the path; the same as the rules of a lift see it
 findings                    what the path tells besides loads
 """

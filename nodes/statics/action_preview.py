@@ -11,13 +11,12 @@ from functools import cache
 from pathlib import Path
 
 import msgspec
-from heavylift.kernel.cache import read_cached, write_cached
-from heavylift.kernel.compiler.machine_code import sources
+from heavylift.kernel.cache import remembered, sources
 from heavylift.nodes.plan import plan
 
 from .state import Acted, StaticState
 
-__all__ = ["Followed", "follow"]
+__all__ = ["Followed", "at_rest", "follow", "plan_key"]
 
 
 @dataclass(frozen=True)
@@ -46,13 +45,11 @@ def follow(built: plan.Plan, keep: bool = True) -> Followed:
 
     `keep`: it is likely to be asked for again.
     """
-    whole = msgspec.structs.replace(built, fidelity=_whole(built.fidelity))
-    name = f"{_key(whole)}.path"
-    if keep and (data := read_cached(name)):
-        try:
-            return msgspec.msgpack.decode(data, type=Followed)
-        except msgspec.DecodeError:
-            pass
+    whole = at_rest(built)
+    return remembered(f"{plan_key(whole)}.path", Followed, lambda: _walked(whole)) if keep else _walked(whole)
+
+
+def _walked(whole: plan.Plan) -> Followed:
     from .rehearsal import Rehearsal  # compiles, which what is kept does not need
 
     r = Rehearsal(whole)
@@ -60,24 +57,26 @@ def follow(built: plan.Plan, keep: bool = True) -> Followed:
     unstable = r.path.unstable_since
     notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)
     since = None if unstable is None else unstable * 1e-9
-    found = Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut)
-    if keep:
-        write_cached(name, msgspec.msgpack.encode(found))
-    return found
+    return Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut)
 
 
-def _whole(fidelity: plan.Fidelity) -> plan.Fidelity:
-    """At rest nothing is gained by leaving something out: elastic ropes without lumps, all joints, all pads."""
-    return plan.Fidelity(girder=fidelity.girder)
+def at_rest(built: plan.Plan) -> plan.Plan:
+    """At rest nothing is gained by leaving something out: elastic ropes without lumps, all joints, all pads; and
+    nothing depends on how steps are taken."""
+    fidelity = plan.Fidelity(girder=built.fidelity.girder)
+    usual = plan.Plan(name=built.name)
+    steps = {key: getattr(usual, key) for key in ("method", "tolerance", "step", "tensions_only", "samples_hz")}
+    return msgspec.structs.replace(built, fidelity=fidelity, **steps)
 
 
-def _key(built: plan.Plan) -> str:
+def plan_key(built: plan.Plan) -> str:
+    """By which a cache tells plans apart, and the code that follows them."""
     return hashlib.sha256(_sources() + plan.encode(built)).hexdigest()
 
 
 @cache
 def _sources() -> bytes:
     here = Path(__file__).parent.parent
-    layers = ("statics", "models", "devs", "plan")
+    layers = ("fidelity", "statics", "models", "devs", "plan")
     own = b"".join(p.read_bytes() for layer in layers for p in sorted((here / layer).rglob("*.py")))
     return hashlib.sha256(sources() + own).digest()

@@ -11,7 +11,7 @@ from math import ceil, pi
 
 from heavylift.kernel.analysis.path import EquilibriumPath, Rest
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import HeavyliftError, ModelError
+from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
 from heavylift.kernel.methods.at_rest import AtRest
 from heavylift.kernel.model.switching import StateEvent as Switched
 from heavylift.kernel.simulation.native.samples import shown
@@ -24,6 +24,7 @@ from heavylift.nodes.models.parts.inputs import obey
 from heavylift.nodes.plan.plan import Plan
 
 from .state import REEVING, Acted, Pose, StaticState, reeved
+from .touching import meets
 
 __all__ = ["Rehearsal"]
 
@@ -137,9 +138,7 @@ class Rehearsal:
         inputs = [e.value for e in said if isinstance(e.value, m.KernelInput)]
         before = len(self.path.command.log)
         for value in inputs:
-            obey(self.path.command, value)
-            if isinstance(value, m.SetProfile) and value.actuator == TURN:
-                self._turned = self._waypoints()
+            self._obey(value)
         changed = [x for _, x in self.path.command.log[before:] if x.name in self._hears]
         if not inputs:
             return []
@@ -147,6 +146,12 @@ class Rehearsal:
         self._collect(number)  # what is commanded now was ordered before
         self.acted[begun:] = [self._begun()] * (len(self.acted) - begun)
         return [*changed, *settled]
+
+    def _obey(self, value: m.KernelInput) -> None:
+        """Give an input to the path."""
+        obey(self.path.command, value)
+        if isinstance(value, m.SetProfile) and value.actuator == TURN:
+            self._turned = self._waypoints()
 
     def _tell(self, happened: list[Switched]) -> list[Switched]:
         """Let the models hear what has happened; what they change by that."""
@@ -179,7 +184,7 @@ class Rehearsal:
         """The present state, in which an action begins."""
         commander = self.models.commander.actions
         taut = tuple(name for name, state in commander.picture.ropes.items() if state == "taut")
-        return Acted(dataclasses.replace(self.states[-1], hooked=dict(commander.lugs)), taut)
+        return Acted(dataclasses.replace(self.states[-1], hooked=dict(commander.lugs)), taut, self.path.epoch * 1e-9)
 
     def _waypoints(self) -> list[int]:
         """Times at which the block is turned by whole steps [ns]."""
@@ -208,9 +213,20 @@ class Rehearsal:
         action = self.plan.actions[number - 1] if number else None
         stage = (action.stage or f"action {number}") if action else "at the start"
         new, self.path.points[:] = list(self.path.points), []
-        self.states += [
-            self._state(rest, number, stage, dict(getattr(commander, "lugs", first_lugs(self.plan)))) for rest in new
-        ]
+        for rest in new:
+            state = self._state(rest, number, stage, dict(getattr(commander, "lugs", first_lugs(self.plan))))
+            self._look(state)
+            self.states.append(state)
+
+    def _look(self, state: StaticState) -> None:
+        """Raises KernelError where shapes go through each other on the way to a state."""
+        before = self.states[-1] if self.states else None
+        for contact in self.path.command.program.system.contacts:
+            if meets(contact, before, state):
+                at = f"at {state.t:.1f} s" if before else "at the start"
+                raise KernelError(
+                    f"'{contact.name}' touches {at}, and with what rigid contacts press no rest is followed"
+                )
 
     def _state(self, rest: Rest, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
         s, row = self.path.command, rest.row

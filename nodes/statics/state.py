@@ -33,10 +33,11 @@ class StaticState:
 
 @dataclass(frozen=True)
 class Acted:
-    """The state in which an action began, and the ropes that were taut then."""
+    """The state in which an action began, reached earlier if it waited, the ropes that were taut then, and when [s]."""
 
     before: StaticState
     taut: tuple[str, ...]
+    t: float
 
 
 def reeved(part: str) -> str:

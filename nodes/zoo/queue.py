@@ -5,9 +5,9 @@ frame(period, span) gives jobs and counts for `span`; couple its `job` to a proc
 
 from __future__ import annotations
 
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tag
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tag, ns, stream
 
-__all__ = ["Generator", "Job", "Processor", "Stop", "Transducer", "frame", "workshop"]
+__all__ = ["Counted", "Generator", "Job", "PoissonGenerator", "Processor", "Stop", "Transducer", "frame", "workshop"]
 
 
 class Job(Message):
@@ -18,6 +18,13 @@ class Job(Message):
 
 class Stop(Message):
     """The end of the observation."""
+
+
+class Counted(Message):
+    """What came and what was solved while somebody counted."""
+
+    arrivals: int
+    solutions: int
 
 
 class Generator(Atomic):
@@ -46,6 +53,24 @@ class Generator(Atomic):
     def external(self, e: int, x: Bag) -> None:
         """Stop."""
         self.passivate()
+
+
+class PoissonGenerator(Generator):
+    """Gives jobs at a rate [1/s], the first one after a random time as well."""
+
+    def __init__(self, name: str, rate: float, seed: int) -> None:
+        super().__init__(name, 0)
+        self.rate, self.seed = rate, seed
+
+    def start(self) -> None:
+        """The same times for the same seed."""
+        self.number, self.random = -1, stream(self.seed, self.path)
+        self.internal()
+
+    def internal(self) -> None:
+        """Count, and wait for a time that is exponentially distributed."""
+        self.number += 1
+        self.hold_in(ns(self.random.expovariate(self.rate)))
 
 
 class Processor(Atomic):
@@ -97,6 +122,10 @@ class Transducer(Atomic):
         self.arrivals += len(x.get(self.arrived, []))
         self.solutions += len(x.get(self.solved, []))
         self.last = self.now
+
+    def result(self) -> Counted:
+        """The counts."""
+        return Counted(self.arrivals, self.solutions)
 
     def output(self) -> None:
         """Observation ends."""

@@ -30,10 +30,17 @@ class Columns:
             self.signals[channel.topic] = slice(at, at := at + len(columns))
         self.numbers = at - 7 * len(poses)
         self._columns = np.array([i for _, columns in every for i in columns], np.intp)
-        self._rounded = Rounding([channel for channel, _ in every])
+        most = [layout.most[i] for i in self._columns] if layout.recalled else []
+        self._rounded = Rounding([channel for channel, _ in every], layout.recalled, most)
 
     def __len__(self) -> int:
         return len(self._columns)
+
+    def spread(self, recorded: NDArray[np.float64], width: int) -> NDArray[np.float64]:
+        """(n, width) rows of recorded ones; what is not recorded is 0."""
+        rows = np.zeros((len(recorded), width))
+        rows[:, self._columns] = recorded
+        return rows
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, recorded columns) of rows (n, width); all rows of a run one after the other."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from html import escape
+from pathlib import Path
 
 from .text import GENERATOR
 
 __all__ = ["Cell", "bullets", "document", "table"]
 
+STYLE = (Path(__file__).parents[1] / "page" / "report.css").read_text()
 Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should be
 
 
@@ -38,7 +40,7 @@ def bullets(lines: Iterable[str], kind: str = "") -> str:
 
 
 def document(title: str, style: str, body: Iterable[str]) -> str:
-    """A page without scripts that loads nothing."""
+    """A page without scripts that loads nothing, in the style of all such pages and what it has of its own."""
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
     return f"""<!doctype html>
 <html lang="en">
@@ -48,7 +50,7 @@ def document(title: str, style: str, body: Iterable[str]) -> str:
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="{policy}">
 <title>{escape(title)}</title>
-<style>{style}</style>
+<style>{STYLE}{style}</style>
 </head>
 <body>
 {chr(10).join(part for part in body if part)}

@@ -9,6 +9,8 @@ largest.  The digest is taken from the rounded numbers: whoever reads the file c
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +28,8 @@ NOTHING = -40  # power of two of what is no value
 class Rounding:
     """Rounds the columns of these channels, side by side in their order, row after row of a run."""
 
-    def __init__(self, channels: list[SampleChannel]) -> None:
+    def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
+        """The first `recalled` rows are rounded already, from columns that were as large as `most`."""
         steps: list[tuple[int, int] | None] = []
         for channel in channels:
             pose = channel.topic.startswith(POSE)
@@ -34,7 +37,10 @@ class Rounding:
         self._exact = np.array([step is None for step in steps], bool)
         powers = np.array([step or (0, 0) for step in steps], np.intp).reshape(-1, 2)
         self._finest, self._digits = powers.T  # powers of two: of the unit, of the largest value
+        self._recalled = recalled
         self._largest = np.full(len(steps), NOTHING, np.int32)  # its power of two
+        if recalled:
+            self._largest = _powers(np.asarray(most, np.float64))
         self._scale = self._scaled(self._largest)
 
     def _scaled(self, largest: NDArray[np.int32]) -> NDArray[np.float64]:
@@ -44,6 +50,10 @@ class Rounding:
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, columns) rounded; zeros are positive."""
+        if self._recalled:
+            known, rows = np.split(rows, [self._recalled])
+            self._recalled -= len(known)
+            return np.concatenate([known, self(rows)]) if len(rows) else known
         sizes = np.where(np.isfinite(rows), np.abs(rows), 0.0)
         top = np.maximum(self._largest, _powers(sizes.max(axis=0, initial=0.0)))
         scale = self._scaled(top)

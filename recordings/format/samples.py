@@ -59,9 +59,13 @@ class SampleChannel(msgspec.Struct, frozen=True):
 
 
 class SampleLayout(msgspec.Struct, frozen=True):
-    """All channels of a row."""
+    """All channels of a row; the first `recalled` rows are those of another recording, whose columns were as large as
+    `most` by then.
+    """
 
     channels: list[SampleChannel]
+    recalled: int = 0
+    most: list[float] = []
 
     @property
     def width(self) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from difflib import get_close_matches
 
-__all__ = ["GENERATOR", "duration", "meant", "table"]
+__all__ = ["GENERATOR", "clock", "duration", "meant", "table"]
 
 GENERATOR = "heavylift"  # by which a file says who made it
 MOST = 30  # names in a sentence
@@ -44,3 +44,12 @@ def duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes:02} min {rest:02} s" if hours else f"{minutes} min {rest:02} s"
+
+
+def clock(seconds: float, digits: int = 0) -> str:
+    """A time of the run: 1:02, 1:06:04, with digits behind the second 1:02.5."""
+    unit = 10**digits
+    minutes, rest = divmod(round(seconds * unit), 60 * unit)
+    hours, minutes = divmod(minutes, 60)
+    told = f"{rest / unit:0{3 + digits if digits else 2}.{digits}f}"
+    return f"{hours}:{minutes:02}:{told}" if hours else f"{minutes}:{told}"

@@ -2,10 +2,12 @@
 
 reader            Recording: facts, events in order, signals as arrays
 container         safe access to a file of unknown origin
+decoding          messages of several topics made numbers in one pass
 signal, part      a signal over time; all that is recorded of a part of the scene
 notebook          how a signal looks in a notebook
 settings, verdict what a run says of itself; its verdict
 info, export      a recording as text; as a table for other programs
+said              what the ports of a DEVS run said, which has no samples
 recover           what a cut-off or damaged file still holds
 log, extended     the log of a real machine; a recording with what was measured beside it
 """

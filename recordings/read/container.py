@@ -36,7 +36,7 @@ RATIO = 100  # most that a whole file may grow when it is unpacked; what runs re
 P = ParamSpec("P")
 R = TypeVar("R")
 S = TypeVar("S", bound="Read")
-INNER = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)  # what may stand in a chunk
+INNER = frozenset(map(int, (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)))  # what may stand in a chunk
 RECORD = struct.Struct("<BQ")
 MESSAGE = struct.Struct("<HIQQ")
 BROKEN = (
@@ -165,12 +165,13 @@ class Container:
             )
             return {record.name: dict(record.metadata) for record in found}
 
-    def attachments(self) -> dict[str, bytes]:
-        """All attached files by name."""
+    def attachments(self, wanted: Callable[[str], bool] = lambda name: True) -> dict[str, bytes]:
+        """The attached files by name, all or those of the names that are wanted."""
         with self.reading():
             found = (
                 Attachment.read(self._at(index.offset, index.length, Opcode.ATTACHMENT))
                 for index in self.summary.attachment_indexes
+                if wanted(index.name)
             )
             return {record.name: record.data for record in found}
 
@@ -181,7 +182,7 @@ class Container:
                 continue
             with self.reading():
                 data = self._unpack(index)
-                found = [raw for raw in _messages(data) if raw.channel in channels]
+                found = list(_messages(data, channels))
             yield from found
 
     def _unpack(self, index: ChunkIndex) -> bytes:
@@ -221,9 +222,10 @@ def records(data: bytes) -> Iterator[tuple[int, int, int]]:
         yield opcode, begin, place
 
 
-def _messages(data: bytes) -> Iterator[Raw]:
+def _messages(data: bytes, channels: set[int]) -> Iterator[Raw]:
+    """The messages of these channels in an unpacked chunk."""
     for opcode, begin, end in records(data):
-        if opcode == Opcode.MESSAGE:
+        if opcode == Opcode.MESSAGE and data[begin] | data[begin + 1] << 8 in channels:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
             yield Raw(channel, sequence, log_time, publish_time, data[begin + MESSAGE.size : end])
 

@@ -1,16 +1,16 @@
 """The samples of a recording as one table for other programs: CSV, or Parquet where pyarrow is installed.
 
 First column is the time in seconds; every other one is named `signal/column [unit]`.  Numbers are written with all
-their digits, so that nothing is lost on the way.
+their digits, so that nothing is lost on the way.  A DEVS run, which has no samples, is a table of its events.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError, SignalError
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from .part import chosen
 from .reader import Recording
+from .said import log, silent
 from .signal import Signal, titles
 
 __all__ = ["export", "matching"]
@@ -32,6 +33,12 @@ def export(path: str | Path, out: str | Path, patterns: Sequence[str] = (), forc
     """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file."""
     out = output_path(out, "a table", (".csv", ".parquet"))
     rec = Recording(path)
+    if silent(rec):
+        with rec.reading():
+            heads, rows = log(rec, patterns)
+        with PartFile(out, "a table", (".csv", ".parquet"), force) as file, file.writing():
+            (_csv_rows if out.suffix.lower() == ".csv" else _parquet_rows)(file.stream, heads, rows)
+        return file.path
     wanted = matching(rec, patterns)
     names = list(dict.fromkeys(name for name, _ in wanted))
     places = [(names.index(name), rec.columns(name).index(column)) for name, column in wanted]
@@ -46,20 +53,42 @@ def export(path: str | Path, out: str | Path, patterns: Sequence[str] = (), forc
 
 
 def _csv(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
+    rows = (row for columns in tables for row in zip(*(x.tolist() for x in columns), strict=True))
+    _csv_rows(stream, heads, rows)
+
+
+def _csv_rows(stream: BinaryIO, heads: list[str], rows: Iterable[Sequence[object]]) -> None:
     text = io.TextIOWrapper(stream, "utf-8", newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(heads)
-    for columns in tables:
-        writer.writerows(zip(*(x.tolist() for x in columns), strict=True))
+    writer.writerows(rows)
     text.detach()
 
 
-def _parquet(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
+def _arrow() -> tuple[Any, Any]:
     try:
         import pyarrow
         from pyarrow import parquet
     except ImportError:
         raise RecordingError("Parquet needs pyarrow; install heavylift[parquet] or write a .csv") from None
+    return pyarrow, parquet
+
+
+def _parquet_rows(stream: BinaryIO, heads: list[str], rows: list[list[object]]) -> None:
+    pyarrow, parquet = _arrow()
+    columns = [[row[i] for row in rows] for i in range(len(heads))]
+    table = pyarrow.table([pyarrow.array(_alike(x)) for x in columns], names=heads)
+    parquet.write_table(table.replace_schema_metadata({"made by": GENERATOR}), stream)
+
+
+def _alike(column: list[object]) -> list[object]:
+    """Of one type, as a table wants it: fields of one name in messages of several classes may differ."""
+    kinds = {type(x) for x in column if x is not None}
+    return column if len(kinds) < 2 or kinds == {int, float} else [None if x is None else str(x) for x in column]
+
+
+def _parquet(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
+    pyarrow, parquet = _arrow()
     schema = pyarrow.schema([(head, pyarrow.float64()) for head in heads], metadata={"made by": GENERATOR})
     with parquet.ParquetWriter(stream, schema) as writer:
         for columns in tables:

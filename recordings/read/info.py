@@ -27,6 +27,7 @@ def info(path: str | Path, verdict: Judged | None = None) -> str:
             _findings(verdict),
             _clearances(verdict),
             _peaks(rec),
+            _results(rec),
             _events(rec),
             _signals(rec),
             _channels(rec),
@@ -52,13 +53,14 @@ def info_data(path: str | Path, verdict: Judged | None = None) -> dict[str, Any]
             "notes": [{"t": t, "sentence": sentence} for t, sentence in rec.notes()],
             "stages": [{"t": t, "name": name} for t, name in rec.stages()],
             "channels": [{"topic": t.name, "schema": t.schema, "messages": t.messages} for t in rec.topics.values()],
+            "checkpoints": [{"t": t / 1e9, "bytes": size} for (t, _), size in rec.checkpoints.items()],
             "attachments": {name: len(data) for name, data in rec.attachments.items()},
         }
 
 
 def _head(rec: Recording, verdict: Judged | None) -> str:
     run = rec.run
-    lines = [("scene", run.get("scene", "without a name"))]
+    lines = [("model", run["model"]) if "model" in run else ("scene", run.get("scene", "without a name"))]
     lines += [("settings", f"seed {run['seed']}")] if run.get("seed") else []
     lines += settings(run).items()
     reason = rec.result.get("reason")
@@ -77,6 +79,9 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
         lines.append(("verdict", verdict.line))
     else:
         lines += [("note", sentence) for _, sentence in rec.notes()]
+    if branch := rec.fact("branch"):
+        stage = f" (stage {branch['stage']})" if branch["stage"] else ""
+        lines.append(("branch", f"of {branch['of']}, equal to it up to {branch['t']:.3f} s{stage}"))
     lines += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
     lines.append(("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}"))
     return "\n".join([str(rec.path), *(f"  {name:<9} {text}" for name, text in lines)])
@@ -106,6 +111,18 @@ def _peaks(rec: Recording) -> str:
         use = [f"{limit / 1e3:.0f} kN", f"{100 * peak['tension'] / limit:.0f} %"] if limit else ["", ""]
         rows.append([name, f"{peak['tension'] / 1e3:.1f} kN", duration(peak["time"]), *use])
     return table(["rope", "peak", "at", "rated", "use"], rows)
+
+
+def _results(rec: Recording) -> str:
+    rows = [
+        [
+            path,
+            told["type"],
+            ", ".join(f"{name} {x:.6g}" if type(x) is float else f"{name} {x}" for name, x in told["value"].items()),
+        ]
+        for path, told in rec.results().items()
+    ]
+    return table(["result of", "type", "fields"], rows)
 
 
 def _events(rec: Recording) -> str:
@@ -138,7 +155,10 @@ def _channels(rec: Recording) -> str:
 
 
 def _attachments(rec: Recording) -> str:
-    return table(["attachment", "size"], [[name, _size(len(data))] for name, data in rec.attachments.items()])
+    rows = [[name, _size(len(data))] for name, data in rec.attachments.items()]
+    if kept := rec.checkpoints:
+        rows.append([f"{len(kept)} checkpoints, for `heavylift branch`", _size(sum(kept.values()))])
+    return table(["attachment", "size"], rows)
 
 
 def _size(n: int) -> str:

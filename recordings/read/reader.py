@@ -13,22 +13,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from functools import cached_property
-from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
+import zstandard
 from heavylift.kernel.errors import SignalError
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
-from heavylift.recordings.format.template import Template
 from heavylift.recordings.format.text import meant
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
-from heavylift.recordings.write.sink import FORMAT
+from heavylift.recordings.write.sink import CHECKPOINT, FORMAT
 from numpy.typing import NDArray
 
-from .container import Container, Raw
+from .container import LIMIT, Container, Raw
+from .decoding import Form, decoded
 from .notebook import drawing, recording_html
 from .part import Part, chosen
 from .signal import Signal, only
@@ -36,9 +36,7 @@ from .signal import Signal, only
 __all__ = ["RecordedEvent", "Recording", "Topic"]
 
 NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
-BLOCK = 4096  # rows that are decoded together
 Floats = NDArray[np.float64]
-Blocks = Iterator[tuple[list[int], dict[str, Floats]]]  # times [ns] and signals, a few thousand rows at a time
 
 
 class Topic(NamedTuple):
@@ -65,7 +63,7 @@ class Recording:
         self.run = metadata["run"]
         self._check_format()
         self.result = metadata.get("result", {})
-        self.attachments = self._file.attachments()
+        self.attachments = self._file.attachments(lambda name: not name.startswith(CHECKPOINT))
         with self._file.reading():
             summary = self._file.summary
             self._channels = {channel.topic: channel.id for channel in summary.channels.values()}
@@ -100,6 +98,24 @@ class Recording:
                 return msgspec.json.decode(text)
             except msgspec.DecodeError:
                 return text
+
+    @property
+    def checkpoints(self) -> dict[tuple[int, int], int]:
+        """States of the mechanics from which `heavylift branch` goes on: bytes of each by its tag (ns, microstep)."""
+        with self.reading():
+            found = self._file.summary.attachment_indexes
+            sizes = {x.name.removeprefix(CHECKPOINT): x.data_size for x in found if x.name.startswith(CHECKPOINT)}
+            tags = {name: name.partition(".") for name in sizes}
+            return dict(sorted(((int(t), int(k)), sizes[name]) for name, (t, _, k) in tags.items()))
+
+    def checkpoint(self, at: tuple[int, int]) -> bytes:
+        """One of them."""
+        with self.reading():
+            name = "{}{}.{}".format(CHECKPOINT, *at)
+            packed = self._file.attachments(name.__eq__)[name]
+            if zstandard.get_frame_parameters(packed).content_size > LIMIT:
+                raise ValueError("a checkpoint is beyond the limit")
+            return zstandard.decompress(packed)
 
     def messages(self, *topics: str) -> Iterator[Raw]:
         """The undecoded messages of these topics in the order of the file."""
@@ -173,6 +189,11 @@ class Recording:
         with self._file.reading():
             return list(self.fact(fact, {}).get("told", []))
 
+    def results(self) -> dict[str, dict[str, Any]]:
+        """What the atomics of a DEVS model told in the end, by path: `type`, the class, and its fields as `value`."""
+        with self._file.reading():
+            return dict(self.fact("results", {}))
+
     def rigs(self) -> list[Rig]:
         """The rope lines in use, each set with the time from which it is."""
         with self._file.reading():
@@ -207,16 +228,13 @@ class Recording:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
         wanted = [name for name in names if name not in self._signals]
         with self._file.reading():
-            for topic, fields in self._tables.items():
-                if numbers := [name for name in wanted if name in fields]:
-                    self._keep(numbers, self._numbers(topic, numbers))
-            if poses := [name for name in wanted if name not in self._fields]:
-                self._keep(poses, self._poses(poses))
+            for topic, form in self._forms(wanted).items():
+                self._keep(topic, form)
 
-    def blocks(self, names: Sequence[str]) -> Iterator[tuple[list[int], list[Floats]]]:
+    def blocks(self, names: Sequence[str], only: set[int] | None = None) -> Iterator[tuple[list[int], list[Floats]]]:
         """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them.
 
-        Beside signals of the run, measured ones are taken at its times (`Signal.at`).
+        Beside signals of the run, measured ones are taken at its times (`Signal.at`).  `only`: numbers of samples.
         """
         topic = BESIDE if all(name in self._tables.get(BESIDE, {}) for name in names) else NUMBERS
         numbers = [name for name in names if name in self._tables.get(topic, {})]
@@ -224,9 +242,7 @@ class Recording:
         others = [name for name in names if name in self._fields and name not in numbers]
         self.load(others)
         with self._file.reading():
-            parts = [self._numbers(topic, numbers)] if numbers else []
-            parts += [self._poses(poses)] if poses else []
-            for found in zip(*parts, strict=False):
+            for found in decoded(self.stream, self._forms([*numbers, *poses]), only):
                 n = min(len(times) for times, _ in found)
                 if any(times[:n] != found[0][0][:n] for times, _ in found):
                     raise ValueError("its signals do not have the same times")
@@ -237,36 +253,33 @@ class Recording:
 
     def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
         """These signals at the samples of these numbers, in order, alone."""
-        t, parts, first = list[int](), [[np.zeros((0, len(self.columns(name))))] for name in names], 0
-        for times, values in self.blocks(names):
-            inside = numbers[(numbers >= first) & (numbers < first + len(times))] - first
-            t += [times[i] for i in inside]
+        t, parts = list[int](), [[np.zeros((0, len(self.columns(name))))] for name in names]
+        for times, values in self.blocks(names, set(numbers.tolist())):
+            t += times
             for part, x in zip(parts, values, strict=True):
-                part.append(x[inside])
-            first += len(times)
+                part.append(x)
         found = zip(names, map(np.concatenate, parts), strict=True)
         return {name: Signal(np.array(t) / 1e9, x, self.columns(name), self.unit(name), name) for name, x in found}
 
-    def _numbers(self, topic: str, names: Sequence[str]) -> Blocks:
-        fields = list(self._tables[topic].values())
-        places = field_places(fields)
-        return self._decoded(topic, samples_template(fields), {name: places[name] for name in names})
+    def _forms(self, names: Sequence[str]) -> dict[str, Form]:
+        """The topics of these signals with the forms of their messages."""
+        forms: dict[str, Form] = {}
+        for topic, fields in self._tables.items():
+            if any(name in fields for name in names):
+                places = field_places(list(fields.values()))
+                template = samples_template(list(fields.values()))
+                forms[topic] = template, {name: places[name] for name in names if name in fields}
+        poses = {POSE + body: slice(7 * i, 7 * i + 7) for i, body in enumerate(self._bodies)}
+        if wanted := {name: poses[name] for name in names if name not in self._fields}:
+            forms["/poses"] = frames_template(self._bodies), wanted
+        return forms
 
-    def _poses(self, names: Sequence[str]) -> Blocks:
-        places = {POSE + body: slice(7 * i, 7 * i + 7) for i, body in enumerate(self._bodies)}
-        return self._decoded("/poses", frames_template(self._bodies), {name: places[name] for name in names})
-
-    def _decoded(self, topic: str, form: Template, places: dict[str, slice]) -> Blocks:
-        messages = self.messages(topic)
-        while block := list(islice(messages, BLOCK)):
-            rows = form.decode([raw.data for raw in block])
-            yield [raw.publish_time for raw in block], {name: rows[:, x].copy() for name, x in places.items()}
-
-    def _keep(self, names: Sequence[str], parts: Blocks) -> None:
-        """Read these signals whole."""
+    def _keep(self, topic: str, form: Form) -> None:
+        """Read the signals of a topic whole."""
+        names = list(form[1])
         times: list[int] = []
         found: dict[str, list[Floats]] = {name: [np.zeros((0, len(self.columns(name))))] for name in names}
-        for some, values in parts:
+        for ((some, values),) in decoded(self.stream, {topic: form}):
             times += some
             for name, x in values.items():
                 found[name].append(x)

@@ -9,7 +9,9 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
+from math import degrees
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,14 +22,34 @@ from heavylift.recordings.read.settings import settings
 from numpy.typing import NDArray
 
 __all__ = [
-    "Shown", "bundled", "event_shown", "facts_shown", "is_inner", "load_of", "packed", "shown", "stage_name",
+    "Shown", "bundled", "deflated", "event_shown", "facts_shown", "is_inner", "load_of", "packed", "shown",
+    "stage_name",
 ]  # fmt: skip
 
 Floats = NDArray[np.float64]
 PAGE = Path(__file__).parents[1] / "page"
 LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate")  # for tables, not for the eye
 FLOATING = {*POSE_COLUMNS, "vx", "vy", "vz", "wx", "wy", "wz"}  # of free joints: the scene shows these
+TURNING = ("angle", "rate", "wx", "wy", "wz", "qx", "qy", "qz")  # coordinates of joints that are angles
 INNER = ("order", "input", "state")  # ports on which models talk among themselves
+SENTENCES = {  # by type of message
+    "Stage": "stage {name}",
+    "Finished": "action list done",
+    "Done": "move of {actor} done",
+    "Limit": "{actor} stopped: {limit}",
+    "RopeState": "{actor} {state}",
+    "Hooked": "{actor} hooked to {lug}",
+    "Unhooked": "{actor} unhooked",
+    "BrakeState": "{actor} {state}",
+    "Overload": "{actor} {state} its rated tension",
+    "Reached": "{actor} reached",
+    "Lifted": "{actor} lifted off",
+    "Touched": "{actor} touches {support}",
+    "Landed": "{actor} landed on its {face} face",
+    "Skipped": "order to {actor} not begun: done already",
+    "OperatorCommand": "operator: {text}",
+}
+SWITCHES = {"BrakeState": {"engaged": ("released", "engaged")}, "Overload": {"over": ("back below", "beyond")}}
 FACTS = ("scene", "model", "seed", "samples_hz", "python", "platform")
 
 
@@ -56,9 +78,15 @@ def shown(layout: SampleLayout) -> Shown:
             continue
         for k, name in enumerate(c.names):
             if not (c.topic.startswith("joint/") and name.rpartition(".")[2] in FLOATING):
-                signals.append((c.topic, name, c.unit))
+                signals.append((c.topic, name, unit_of(c.unit, name)))
                 columns.append(c.start + k)
     return Shown([c.topic.removeprefix(POSE) for c in poses], signals, np.array(columns, np.intp))
+
+
+def unit_of(unit: str, name: str) -> str:
+    """The unit of a joint's coordinate, where a signal has those of places and angles side by side."""
+    along, _, turning = unit.partition(" or ")
+    return turning if turning and name.rpartition(".")[2] in TURNING else along
 
 
 def packed(values: Floats, kind: str = "<f4") -> str:
@@ -69,12 +97,36 @@ def packed(values: Floats, kind: str = "<f4") -> str:
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 
+def deflated(values: NDArray[np.generic]) -> str:
+    """Numbers in C order as base64 of deflated bytes, the first ones of all first, then the second ones: equal bytes
+    side by side."""
+    planes = np.ascontiguousarray(values).view(np.uint8).reshape(-1, values.dtype.itemsize).T
+    return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode()
+
+
 def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, object]:
-    """An event in a few words: its type and what it carries; `inner`: models talk among themselves."""
+    """An event in a few words; `inner`: models talk among themselves, told as they do, by type and fields."""
     fields = value if isinstance(value, dict) else {"": value}
-    told = ", ".join(f"{name} {_text(x)}".strip() for name, x in fields.items() if x not in (None, "", [], {}))
-    text = f"{port}: {type_}" + (f" ({told})" if told else "")
-    return {"t": t_ns * 1e-9, "source": source, "text": text, "inner": is_inner(port)}
+    inner = is_inner(port)
+    told = None if inner else _sentence(type_, fields)
+    if told is None:
+        carried = ", ".join(f"{name} {_text(x)}".strip() for name, x in fields.items() if x not in (None, "", [], {}))
+        told = f"{port}: {type_}" + (f" ({carried})" if carried else "")
+    return {"t": t_ns * 1e-9, "source": source, "text": told, "inner": inner}
+
+
+def _sentence(type_: str, fields: Mapping[str, object]) -> str | None:
+    """What an event says to who plans a lift; None if nobody has put it into words."""
+    words = SENTENCES.get(type_)
+    if type_ == "Attitude" and isinstance(angle := fields.get("angle"), float):
+        way = "past" if fields.get("rising") else "back below"
+        return f"{fields.get('actor')} turned {way} {degrees(angle):.4g} degrees"
+    switch = next((x for x in SWITCHES.get(type_, {}) if x in fields), "")
+    state = SWITCHES[type_][switch][bool(fields[switch])] if switch else ""
+    try:
+        return words.format_map({**fields, "state": state or fields.get("state")}) if words else None
+    except (KeyError, ValueError, AttributeError, IndexError, TypeError):
+        return None  # of a model that only calls its message so
 
 
 def facts_shown(run: Mapping[str, str], more: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:

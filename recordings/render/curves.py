@@ -13,6 +13,7 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.read.export import matching
 from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.said import said, silent
 from heavylift.recordings.read.settings import settings
 from heavylift.recordings.read.signal import titles
 from heavylift.recordings.write.outputs import output_path
@@ -24,17 +25,20 @@ from .paper import FORMATS
 __all__ = ["checked", "curves", "drawn", "larger"]
 
 LARGER = {"N": (1e-3, "kN"), "N m": (1e-3, "kN m"), "J": (1e-6, "MJ")}
+PANELS = 16  # in one figure
 MANY = 60  # curves: more than that nobody can tell apart
 
 
 def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:
-    """Draw the columns that match one of the patterns into a .png, .svg or .html file."""
+    """Draw the columns that match one of the patterns (tensions without one) into a .png, .svg or .html file; of a DEVS
+    run what its ports said."""
     out = checked(out)
     rec = Recording(path)
     with rec.reading():
-        said = "; ".join(settings(rec.run).values())
-        title = f"{rec.run.get('scene', '')}, {rec.path.name}" + (f"\n{said}" if said else "")
-        figure = Figure(title, panels_of(rec, patterns), rec.stages())
+        chosen = "; ".join(settings(rec.run).values())
+        title = f"{rec.run.get('scene', rec.run.get('model', ''))}, {rec.path.name}" + (f"\n{chosen}" if chosen else "")
+        panels = _of_ports(rec, patterns) if silent(rec) else panels_of(rec, patterns or ["rope/tension/*"])
+        figure = Figure(title, panels, rec.stages())
         return drawn(figure, out, force)
 
 
@@ -75,6 +79,19 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
     if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):
         raise RecordingError(f"{rec.path}: has no samples to draw; let the run last longer")
     return list(panels.values())
+
+
+def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
+    """What ports of a DEVS run said, each in a panel of its own."""
+    found = said(rec, patterns)
+    if not found:
+        raise RecordingError(f"{rec.path}: has no events to draw; let the run last longer")
+    if len(found) > PANELS:
+        named = ", ".join(f"'{x.name}'" for x in found[:2])
+        raise RecordingError(f"{rec.path}: {len(found)} ports in one figure; name some of them, such as {named}")
+    return [
+        Panel("", [Curve(c, x.t, x[c], i, spoken=True) for i, c in enumerate(x.names)], title=x.name) for x in found
+    ]
 
 
 def larger(unit: str) -> tuple[float, str]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.recordings.format.samples import thinned
 from numpy.typing import NDArray
 
 from .content import bundled, packed
-from .paper import INK, LIMIT, QUIET, banded, on_paper, save, tidied
+from .paper import INK, QUIET, banded, limited, on_paper, save, tidied, timed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,13 +25,15 @@ POINTS = 4000  # instants of a curve on the page
 
 @dataclass
 class Curve:
-    """Times (n,) [s] and values (n,) in the unit of its panel; dashed for what is laid beside a recording."""
+    """Times (n,) [s] and values (n,) in the unit of its panel; dashed for what is laid beside a recording; points for
+    what a port has spoken."""
 
     name: str
     t: NDArray[np.float64]
     y: NDArray[np.float64]
     colour: int
     dashed: bool = False
+    spoken: bool = False
 
 
 @dataclass
@@ -58,42 +60,36 @@ def picture(figure: Figure, out: Path, force: bool = False) -> Path:
     from matplotlib.figure import Figure as Canvas
 
     last = max(float(c.t[-1]) for p in figure.panels for c in p.curves if len(c.t))
-    scale, clock = (1 / 60, "min") if last >= 300 else (1.0, "s")
     with on_paper():
         canvas = Canvas(figsize=(11.0, 1.0 + 2.9 * len(figure.panels)), layout="constrained", facecolor="white")
         canvas.suptitle(figure.title, x=0.01, ha="left", size=12, weight="bold", color=INK)
         grid = canvas.subplots(len(figure.panels), 1, sharex=True, squeeze=False)[:, 0]
         for axes, panel in zip(grid, figure.panels, strict=True):
-            _stages(axes, figure, last, scale, named=axes is grid[0])
-            _panel(axes, panel, scale)
-        grid[-1].set_xlabel(f"Time [{clock}]", color=INK)
-        grid[-1].set_xlim(min(float(c.t[0]) for p in figure.panels for c in p.curves if len(c.t)) * scale, last * scale)
+            _stages(axes, figure, last, named=axes is grid[0])
+            _panel(axes, panel)
+        grid[-1].set_xlim(min(float(c.t[0]) for p in figure.panels for c in p.curves if len(c.t)), last)
+        timed(grid[-1])
         return save(canvas, out, force)
 
 
-def _stages(axes: Axes, figure: Figure, last: float, scale: float, named: bool) -> None:
-    spans = banded(axes, [t * scale for t, _ in figure.stages], last * scale)
+def _stages(axes: Axes, figure: Figure, last: float, named: bool) -> None:
+    spans = banded(axes, [t for t, _ in figure.stages], last)
     for i, (start, stop) in enumerate(spans):
-        if named and stop - start > 0.04 * last * scale:
+        if named and stop - start > 0.04 * last:
             place = ((start + stop) / 2, 1.0)
             axes.annotate(figure.stages[i][1][:18], place, xycoords=("data", "axes fraction"), xytext=(0, 2),
                           textcoords="offset points", ha="center", size=7, color=QUIET)  # fmt: skip
 
 
-def _panel(axes: Axes, panel: Panel, scale: float) -> None:
+def _panel(axes: Axes, panel: Panel) -> None:
     for curve in panel.curves:
-        how = {"ls": (0, (4, 2)), "lw": 0.9} if curve.dashed else {"lw": 1.2}
-        axes.plot(
-            curve.t * scale, curve.y, color=COLOURS[curve.colour % len(COLOURS)], label=curve.name, zorder=3, **how
-        )
+        how: dict[str, Any] = {"ls": (0, (4, 2)), "lw": 0.9} if curve.dashed else {"lw": 1.2}
+        if curve.spoken:
+            how = {"lw": 0.4, "marker": "."}
+        axes.plot(curve.t, curve.y, color=COLOURS[curve.colour % len(COLOURS)], label=curve.name, zorder=3, **how)
     high = max((float(np.nanmax(c.y)) for c in panel.curves if len(c.y)), default=0.0)
-    for limit in sorted(set(panel.limits.values())):
-        if limit < 2.5 * high:
-            axes.axhline(limit, color=LIMIT, lw=1.1, ls=(0, (6, 3)), zorder=2)
-            what = f"rated {limit:.6g} {panel.unit}"
-            axes.annotate(what, (1, limit), xycoords=("axes fraction", "data"), xytext=(-4, 3), ha="right",
-                          textcoords="offset points", color=LIMIT, size=8)  # fmt: skip
-    tidied(axes, f"[{panel.unit}]")
+    limited(axes, panel.limits, panel.unit, high)
+    tidied(axes, f"[{panel.unit}]" if panel.unit else "")
     if panel.title:
         axes.set_title(panel.title, size=9, loc="left", color=INK, pad=14)
     handles, names = axes.get_legend_handles_labels()

@@ -5,23 +5,41 @@ Names come from recordings, so a dollar sign in one is a dollar sign and no form
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from heavylift.recordings.format.text import GENERATOR
+from heavylift.recordings.format.text import GENERATOR, clock
 from heavylift.recordings.write.partfile import PartFile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["BAND", "FORMATS", "INK", "LIMIT", "QUIET", "banded", "on_paper", "save", "tidied"]
+__all__ = [
+    "BAND",
+    "FORMATS",
+    "INK",
+    "LIMIT",
+    "QUIET",
+    "banded",
+    "digits",
+    "limited",
+    "on_paper",
+    "save",
+    "tidied",
+    "timed",
+]
 
 INK, QUIET, BAND, LIMIT = "#1d2733", "#6b7682", "#f1f4f7", "#a3182b"
 FORMATS = (".png", ".svg")
+STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400)  # [s]
+TICKS = 9  # at most along an axis of times
+NEAR = 2.5  # times what is drawn: a limit that is farther away is not
+CLOSE = 0.05  # of the largest value: limits that are nearer to one another share a label
 
 
 @contextmanager
@@ -39,6 +57,48 @@ def tidied(axes: Axes, label: str) -> None:
     axes.grid(axis="y", color="#d9dee3", lw=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
+
+
+def timed(axes: Axes) -> None:
+    """Times of the run [s] along x, beyond a minute as a clock tells them."""
+    from matplotlib.ticker import FixedLocator
+
+    first, last = axes.get_xlim()
+    if last < 60.0:
+        axes.set_xlabel("Time [s]", color=INK)
+        return
+    step = next((x for x in STEPS if (last - first) / x <= TICKS), max(STEPS[-1], (last - first) / TICKS))
+    axes.xaxis.set_major_locator(FixedLocator([k * step for k in range(math.ceil(first / step), int(last / step) + 1)]))
+    axes.xaxis.set_major_formatter(lambda t, _: clock(t, 0 if step >= 1 else 2))
+    axes.set_xlabel("Time [h:min:s]" if last >= 3600 else "Time [min:s]", color=INK)
+
+
+def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> float:
+    """Lines at the rated values of what is named, where they are near a largest value; the highest of them, or that."""
+    near = {name: limit for name, limit in limits.items() if limit < NEAR * high}
+    top = max([high, *near.values()])
+    groups: list[list[str]] = []  # those whose lines are close to one another share a label
+    for name in sorted(near, key=lambda x: (near[x], x)):
+        if groups and near[name] - near[groups[-1][0]] < CLOSE * top:
+            groups[-1].append(name)
+        else:
+            groups.append([name])
+    for names in groups:
+        values = [near[name] for name in names]
+        for limit in sorted(set(values)):
+            axes.axhline(limit, color=LIMIT, lw=1.1, ls=(0, (6, 3)), zorder=2)
+        told = " to ".join(dict.fromkeys(map(digits, (values[0], values[-1]))))
+        of = names[0] + (f" and {len(names) - 1} more" if len(names) > 1 else "")
+        text = f"rated {told} {unit}" + (f": {of}" if len(groups) > 1 else "")
+        axes.annotate(text, (1, values[-1]), xycoords=("axes fraction", "data"), xytext=(-4, 3), ha="right",
+                      textcoords="offset points", color=LIMIT, size=8.5)  # fmt: skip
+    return top
+
+
+def digits(value: float) -> str:
+    """A number for people, thousands apart by a thin space."""
+    text = f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
+    return text.replace(",", "\u2009").replace("-", "\u2212")
 
 
 def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[float, float]]:

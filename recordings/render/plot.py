@@ -1,4 +1,4 @@
-"""The figure of a run after the paper's Fig. 11: block loader 1 on top, all loaders below, stages marked.
+"""The figure of a run after the paper's Fig. 11: the rope used most on top, those next to it below, stages marked.
 
 `plot("run.mcap", "run.png")`; the suffix .png or .svg decides the format.  The colours are those of Okabe
 and Ito, which colour-blind readers can tell apart; curves that coincide are drawn in shrinking widths, so
@@ -14,13 +14,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import MEASURED
-from heavylift.recordings.format.text import duration
+from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.said import silent
 from heavylift.recordings.read.settings import settings
 from heavylift.recordings.write.outputs import output_path
 from numpy.typing import NDArray
 
-from .paper import FORMATS, INK, LIMIT, QUIET, banded, on_paper, save, tidied
+from .curves import curves
+from .paper import FORMATS, INK, QUIET, banded, digits, limited, on_paper, save, tidied, timed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,10 +41,9 @@ LEADER = {"arrowstyle": "-", "color": QUIET, "lw": 0.6, "alpha": 0.6, "shrinkA":
 
 
 class Curves(NamedTuple):
-    """What is drawn: time in `clock`, values (n, m), name and rated value per column, what it is."""
+    """What is drawn: time [s], values (n, m), name and rated value per column, what it is."""
 
     t: NDArray[np.float64]
-    clock: str
     values: NDArray[np.float64]
     peaks: NDArray[np.float64]
     names: list[str]
@@ -52,43 +53,53 @@ class Curves(NamedTuple):
     bars: dict[int, float]  # half-width of what a certificate leaves open of a peak, by column
 
 
-def plot(path: str | Path, out: str | Path, loaders: Mapping[str, str] | None = None, force: bool = False) -> Path:
-    """Draw the recording `path` into the file `out`; `loaders` are hook ropes by label, else as recorded."""
+def plot(path: str | Path, out: str | Path, ropes: Mapping[str, str] | None = None, force: bool = False) -> Path:
+    """Draw the recording `path` into the file `out`; `ropes` by label, else those that are used most."""
     out = output_path(out, "a figure", FORMATS)
     rec = Recording(path)
+    if silent(rec):
+        return curves(path, [], out, force)
     with rec.reading(), on_paper():
-        curves, scale = _curves(rec, loaders or rec.fact("loaders"))
-        return save(_figure(rec, curves, [(t * scale, name) for t, name in rec.stages()]), out, force)
+        return save(_figure(rec, _curves(rec, ropes), rec.stages()), out, force)
 
 
-def _curves(rec: Recording, loaders: Mapping[str, str] | None) -> tuple[Curves, float]:
-    """Tensions of the loaders, or joint positions if there are no ropes; and clock units per second."""
+def _curves(rec: Recording, ropes: Mapping[str, str] | None) -> Curves:
+    """Tensions, or joint positions if there are no ropes."""
+    rec.load([name for name in ("rope/tension", "rope/peak", "joint/position") if name in rec.signals()])
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)
     if name is None:
         raise RecordingError(f"{rec.path}: has no rope tensions and no joint positions to plot")
     t, values, columns, unit = rec.signal(name)
-    chosen = dict(loaders) if loaders and name == "rope/tension" else {column: column for column in columns}
+    limits: dict[str, float] = rec.fact("rated", {})
+    peaks = values
+    if name == "rope/tension" and _has(rec, "rope/peak"):
+        peaks = np.maximum(values, rec.signal("rope/peak").values)
+    chosen = {column: column for column in columns}
+    if name == "rope/tension":
+        chosen = dict(ropes) if ropes else {x: x for x in _most_used(columns, peaks, limits)}
     chosen = dict(list(chosen.items())[: len(COLOURS)])
     missing = [column for column in chosen.values() if column not in columns]
     if missing:
         raise RecordingError(f"{rec.path}: has no rope {missing[0]}; it has {', '.join(columns)}")
     picks = [columns.index(column) for column in chosen.values()]
-    peaks = rec.signal("rope/peak").values if name == "rope/tension" and _has(rec, "rope/peak") else values
     factor, unit = (1e-3, "kN") if unit == "N" else (1.0, unit)
-    limits = rec.fact("rated", {})
     rated = [limits[column] * factor if column in limits else None for column in chosen.values()]
-    long = len(t) > 0 and t[-1] >= 300
-    scale, clock = (1 / 60, "min") if long else (1.0, "s")
     quantity = f"{'Tension' if name == 'rope/tension' else 'Position'} [{unit}]"
     measured = {}
     if MEASURED + name in rec.signals():
         real = rec.signal(MEASURED + name)
         shown = {i: real[column] for i, column in enumerate(chosen.values()) if column in real.names}
-        measured = {i: (real.t * scale, y * factor) for i, y in shown.items()}
+        measured = {i: (real.t, y * factor) for i, y in shown.items()}
     halves = {bar["name"]: bar["whole"] * factor for bar in rec.fact("certified", {}).get("bars", [])}
     bars = {i: halves[f"{PEAK}{x}"] for i, x in enumerate(chosen.values()) if f"{PEAK}{x}" in halves}
     drawn = values[:, picks] * factor, peaks[:, picks] * factor, [*chosen], rated, quantity, measured, bars
-    return Curves(t * scale, clock, *drawn), scale
+    return Curves(t, *drawn)
+
+
+def _most_used(names: Sequence[str], peaks: NDArray[np.float64], rated: Mapping[str, float]) -> list[str]:
+    """The ropes by the largest share of their rated tension, those without one behind them by tension."""
+    most = dict(zip(names, peaks.max(axis=0, initial=0.0), strict=True))
+    return sorted(names, key=lambda x: (x not in rated, -most[x] / rated.get(x, 1.0)))
 
 
 def _has(rec: Recording, name: str) -> bool:
@@ -101,7 +112,7 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
     figure = Figure(figsize=(WIDTH, HEIGHT), facecolor="white")
     shown = [text if len(text) <= LONGEST else text[: LONGEST - 1] + "…" for _, text in stages]
     rise = max((0.56 * LABEL * len(text) * np.sin(np.radians(SLOPE)) for text in shown), default=0.0) + 26
-    top = 1 - (46 + (rise if stages else 0)) / (72 * HEIGHT)
+    top = 1 - (58 + (rise if stages else 0)) / (72 * HEIGHT)
     several = len(curves.names) > 1
     legend_columns = max(1, int(72 * WIDTH * (RIGHT - LEFT) / (5.2 * max(map(len, curves.names)) + 38)))
     legend_rows = -(-len(curves.names) // legend_columns)
@@ -133,14 +144,11 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
             borderaxespad=0.1,
             labelcolor=INK,
         )
-        note = "dashed: measured; " * bool(curves.measured)
-        note += (
-            "bands: peaks with their bars, 95 %; " * bool(curves.bars) + "curves that coincide lie inside one another"
-        )
+        note = "dashed: measured; " * bool(curves.measured) + "curves that coincide lie inside one another"
         figure.text(RIGHT, 13 / (72 * HEIGHT), note, size=LABEL, color=QUIET, ha="right")
     if curves.bars:
         figure.text(LEFT, 13 / (72 * HEIGHT), "bands: peaks with their bars at 95 %", size=LABEL, color=QUIET)
-    lowest.set_xlabel(f"Time [{curves.clock}]", color=INK)
+    timed(lowest)
     _label_stages(upper, [t for t, _ in stages], shown)
     return figure
 
@@ -152,11 +160,13 @@ def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
     facts += [told[name] for name in ("asked", "steps") if name in told]
     if rec.result.get("status") != "finished":
         facts.append(rec.result.get("status", "cut off"))
-    y = 1 - 24 / (72 * HEIGHT)
-    figure.text(LEFT, y, f"{what} of {curves.names[0]}", size=14, weight="bold", color=INK)
-    figure.text(RIGHT, y, ", ".join(facts), size=9.5, color=QUIET, ha="right")
-    if told.get("modelled"):
-        figure.text(RIGHT, y - 14 / (72 * HEIGHT), told["modelled"], size=8.5, color=QUIET, ha="right")
+    rated, used = curves.rated[0], ""
+    if rated:
+        used = f", {100 * float(np.max(curves.peaks[:, 0])) / rated:.0f} % of its rated tension"
+    lines = [", ".join(facts), told.get("modelled", "")]
+    figure.text(LEFT, 1 - 24 / (72 * HEIGHT), f"{what} of {curves.names[0]}{used}", size=14, weight="bold", color=INK)
+    for i, line in enumerate(lines):
+        figure.text(LEFT, 1 - (39 + 13 * i) / (72 * HEIGHT), line, size=9, color=QUIET)
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -187,40 +197,20 @@ def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[
     highest = max(top + curves.bars.get(i, 0.0) for i, top in tops.items())
     highest = max([highest, *(float(np.max(curves.measured[i][1])) for i in columns if i in curves.measured)])
     lowest = float(min(0.0, np.min(curves.values[:, list(columns)])))
-    near = {x for i in columns if (x := curves.rated[i]) is not None and x < 2.5 * highest}
-    for limit in sorted(near):
-        axes.axhline(limit, color=LIMIT, lw=1.1, ls=(0, (6, 3)), zorder=2)
-    if near:
-        told = " to ".join(_number(x) for x in dict.fromkeys((min(near), max(near))))
-        axes.annotate(
-            f"rated {told} kN",
-            (1, max(near)),
-            xycoords=("axes fraction", "data"),
-            xytext=(-4, 3),
-            textcoords="offset points",
-            ha="right",
-            color=LIMIT,
-            size=8.5,
-        )
-        highest = max(highest, max(near) * 1.02)
+    limits = {curves.names[i]: x for i in columns if (x := curves.rated[i]) is not None}
+    highest = limited(axes, limits, "kN", highest) * (1.02 if limits else 1.0)
     margin = 0.08 * (highest - lowest) or 1.0
     axes.set_ylim(lowest - (margin if lowest < 0 else 0), highest + margin)
     axes.set_xlim(curves.t[0], curves.t[-1])
     tidied(axes, curves.quantity)
     axes.spines[["left", "bottom"]].set_color(QUIET)
     axes.tick_params(color=QUIET, labelcolor=INK, length=3)
-    axes.yaxis.set_major_formatter(lambda value, _: _number(value))
-
-
-def _number(value: float) -> str:
-    """A number for people, thousands apart by a thin space."""
-    text = f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
-    return text.replace(",", "\u2009").replace("-", "\u2212")
+    axes.yaxis.set_major_formatter(lambda value, _: digits(value))
 
 
 def _bar(curves: Curves) -> str:
     """What a certificate leaves open of the first curve's peak."""
-    return f" ± {_number(float(f'{curves.bars[0]:.2g}'))}" if 0 in curves.bars else ""
+    return f" ± {digits(float(f'{curves.bars[0]:.2g}'))}" if 0 in curves.bars else ""
 
 
 def _note_peak(axes: Axes, curves: Curves) -> None:
@@ -228,12 +218,13 @@ def _note_peak(axes: Axes, curves: Curves) -> None:
     k = int(np.argmax(curves.peaks[:, 0]))
     t, value = curves.t[k], curves.peaks[k, 0]
     unit = curves.quantity.partition("[")[2].rstrip("]")
+    high = curves.rated[0] is not None and value > 0.85 * curves.rated[0]  # the limit has its label above
     left = t > 0.75 * curves.t[-1] + 0.25 * curves.t[0]
     axes.plot(t, value, "o", ms=4.5, color=INK, zorder=5)
     axes.annotate(
-        f"peak {_number(value)}{_bar(curves)} {unit} at {t:.1f} {curves.clock}",
+        f"peak {digits(value)}{_bar(curves)} {unit} at {clock(t, 0 if curves.t[-1] >= 600 else 1)}",
         (t, value),
-        xytext=(-6 if left else 6, 5),
+        xytext=(-6 if left else 6, -14 if high else 5),
         textcoords="offset points",
         ha="right" if left else "left",
         size=9,

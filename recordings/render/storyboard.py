@@ -6,16 +6,18 @@ Drawn from what the recording holds for any viewer: boxes of /scene, frames of /
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.text import duration
+from heavylift.recordings.format.text import GENERATOR, clock
 from heavylift.recordings.format.viewer_messages import Box, SceneUpdate, corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.write.outputs import output_path
+from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
 from .paper import FORMATS, on_paper, save
@@ -28,43 +30,86 @@ __all__ = ["storyboard"]
 
 Floats = NDArray[np.float64]
 TURN_LENGTH = 20.0  # [m] way that one radian of turning counts as
+FILM, INSTANTS, FRAME_ms = ".gif", 80, 100
 GRID = 200  # instants between which the way is measured
 SWAY = 0.5  # [m] way between two of them that may be swing
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 
 
 def storyboard(path: str | Path, out: str | Path, frames: int = 6, force: bool = False) -> Path:
-    """Draw `frames` instants of the recording into a .png or .svg; RecordingError if that cannot be done."""
-    out = output_path(out, "a picture", FORMATS)
+    """Draw `frames` instants of the recording side by side into a .png or .svg, or as many as a film has, one after
+    another, into a .gif; RecordingError if that cannot be done."""
+    out = output_path(out, "a picture", (*FORMATS, FILM))
     rec = Recording(path)
     with rec.reading(), on_paper():
-        return save(_figure(rec, frames), out, force)
+        if out.suffix.lower() != FILM:
+            return save(_figure(_Drawing(rec, frames), frames), out, force)
+        return written(_film(_Drawing(rec, INSTANTS)), out, "a picture", (*FORMATS, FILM), force)
 
 
-def _figure(rec: Recording, frames: int) -> Figure:
-    names = [name for name in rec.signals() if name.startswith("pose/")]
-    if not names:
-        raise RecordingError(f"{rec.path}: there are no poses to draw; record a scene with bodies")
+class _Drawing:
+    """Some instants of a recording, and how each is drawn."""
+
+    def __init__(self, rec: Recording, frames: int) -> None:
+        names = [name for name in rec.signals() if name.startswith("pose/")]
+        if not names:
+            raise RecordingError(f"{rec.path}: there are no poses to draw; record a scene with bodies")
+        coarse = np.unique(np.linspace(0, rec.topics["/poses"].messages - 1, GRID).round().astype(int))
+        seen = list(rec.picked(names, coarse).values())
+        wanted = np.unique(np.interp(_instants(seen, frames), seen[0].t, coarse[: len(seen[0].t)]).round().astype(int))
+        self._poses = {name.removeprefix("pose/"): pose for name, pose in rec.picked(names, wanted).items()}
+        self.times = [float(t) for t in next(iter(self._poses.values())).t]
+        self._boxes = [(box, corners(box)) for box in rec.boxes()]
+        self._ropes, self._stages = _ropes(rec, self.times), rec.stages()
+        self._scene = rec.run.get("scene", "")
+
+    def draw(self, ax: Axes, i: int) -> None:
+        t = self.times[i]
+        _frame(ax, t, self._poses, self._boxes, self._ropes[i])
+        stage = next((name for at, name in reversed(self._stages) if at <= t), self._scene)
+        ax.set_title(f"{stage}, {clock(t)}", fontsize=9, loc="left")
+
+
+def _figure(drawing: _Drawing, frames: int) -> Figure:
     from matplotlib.figure import Figure as Canvas
 
-    instants = np.concatenate([np.array(times) / 1e9 for times, _ in rec.blocks(names[:1])])
-    coarse = np.unique(np.linspace(0, len(instants) - 1, GRID).round().astype(int))
-    times = _instants(list(rec.picked(names, coarse).values()), frames)
-    wanted = np.unique(np.minimum(np.searchsorted(instants, times), len(instants) - 1))
-    poses = {name.removeprefix("pose/"): pose for name, pose in rec.picked(names, wanted).items()}
     columns = min(frames, 3)
     rows = -(-frames // columns)
     figure = Canvas(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    boxes = [(box, corners(box)) for box in rec.boxes()]
-    ropes, stages = _ropes(rec, times), rec.stages()
-    for ax, t, lines in zip(axes, times, ropes, strict=False):
-        _frame(ax, t, poses, boxes, lines)
-        stage = next((name for at, name in reversed(stages) if at <= t), rec.run.get("scene", ""))
-        ax.set_title(f"{stage}, {duration(t)}", fontsize=9, loc="left")
-    for ax in axes[len(times) :]:
-        ax.set_visible(False)
+    for i, ax in enumerate(axes):
+        if i < len(drawing.times):
+            drawing.draw(ax, i)
+        else:
+            ax.set_visible(False)
     return figure
+
+
+def _film(drawing: _Drawing) -> bytes:
+    """The instants one after another, in one frame that holds all of them."""
+    from matplotlib.figure import Figure as Canvas
+    from PIL import Image
+
+    figure = Canvas(figsize=(6.4, 4.8), dpi=100, layout="constrained")
+    ax = figure.subplots()
+    limits = []
+    for i in range(len(drawing.times)):
+        ax.clear()
+        drawing.draw(ax, i)
+        limits.append([*ax.get_xlim(), *ax.get_ylim()])
+    (left, _, low, _), (_, right, _, high) = np.min(limits, axis=0), np.max(limits, axis=0)
+    pictures = []
+    for i in range(len(drawing.times)):
+        ax.clear()
+        drawing.draw(ax, i)
+        ax.set(xlim=(left, right), ylim=(low, high))
+        drawn = io.BytesIO()
+        figure.savefig(drawn, format="png")
+        pictures.append(Image.open(drawn).convert("RGB").convert("P", palette=Image.Palette.ADAPTIVE))
+    data = io.BytesIO()
+    told = {"comment": GENERATOR.encode(), "duration": FRAME_ms, "loop": 0}
+    pictures[0].save(data, "gif", save_all=True, append_images=pictures[1:], **told)
+    return data.getvalue()
 
 
 def _instants(poses: list[Signal], frames: int) -> list[float]:
@@ -86,14 +131,18 @@ def _instants(poses: list[Signal], frames: int) -> list[float]:
 def _ropes(rec: Recording, times: list[float]) -> list[Floats]:
     """(n, 2, 3) ends of the rope lines at the message next after each time."""
     found: list[Floats] = []
-    empty = np.zeros((0, 2, 3))
-    last = empty
+    last = b""
     for raw in rec.messages("/ropes"):
         while len(found) < len(times) and raw.log_time * 1e-9 > times[len(found)]:
-            found.append(last)
-        lines = [x for e in SceneUpdate.FromString(raw.data).entities for x in e.lines]
-        last = np.array([[q.x, q.y, q.z] for x in lines for q in x.points]).reshape(-1, 2, 3)
-    return found + [last] * (len(times) - len(found))
+            found.append(_lines(last))
+        last = raw.data
+    return found + [_lines(last)] * (len(times) - len(found))
+
+
+def _lines(data: bytes) -> Floats:
+    """(n, 2, 3) ends of the lines in a message."""
+    lines = [x for e in SceneUpdate.FromString(data).entities for x in e.lines]
+    return np.array([[q.x, q.y, q.z] for x in lines for q in x.points]).reshape(-1, 2, 3)
 
 
 def _frame(ax: Axes, t: float, poses: dict[str, Signal], boxes: list[tuple[Box, Floats]], lines: Floats) -> None:

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
-from heavylift.recordings.format.text import duration
+from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.read.container import guarded
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
@@ -19,22 +20,31 @@ from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
-from .content import bundled, event_shown, facts_shown, load_of, packed, shown, stage_name
+from .content import Shown, bundled, deflated, event_shown, facts_shown, load_of, packed, shown, stage_name
+from .ghost import ghost
 
 __all__ = ["content", "page", "sample_rows", "view"]
 
-NUMBERS = 2_000_000  # most numbers in a page: 4 bytes each, as base64 10.7 MB
+COARSE = 250_000  # numbers that are seen at once: 4 bytes each, as base64 1.3 MB
+FINE = 4_000_000  # most numbers in a page, deflated: the browser unpacks them when the page is there
 CLEARANCES = 3  # that the page tells
 EVENTS = 5000  # most events in a page
 
 
-def view(path: str | Path, out: str | Path, verdict: Judged | None = None, force: bool = False) -> Path:
+def view(
+    path: str | Path,
+    out: str | Path,
+    verdict: Judged | None = None,
+    force: bool = False,
+    beside: str | Path | None = None,
+) -> Path:
     """Write the page of a recording to a .html file; RecordingError if one of them cannot be used.
 
-    `verdict`: where the recording has none of its own.
+    `verdict`: where the recording has none of its own; `beside`: another one, shown as glass and dashed curves.
     """
     out = output_path(out, "a page", (".html",))
-    return written(page(content(Recording(path), verdict)), out, "a page", (".html",), force)
+    other = None if beside is None else Recording(beside)
+    return written(page(content(Recording(path), verdict, other)), out, "a page", (".html",), force)
 
 
 def page(run: dict[str, object]) -> str:
@@ -43,22 +53,30 @@ def page(run: dict[str, object]) -> str:
 
 
 @guarded
-def content(rec: Recording, verdict: Judged | None = None) -> dict[str, object]:
-    """All that the page shows of a recording."""
+def content(rec: Recording, verdict: Judged | None = None, beside: Recording | None = None) -> dict[str, object]:
+    """All that the page shows of a recording, and of another one `beside` it."""
     verdict = verdict or recorded_verdict(rec)
     layout, names = layout_of(rec), rec.signals()
     columns = shown(layout)
-
-    def load(values: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-        return load_of(columns.signals, np.hstack(values)[:, columns.columns[7 * len(columns.bodies) :]])
-
-    loads = np.concatenate([load(values) for _, values in rec.blocks(names)])
-    kept = thinned([loads], NUMBERS // max(1, len(columns.columns)))
+    loads = _loads(rec, columns)
+    width = max(1, len(columns.columns)) * (1 if beside is None else 2)
+    kept = thinned([loads], FINE // width)
     signals = rec.picked(names, kept)
     t, rows = signals[names[0]].t, np.hstack([s.values for s in signals.values()])[:, columns.columns]
+    head, boxes = columns.head(), rec.boxes()
+    if beside is not None:
+        with beside.reading():
+            other = ghost(beside, columns, t)
+        rows, boxes = np.hstack([other.poses, rows, other.values]), [*boxes, *other.boxes]
+        more_signals = [*columns.signals, *other.signals]
+        head = Shown([*other.bodies, *columns.bodies], more_signals, columns.columns).head()
+        head["beside"] = beside.path.name
+    seen = thinned([loads[kept]], COARSE // width)
+    fine = {"detail": {"t": deflated(t), "x": deflated(rows.T.astype("<f4"))}} if len(seen) < len(kept) else {}
     rated = rec.fact("rated", {})
     stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
     events, told = _events(rec)
+    told += [("beside", f"{beside.path.name}, as glass and dashed curves")] if beside is not None else []
     more = [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
     more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
     more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
@@ -66,15 +84,36 @@ def content(rec: Recording, verdict: Judged | None = None) -> dict[str, object]:
         "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
         "status": _status(rec, verdict),
         "facts": facts_shown(rec.run, [*_judged(verdict), *more, *told, *_origin(rec)]),
-        **columns.head(),
-        "rows": {"t": packed(t, "<f8"), "x": packed(rows)},
-        "boxes": rec.boxes(),
+        **head,
+        "rows": {"t": packed(t[seen], "<f8"), "x": packed(rows[seen])},
+        **fine,
+        "block": _block(rec),
+        "boxes": boxes,
         "rig": [{"t": rig.t_ns * 1e-9, "lines": rig.lines} for rig in rec.rigs()],
         "rated": rated,
         "supports": rec.fact("supports", []),
         "stages": [{"t": t, "name": name} for t, name in stages if name],
         "events": events,
         "peaks": [{"name": name, **peak, "rated": rated.get(name)} for name, peak in rec.fact("peaks", {}).items()],
+    }
+
+
+def _loads(rec: Recording, columns: Shown) -> NDArray[np.float64]:
+    """What the samples are thinned by: the ropes' load at each."""
+    names = ["rope/tension"] if "rope/tension" in rec.signals() else list(dict.fromkeys(s[0] for s in columns.signals))
+    return np.concatenate([load_of([], np.hstack(values)) for _, values in rec.blocks(names or rec.signals())])
+
+
+def _block(rec: Recording) -> dict[str, object] | None:
+    """Name, mass [kg], centre of mass and lugs of the block, in its frame [m]; None without one."""
+    block = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}")).get("block")
+    if not block:
+        return None
+    return {
+        "name": block.get("name", "block"),
+        "mass": block["body"]["mass"],
+        "com": block["body"].get("com", (0.0, 0.0, 0.0)),
+        "lugs": [{"name": lug["name"], "p": lug["p"]} for lug in block["lugs"]],
     }
 
 
@@ -122,9 +161,8 @@ def _judged(verdict: Judged | None) -> list[tuple[str, str]]:
     if verdict is None:
         return []
     rows = [("verdict", verdict.line)]
-    rows += [(f.severity, f.sentence + (f", at {duration(f.t)}" if f.t is not None else "")) for f in verdict.findings]
+    rows += [(f.severity, f.sentence + (f", at {clock(f.t)}" if f.t is not None else "")) for f in verdict.findings]
     rows += [
-        ("clearance", f"{c.distance:.2f} m, {c.a} and {c.b}, at {duration(c.t)}")
-        for c in verdict.clearances[:CLEARANCES]
+        ("clearance", f"{c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}") for c in verdict.clearances[:CLEARANCES]
     ]
     return rows + [("not looked at", sentence) for sentence in verdict.not_looked_at]

@@ -13,15 +13,14 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
-from heavylift.recordings.format.samples import POSE
-from heavylift.recordings.format.viewer_messages import corners, turned
 from heavylift.recordings.read.container import guarded
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from numpy.typing import NDArray
 
-from .scene import scene_table
+from .loads import Borne, Loads, SlingUse, loads_of
+from .scene import block_table, scene_table
 
 __all__ = ["Excess", "Facts", "LoadUse", "RopeUse", "StageUse", "facts"]
 
@@ -50,8 +49,8 @@ class LoadUse(NamedTuple):
 
 
 class StageUse(NamedTuple):
-    """A stage from when to when [s]; the rope that is used most, its use; per crane the dynamic factor; the lowest
-    point of the block [m] or None."""
+    """A stage from when to when [s]; the rope that is used most, its use; per crane the dynamic factor; of the block,
+    if there is one, the lowest point [m], least and largest tilt [rad], and the centre of mass at the end [m]."""
 
     name: str
     start: float
@@ -60,6 +59,8 @@ class StageUse(NamedTuple):
     use: float
     dynamic: dict[str, float]
     lowest: float | None = None
+    tilt: tuple[float, float] | None = None
+    com: tuple[float, float, float] | None = None
 
 
 class Excess(NamedTuple):
@@ -82,6 +83,11 @@ class Facts:
     scene: list[tuple[str, str]]
     lifted: float  # mass of the block, else the largest load of a crane [kg]
     notes: list[tuple[float, str]]  # when [s], what the kernel had to say
+    block: list[tuple[str, str]]
+    slings: list[SlingUse]
+    lugs: list[Borne]
+    stools: list[Borne]
+    portals: list[Borne]
 
 
 @guarded
@@ -107,13 +113,14 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
             cranes.append(LoadUse(crane["name"], load, float(tension.t[k]), float(crane["capacity"])))
     if len(cranes) > 1:
         cranes.append(_together(plan, loads, tension, cranes, gravity))
-    heights = _heights(rec, plan)
+    borne = loads_of(rec, plan)
     dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
-    stages = [_stage(span, tension, rated, loads, dead)._replace(lowest=_lowest(span, heights)) for span in spans]
+    stages = [_of_block(_stage(span, tension, rated, loads, dead), borne) for span in spans]
     found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
     tables = stages, ropes, cranes, found, _hook_uses(plan, tension, gravity)
     lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
-    return Facts(*tables, scene_table(rec, plan), float(lifted), rec.notes())
+    told = scene_table(rec, plan), float(lifted), rec.notes(), block_table(plan)
+    return Facts(*tables, *told, borne.slings, borne.lugs, borne.stools, borne.portals)
 
 
 def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[LoadUse]:
@@ -140,24 +147,16 @@ def _together(
     return LoadUse("all together", float(total[k]) / gravity - blocks, float(tension.t[k]), capacity)
 
 
-def _lowest(span: tuple[str, float, float], heights: tuple[Floats, Floats]) -> float | None:
-    t, z = heights
-    inside = (t >= span[1]) & (t <= span[2])
-    return float(z[inside].min()) if inside.any() else None
-
-
-def _heights(rec: Recording, plan: dict[str, Any]) -> tuple[Floats, Floats]:
-    """Times [s] and height of the block's lowest point [m], from its drawn shapes; both empty without a block."""
-    body = plan["block"].get("name", "block") if plan.get("block") else ""
-    drawn = [corners(box) for box in rec.boxes() if box.body == body]
-    if not drawn or POSE + body not in rec.signals():
-        return np.zeros(0), np.zeros(0)
-    points = np.concatenate(drawn)
-    found = [
-        (t, (pose[:, None, :3] + turned(pose[:, None, 3:], points))[:, :, 2].min(axis=1))
-        for t, (pose,) in rec.blocks([POSE + body])
-    ]
-    return np.concatenate([t for t, _ in found]) / 1e9, np.concatenate([z for _, z in found])
+def _of_block(stage: StageUse, borne: Loads) -> StageUse:
+    """The same with what the block did in it."""
+    inside = (borne.t >= stage.start) & (borne.t <= stage.end)
+    if not inside.any():
+        return stage
+    tilt, com = borne.tilt[inside], borne.com[inside][-1]
+    x, y, z = map(float, com)
+    return stage._replace(
+        lowest=float(borne.lowest[inside].min()), tilt=(float(tilt.min()), float(tilt.max())), com=(x, y, z)
+    )
 
 
 def _plan(rec: Recording) -> dict[str, Any]:

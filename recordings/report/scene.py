@@ -7,7 +7,7 @@ from typing import Any
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.settings import settings
 
-__all__ = ["scene_table"]
+__all__ = ["block_table", "scene_table"]
 
 COMPUTED = ("samples_hz", "seed")
 
@@ -46,6 +46,28 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
     if plan.get("block") and isinstance(fidelity, dict):
         rows.append(("fidelity", ", ".join(f"{k.replace('_', ' ')} {_told(v)}" for k, v in fidelity.items())))
     return rows + [(name.replace("_", " "), rec.run[name]) for name in COMPUTED if name in rec.run]
+
+
+def block_table(plan: dict[str, Any]) -> list[tuple[str, str]]:
+    """The block's data: mass, size, centre of mass, inertia, where it stands, its lugs; u, v, w are its own axes."""
+    block = plan.get("block")
+    if not block:
+        return []
+    body = block["body"]
+    x, y, z = block["pose"][:3]
+    rows = [
+        ("mass", f"{body['mass'] / 1e3:g} t"),
+        ("weight", f"{body['mass'] * plan.get('gravity', 9.80665) / 1e3:.0f} kN"),
+    ]
+    if any(size := block.get("size", ())):
+        rows += [("size along u, v, w", " x ".join(f"{length:g}" for length in size) + " m")]
+    rows += [
+        ("centre of gravity at u, v, w", ", ".join(f"{length:g}" for length in body.get("com", (0.0, 0.0, 0.0))) + " m")
+    ]
+    told = ", ".join(f"{moment / 1e3:.0f}" if moment >= 1e6 else f"{moment / 1e3:.3g}" for moment in body["moments"])
+    rows += [("moments of inertia about it", f"{told} t m2")]
+    rows += [("begins at x, y, z", f"{x:g}, {y:g}, {z:.4g} m")]
+    return [*rows, ("lugs", f"{len(block['lugs'])}"), ("stools", f"{len(block['pads'])} places")]
 
 
 def _told(value: object) -> str:

@@ -3,5 +3,5 @@
 writer            the recorder: one file per run, whole once it bears its name
 sink, rows        the MCAP file as the recorder sees it (its bytes: format.mcapfile); sample rows on their way into it
 outputs, partfile under which name an output is written; the file under construction
-spectator         who looks at a run while it goes on
+spectator         who looks at a run while it goes on; broadcast: programs that draw what the recording holds
 """

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
+from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.columns import Columns
 from heavylift.recordings.format.samples import POSE_UNIT, SampleLayout
@@ -20,8 +22,6 @@ from heavylift.recordings.format.viewer_messages import (
     frames_template,
 )
 from numpy.typing import NDArray
-
-from .sink import Sink
 
 __all__ = ["Block", "Peak", "Rows", "note_peaks"]
 
@@ -43,10 +43,26 @@ class Block(NamedTuple):
     frames: NDArray[np.uint8]
 
 
+class Messages(Protocol):
+    """Takes messages of channels; a recording, as a rule."""
+
+    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None: ...
+
+
+class Channels(Protocol):
+    """Makes channels, whose messages go to `mcap`."""
+
+    @property
+    def mcap(self) -> Messages: ...
+    def protobuf(
+        self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
+    ) -> int: ...
+
+
 class Rows:
     """Writes the rows of one layout into the sink and keeps the peak of each rope."""
 
-    def __init__(self, sink: Sink, layout: SampleLayout, lines_every: float) -> None:
+    def __init__(self, sink: Channels, layout: SampleLayout, lines_every: float) -> None:
         self.layout = layout.check()
         self.peaks: dict[str, Peak] = {}
         self._sink = sink

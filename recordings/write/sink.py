@@ -15,6 +15,7 @@ from pathlib import Path
 from threading import Event, RLock, Thread
 
 import msgspec
+import zstandard
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
 from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
@@ -24,10 +25,11 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from .partfile import PartFile
 
-__all__ = ["FORMAT", "Sink", "texts"]
+__all__ = ["CHECKPOINT", "FORMAT", "Sink", "texts"]
 
 FORMAT = 2
 FLUSH = 0.5  # [s] of wall time: less than a second is lost, even if messages come half a second apart
+CHECKPOINT = "checkpoint/"  # before the tag in the names of such attachments
 LOOK = 0.2  # [s] between two looks of the thread
 MEDIA = {".yaml": "application/yaml", ".json": "application/json"}
 
@@ -102,6 +104,13 @@ class Sink:
                 number = self._schemas[name, schema] = self.mcap.schema(name, language, schema)
             self.topics[topic] = self.mcap.channel(topic, encoding, number, texts(facts))
         return self.topics[topic]
+
+    def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
+        """Attach a state, packed, by the name of its tag."""
+        with self.writing():
+            media = "application/zstd"
+            packed = zstandard.ZstdCompressor(write_checksum=True).compress(state)
+            self.mcap.attachment(time.time_ns(), "{}{}.{}".format(CHECKPOINT, *at), media, packed)
 
     @contextmanager
     def writing(self) -> Iterator[None]:

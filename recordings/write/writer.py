@@ -167,6 +167,10 @@ class Recorder:
         self._put(self._now, self._writes(channel, t_ns, msgspec.json.encode(record)))
         self._drain()
 
+    def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
+        """Attach the state of the mechanics, in which all before this tag is done; the digest does not know of it."""
+        self._sink.checkpoint(at, state)
+
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:
         """Record a line of the log; level is debug, info, warning, error or fatal, name is its source."""
         self._message(self._log, t_ns, log_message(t_ns, level, name, message))
@@ -195,6 +199,11 @@ class Recorder:
             return self._sink.finish({**own, **(result or {})})
         finally:
             self._sink.abandon()
+
+    def discard(self) -> None:
+        """Leave nothing."""
+        self._closed = True
+        self._sink.abandon(keep=False)
 
     def __enter__(self) -> Recorder:
         return self

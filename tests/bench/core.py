@@ -51,7 +51,7 @@ def decision(shape: str, kind: str, n: int) -> float:
     for _ in range(ROUNDS):
         name, grant = grants.pop(0)
         if kind == "token":
-            due[name] = FOREVER.t if grant.committed else grant.inputs[0].event.t + 7
+            due[name] = FOREVER.t if grant.committed else grant.inputs[0].t + 7
         elif grant.committed or (kind == "silent" and Tag(due[name]) < grant.until):
             due[name] += random.randrange(500 * n, 1500 * n)
         done = answer(name, grant, due[name], kind != "silent")
@@ -104,9 +104,10 @@ def grants_of(by_port: bool) -> int:
     """GRANTs of a ring of 8 with 8 numbers over SPAN [ns] of its time."""
     names = [f"s{i}" for i in range(8)]
     ways = [(a, "slow", b, "into") for a, b in zip(names, [*names[1:], names[0]], strict=True)]
-    core = Coordinator([*names, "z"], [*ways, *((name, "quick", "z", "into") for name in names)], Tag(SPAN))
-    nodes = [Node(name, Simulator(Station(name, i + 1, by_port))) for i, name in enumerate(names)]
-    run_in_memory(core, [*nodes, Node("z", Simulator(Sink("z")))])
+    wires = [*ways, *((name, "quick", "z", "into") for name in names)]
+    core = Coordinator([*names, "z"], wires, Tag(SPAN))
+    nodes = [Node(name, Simulator(Station(name, i + 1, by_port), wires=wires)) for i, name in enumerate(names)]
+    run_in_memory(core, [*nodes, Node("z", Simulator(Sink("z"), wires=wires))])
     return sum(node.gseq for node in core._by_rank)
 
 

@@ -21,7 +21,7 @@ from heavylift.kernel.compiler.symbol import select
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
 from heavylift.kernel.multibody.formulations import FORMULATIONS
 from heavylift.kernel.multibody.graph import build_graph
-from heavylift.kernel.multibody.trees import Tree, cut, numbers, with_numbers
+from heavylift.kernel.multibody.trees import Tree, cut, with_numbers
 from shared.rows import SHORT, options, row
 
 LENGTHS = {
@@ -62,7 +62,7 @@ def function(tree: Tree, formulation: str) -> Function:
         left = X[1] - 1.0
         return {"X": join([select(left > 0.0, 1.0, 0.0), left], q, v + 1e-12 * dv)}
 
-    return Function("evaluate", body, {"X": CONTROL + 2 * n, "P": len(numbers(tree))})
+    return Function("evaluate", body, {"X": CONTROL + 2 * n, "P": len(tree.numbers)})
 
 
 def measured(n: int, formulation: str) -> tuple[float, int]:
@@ -71,7 +71,7 @@ def measured(n: int, formulation: str) -> tuple[float, int]:
     f = function(tree, formulation)
     loop = While("loop", 0, (f,))
     library = Library("", lambda: module(loop, f), cache=False)
-    P = np.array(numbers(tree))
+    P = np.array(tree.numbers)
     best = math.inf
     for _ in range(RUNS):
         X = np.concatenate([[1.0, CALLS], np.linspace(0.1, 1.0, n), np.linspace(-0.5, 0.5, n)])

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from heavylift.coordinator.participants import kernel_node
+from heavylift.coordinator.participants.configuration import wiring
 from heavylift.coordinator.participants.pause import configured
 from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.protocol.memory import run_in_memory
@@ -22,7 +23,7 @@ from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Simulator, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
+from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.scene import LoadedScene
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/islands"))
@@ -51,8 +52,9 @@ def scene_run(scene: LoadedScene, apart: bool) -> Made:
         models = build(plan)
         kernel = kernel_node.KernelNode(configured(plan, models), rows.append)
         end = Tag(ns(plan.end or HOUR))
-        core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), lambda event: None)
-        nodes = [*(Node(n, Simulator(m)) for n, m in models.items()), Node(KERNEL, kernel)]
+        wires = wiring(plan)
+        core = Coordinator([*models, KERNEL], wires.couplings, end, wires.finish, lambda event: None)
+        nodes = [*(Node(n, Simulator(m, wires=wires.all)) for n, m in models.items()), Node(KERNEL, kernel)]
         began = time.perf_counter()
         run_in_memory(core, nodes)
         return time.perf_counter() - began, work(kernel.simulation)

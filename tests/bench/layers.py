@@ -79,7 +79,7 @@ def session() -> float:
     own = sessions.hub_session(run, directory, passwords)
     heard = own.declare_subscriber(key(run, "out", "*", "*"), FifoChannel(4096))
     out = own.declare_publisher(key(run, "in", "n0", "n0"), congestion_control=BLOCK)
-    begin(Ticket(run, "n0", ("n0",), 1, directory.socket, passwords["n0"]))
+    begin(Ticket(run, "n0", {"n0": ("n0",)}, 1, directory.socket, passwords["n0"]))
     while not out.matching_status.matching:
         time.sleep(0.01)
     data = encode(ASK)

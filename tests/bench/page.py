@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "recordings"))
@@ -22,7 +23,7 @@ from shared.processes import family
 from shared.rows import SHORT, options, row
 
 SECONDS, SETTLING, START, LIFT = (0.3, 0.2, 1, ("lift", ["end=5 s"])) if SHORT else (6.0, 2.0, 900, ("turnover", []))
-FRAMES_per_s, HOUR_bytes = 30.0, 15e6  # what is wanted
+FRAMES_per_s, HOUR_bytes, OPEN_s = 30.0, 15e6, 2.0  # what is wanted
 COUNT = """new Promise(done => {
   const { player, stage } = heavylift; const began = performance.now(); let n = 0;
   const next = () => {
@@ -40,15 +41,19 @@ def processor_s(pid: int) -> float:
     return sum(int(fields[11]) + int(fields[12]) for fields in family(pid).values()) / TICKS_per_s
 
 
-def played(page: Path, folder: Path) -> tuple[float, float, float, float]:
-    """Pictures a second, level of pixels, processor time [s] of a picture, pictures a second at rest."""
+def played(page: Path, folder: Path) -> tuple[float, float, float, float, float]:
+    """Pictures a second, level of pixels, processor time [s] of a picture, pictures a second at rest; until it is
+    there [s]."""
     with Chromium(folder / "profile") as browser:
         browser.open(f"{page.as_uri()}#t={START}")
+        began = time.perf_counter()
+        browser.open(f"{page.as_uri()}#t={START}")
+        opened = time.perf_counter() - began
         browser.run(COUNT % (1e3 * SETTLING, "player.play(true)"))  # until the number of pixels has settled
         spent = processor_s(browser.pid)
         rate, level, frames = browser.run(COUNT % (1e3 * SECONDS, "player.play(true)"))
         cost = (processor_s(browser.pid) - spent) / frames
-        return rate, level, cost, browser.run(COUNT % (1e3 * SECONDS, ""))[0]
+        return rate, level, cost, browser.run(COUNT % (1e3 * SECONDS, ""))[0], opened
 
 
 def main() -> None:
@@ -61,8 +66,9 @@ def main() -> None:
         if CHROMIUM is None:
             print("there is no Chromium, so no page is played: install chromium", file=sys.stderr)
         else:
-            rate, level, cost, idle = played(page, Path(folder))
+            rate, level, cost, idle, opened = played(page, Path(folder))
             row("pictures a second", rate, "1/s", "the same page at rest", idle, at_least=FRAMES_per_s, absolute=True)
+            row("seconds until the page is there", opened, "s", at_most=OPEN_s, absolute=True)
             row("processor time of a picture", 1e3 * cost, "ms")
             row("level of pixels, 0 = all", level)
     row("page of an hour", size / 1e6, "MB", at_most=HOUR_bytes / 1e6)

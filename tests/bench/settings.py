@@ -45,8 +45,9 @@ HEAD = """# Which setting for which question
 
 Measured by `heavylift tradeoff`, written by `python tests/bench/settings.py`. Each line is the fastest setting that
 keeps one quantity within the limit beside it, against the richest rung at a tight tolerance whose own convergence
-stands below; the commands can be typed as they are. Speeds are simulated seconds per CPU second of one
-process: compare them with each other, and measure your own scene with `heavylift tradeoff SCENE`.
+stands below; the commands can be typed as they are. Speeds are simulated seconds per CPU second of the kernel, and so
+are the axes of the figures: compare them with each other. The start of a run, some seconds whatever the setting, is
+not in them, and of a short scene it is most of what you wait for: `heavylift tradeoff SCENE` tells both apart.
 
 How to read it
 - A rung decides more than a step: where errors stand one above the other in the figure, a tighter tolerance buys

@@ -10,24 +10,30 @@ Pinned: all processes of a run share one core.
                one message of a GRANT's size over a unix socket (SOCK_SEQPACKET) and one of a DONE's back, in Python
   full round   8 clocks tick together and say 50 characters to their neighbour; in HELICS (tcp core) 8 federates publish
                50 characters to their neighbour and ask for the next time.  On both sides a round is a sixteenth of a
-               block of 16 rounds, and a block ends when the last of all nodes or federates has done its last round
+               block of 16 rounds, and a block ends when the last of all models or federates has done its last round,
+               or, where several rounds are done in one GRANT, with that GRANT.  Each model in a process of its own,
+               four in each of two, or all in the coordinator's.  CPU: of all processes, which others disturb less
   workload     8 stations in a ring, each with ticks of its own at random gaps; a tick or an arrival is an event, every
                third one is passed to the neighbour after the lookahead (sync_models.workload), two cores
+  queue        M/M/3 with feedback over 150 s, beside one simulator that runs it alone
   observers    the same with processes that watch it and stand still: from when all of them do
 """
 
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from itertools import pairwise
-from multiprocessing.synchronize import Event
+from multiprocessing.synchronize import Event as Signal
 from statistics import median
 from typing import ClassVar
 
@@ -39,13 +45,13 @@ from heavylift.coordinator.run import conversation
 from heavylift.coordinator.transport.frame import Topic, Writer
 from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.kernel.errors import Stopped
-from heavylift.nodes.devs import Simulator, Tag
+from heavylift.nodes.devs import Event, Simulator, Tag
 from shared.processes import FORK, Forked
 from shared.rows import SHORT, options, peer_module, row
-from shared.sync_models import GAP, Station, workload
+from shared.sync_models import GAP, Station, queue, workload
 
 GRANTS, ROUNDS, RAW, MESSAGES = (100, 64, 200, 200) if SHORT else (4000, 1000, 20_000, 20_000)
-BLOCK, SIZE = 16, 50  # full rounds of a block, characters of a message
+BLOCK, SIZE, QUEUE = 16, 50, 2 if SHORT else 150  # full rounds of a block, characters of a message, seconds
 GAPS = {1: 20, 10: 40} if SHORT else {1: 600, 10: 3000}  # lookahead in gaps -> length of the workload in gaps
 WATCHED = 500 if SHORT else 100_000  # DONEs that are timed once all observers stand still
 NODES, MANY, RING, OBSERVERS = ((2,), (), 2, 1) if SHORT else ((2, 8, 16, 32), (64, 128), 8, 8)
@@ -57,13 +63,20 @@ MODELS = "shared.sync_models"
 
 
 class Stamped(OpenCoordinator):
-    """Notes when each DONE was taken."""
+    """Notes when each DONE was taken, and how many events had been said by then."""
 
     at: ClassVar[list[float]] = []
+    said: ClassVar[list[int]] = []
+    events: ClassVar[int] = 0
 
     def done(self, name: str, done: Done) -> None:
         super().done(name, done)
         self.at.append(time.perf_counter())
+        self.said.append(Stamped.events)
+
+    def _hold(self, event: Event) -> None:
+        super()._hold(event)
+        Stamped.events += 1
 
 
 class Watched(Stamped):
@@ -83,34 +96,80 @@ def cycle(at: list[float], step: int = 1) -> float:
     return median(b - a for a, b in pairwise(stamps)) * 1e6
 
 
-def grant(n: int, in_process: bool = False) -> float:
+def grant(n: int) -> float:
     """Microseconds of one grant cycle among n nodes."""
     conversation.OpenCoordinator = Stamped  # type: ignore[misc]
-    run_models(f"{MODELS}:turns({n})", until=1000 * GRANTS, in_process=in_process)
+    run_models(f"{MODELS}:turns({n})", until=1000 * GRANTS)
     return cycle(Stamped.at)
 
 
-def local_grant(n: int) -> float:
-    """The same with all nodes in one process."""
-    return grant(n, True)
-
-
-def full_round(n: int) -> float:
-    """Microseconds of a round in which n nodes speak and hear."""
+def full_round(n: int, rounds: int = ROUNDS, processes: int = 0, in_process: bool = False) -> float:
+    """Microseconds of a round in which n models speak and hear."""
     conversation.OpenCoordinator = Stamped  # type: ignore[misc]
-    run_models(f"{MODELS}:rounds({n}, {SIZE})", until=1000 * ROUNDS + 1)
-    assert len(Stamped.at) == n * ROUNDS, "one DONE of each node a round"
-    return cycle(Stamped.at, n * BLOCK) / BLOCK
+    until = 1000 * rounds + 1
+    run = run_models(f"{MODELS}:rounds({n}, {SIZE})", until=until, processes=processes, in_process=in_process)
+    assert Stamped.events == n * rounds, "each has spoken in each round"
+    blocks, begun, before = [], Stamped.at[0], Stamped.said[0]
+    for at, said in zip(Stamped.at, Stamped.said, strict=True):
+        if said - before >= n * BLOCK:
+            blocks.append((at - begun) / (said - before) * n * 1e6)
+            begun, before = at, said
+    return median(blocks or [run.rounds_s / rounds * 1e6])
 
 
-def events(gaps: int) -> float:
-    """Events per second of the ring workload."""
+def paired_round(n: int, rounds: int = ROUNDS) -> float:
+    """The same of two processes with half of them each."""
+    return full_round(n, rounds, processes=2)
+
+
+def local_round(n: int, rounds: int = ROUNDS) -> float:
+    """The same in one process."""
+    return full_round(n, rounds, in_process=True)
+
+
+def spent(work: Callable[[int, int], float], n: int) -> float:
+    """Microseconds of CPU time that all processes of a measurement take for a round."""
+    few, before, found = ROUNDS // 2, cpu(), list[float]()
+    for rounds in (few, ROUNDS):
+        Forked(work, n, rounds).result()
+        before, now = cpu(), cpu() - before
+        found.append(now)
+    return (found[1] - found[0]) / (ROUNDS - few) * 1e6
+
+
+def cpu() -> float:
+    """Seconds that processes which have ended took, with those that they started."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def events(gaps: int, processes: int = 0) -> float:
+    """Events per second of the ring workload, each station a process."""
     simulator = Simulator(workload(RING, gaps))
     simulator.start()
     simulator.run(GAPS[gaps] * GAP)
     count = sum(m.events for m in simulator.atomics if isinstance(m, Station))
-    run = run_models(f"{MODELS}:workload({RING}, {gaps})", until=GAPS[gaps] * GAP)
+    run = run_models(f"{MODELS}:workload({RING}, {gaps})", until=GAPS[gaps] * GAP, processes=processes)
     return count / run.rounds_s
+
+
+def paired_events(gaps: int) -> float:
+    """The same in two processes."""
+    return events(gaps, 2)
+
+
+def alone(_: int) -> float:
+    """Seconds of the queue in one simulator."""
+    simulator = Simulator(queue())
+    simulator.start()
+    began = time.perf_counter()
+    simulator.run(QUEUE * 10**9)
+    return time.perf_counter() - began
+
+
+def queued(processes: int) -> float:
+    """The same in so many processes, or in this one."""
+    return run_models(f"{MODELS}:queue", until=QUEUE * 10**9, processes=processes, in_process=not processes).rounds_s
 
 
 def observed(n: int) -> float:
@@ -179,7 +238,7 @@ def empty(_: int) -> float:
     return cycle(at) / 2
 
 
-def helics_round(n: int) -> float:
+def helics_round(n: int, rounds: int = ROUNDS) -> float:
     """Microseconds of a round of n HELICS federates, from blocks that end when the last federate has done them."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
@@ -187,18 +246,19 @@ def helics_round(n: int) -> float:
     near = "--local_interface=127.0.0.1 --loglevel=error"
     core = f"--federates=1 --broker_address=127.0.0.1 --brokerport={port} {near}"
     ready = FORK.Event()
-    federates = [Forked(federate, n, core, i, ready) for i in range(n)]
+    federates = [Forked(federate, n, rounds, core, i, ready) for i in range(n)]
     import helics as h  # type: ignore[import-untyped]  # not before they are forked: it has threads
 
     broker = h.helicsCreateBroker("tcp", "", f"-f {n} --localport={port} --name=b{port} {near}")
     ready.set()
-    rounds = zip(*(f.result() for f in federates), strict=True)
+    done = zip(*(f.result() for f in federates), strict=True)
     h.helicsBrokerDisconnect(broker)
     h.helicsCloseLibrary()
-    return cycle([max(at) for at in rounds], BLOCK) / BLOCK
+    blocks = [max(at) for at in done][BLOCK - 1 :: BLOCK]
+    return (blocks[-1] - blocks[0]) / BLOCK * 1e6 if len(blocks) < 3 else cycle(blocks) / BLOCK
 
 
-def federate(n: int, core: str, i: int, ready: Event) -> list[float]:
+def federate(n: int, rounds: int, core: str, i: int, ready: Signal) -> list[float]:
     """One of n HELICS federates in a ring: when each of its rounds was done, on the clock of the machine."""
     import helics as h
 
@@ -212,15 +272,23 @@ def federate(n: int, core: str, i: int, ready: Event) -> list[float]:
     into = h.helicsFederateRegisterSubscription(own, f"p{(i - 1) % n}", "")
     h.helicsFederateEnterExecutingMode(own)
     heard, at = 0, []
-    for k in range(1, ROUNDS + 1):
+    for k in range(1, rounds + 1):
         h.helicsPublicationPublishString(out, "x" * SIZE)
         h.helicsFederateRequestTime(own, float(k))
         if h.helicsInputIsUpdated(into):
             heard += len(h.helicsInputGetString(into)) == SIZE
         at.append(time.perf_counter())
     h.helicsFederateDisconnect(own)
-    assert heard >= ROUNDS - 1, heard
+    assert heard >= rounds - 1, heard
     return at
+
+
+HELICS = partial(spent, helics_round)
+CPU = (
+    (f"{RING} processes", partial(spent, full_round), 1.5),
+    ("two", partial(spent, paired_round), 0.5),
+    ("one", partial(spent, local_round), 0.35),
+)
 
 
 # in the process of the user: which measurements, in turn, and what they mean
@@ -235,10 +303,27 @@ def main() -> None:
         (f"grant, one of {RING}, free", "us", (grant, RING, 2), "raw unix round", (raw, 0, 2), None),
         *((f"grant, one of {n}, free", "us", (grant, n, 2), None, None, None) for n in MANY),
         *((f"grant, one of {n}, pinned", "us", (grant, n, 1), None, None, None) for n in MANY),
-        (f"full round of {RING}, pinned", "us", (full_round, RING, 1), "HELICS tcp", (helics_round, RING, 1), 0.5),
-        (f"full round of {RING}, free", "us", (full_round, RING, 2), "HELICS tcp", (helics_round, RING, 2), 0.5),
+        (f"full round of {RING}, pinned", "us", (full_round, RING, 1), "HELICS tcp", (helics_round, RING, 1), 1.5),
+        (f"full round of {RING}, free", "us", (full_round, RING, 2), "HELICS tcp", (helics_round, RING, 2), 1.0),
+        (
+            "full round, two processes, pinned",
+            "us",
+            (paired_round, RING, 1),
+            "HELICS tcp",
+            (helics_round, RING, 1),
+            0.5,
+        ),
+        ("full round, two processes, free", "us", (paired_round, RING, 2), "HELICS tcp", (helics_round, RING, 2), 0.5),
+        ("full round, one process", "us", (local_round, RING, 1), "HELICS tcp", (helics_round, RING, 1), 0.35),
+        *(
+            (f"CPU of a full round, {where}", "us", (work, RING, 1), "HELICS tcp", (HELICS, RING, 1), most)
+            for where, work, most in CPU
+        ),
         ("workload, lookahead of one gap", "events/s", (events, 1, 2), None, None, 10_000.0),
-        ("workload, lookahead of ten gaps", "events/s", (events, 10, 2), None, None, 50_000.0),
+        ("workload, lookahead of ten gaps", "events/s", (events, 10, 2), None, None, 20_000.0),
+        ("workload, ten gaps, two processes", "events/s", (paired_events, 10, 2), None, None, 50_000.0),
+        ("queue, one process", "s", (queued, 0, 2), "flat simulator", (alone, 0, 2), 4.0),
+        ("queue, four processes", "s", (queued, 4, 2), "flat simulator", (alone, 0, 2), 40.0),
         (
             f"workload, {OBSERVERS} frozen observers",
             "1/s",
@@ -248,12 +333,12 @@ def main() -> None:
             0.9,
         ),
         ("empty message in one process", "us", (empty, 0, 1), None, None, 5.0),
-        (f"grant, one of {RING}, in one process", "us", (local_grant, RING, 1), None, None, None),
     ]
     rows = [x for x in rows if given.only in x[0]]
     wanted = dict.fromkeys(m for x in rows for m in (x[2], x[4]) if m)
-    if any(m[0] is helics_round for m in wanted) and not Forked(helics_there).result():
-        wanted = {m: None for m in wanted if m[0] is not helics_round}
+    peers = (helics_round, HELICS)
+    if any(m[0] in peers for m in wanted) and not Forked(helics_there).result():
+        wanted = {m: None for m in wanted if m[0] not in peers}
     found: dict[tuple[object, int, int], list[float]] = {m: [] for m in wanted}
     for _ in range(given.repeats):
         for work, n, cores in wanted:

@@ -132,7 +132,7 @@ def _scene(case: Case, folder: Path) -> str:
     nodes = _shuffled([*build(scene.plan), KERNEL], case.start)
     if case.processes == 1:
         return run(scene, folder / "run.mcap", in_process=True, order=nodes).digest
-    return run(scene, folder / "run.mcap", placement=Placement.spread(nodes, case.processes, KERNEL)).digest
+    return run(scene, folder / "run.mcap", placement=Placement.spread(nodes, case.processes)).digest
 
 
 def _model(case: Case) -> str:

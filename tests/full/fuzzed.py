@@ -219,8 +219,9 @@ def _recorded(folder: Path) -> Path:
 
 def _nodes() -> tuple[Coordinator, list[Node]]:
     model = built(RING)
-    return Coordinator(list(model.children), couplings(model), Tag(100)), [
-        Node(name, Simulator(child)) for name, child in model.children.items()
+    wires = couplings(model)
+    return Coordinator(list(model.children), wires, Tag(100)), [
+        Node(name, Simulator(child, wires=wires)) for name, child in model.children.items()
     ]
 
 
@@ -245,7 +246,7 @@ def _heard(function: Any, said: list[bytes]) -> Any:
 
 def _participant(welcome: bytes, data: bytes, where: int) -> None:
     """A node hears a spoiled message, first or after a good beginning."""
-    node = Participant("station-1", lambda _: None, lambda _: None)
+    node = Participant(["station-1"], lambda _: None, lambda _: None)
     for message in ([welcome] if where % 4 else []) + [data, data]:
         if not node.over:
             node.handle(message)

@@ -195,7 +195,7 @@ def coordinate() -> None:
     def goes_on(self: Succession, node: str, life: Any) -> None:
         go_on(self, node, life)
         process = self.placement.process_of[node]
-        if process in there and all(self._lives[other].ready for other in self.placement.processes[process]):
+        if process in there and all(self._lives[other].ready for other in self.placement.hosted[process]):
             at = [*there.pop(process), time.monotonic()]
             print(MEASURED, *(f"{b - a:.3f}" for a, b in itertools.pairwise(at)), process, file=sys.stderr)
 

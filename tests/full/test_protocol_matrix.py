@@ -1,6 +1,6 @@
-"""The protocol on thousands of random models, in several orders each, and its mutants (by default there are 100).
+"""The protocol on thousands of random models, in several orders and placements each (by default there are 100).
 
-pytest -n auto tests/full/test_protocol_matrix.py        5600 runs, two minutes of CPU time
+pytest -n auto tests/full/test_protocol_matrix.py        10 600 runs, ten minutes of CPU time
 """
 
 import sys
@@ -10,7 +10,7 @@ import pytest
 
 sys.path.append(str(Path(__file__).parents[1] / "coordinator/protocol"))
 
-from random_models import distributed, flat, wave
+from random_models import build, build_deep, build_ring, distributed, flat, told, wave
 
 ORDERS = 4
 
@@ -27,3 +27,16 @@ def test_thousands_of_models_log_for_log(block: int) -> None:
         assert all(run.events == runs[0].events == sorted(run.events) for run in runs), seed
         waves += wave(seed) != truth
     assert waves > 30
+
+
+@pytest.mark.parametrize("block", range(50))
+def test_thousands_of_models_under_random_placements(block: int) -> None:
+    for seed in range(5000 + 100 * block, 5100 + 100 * block):
+        made = (build, build_deep, build_ring)[seed % 3]
+        truth = flat(seed, build=made)
+        run = distributed(seed, seed, cut=seed % 2 > 0, tight=seed % 5 < 2, build=made, together=seed // 3)
+        assert run.logs == truth, seed
+        assert run.results == told(seed, build=made), seed
+        assert run.events == sorted(run.events), seed
+        if block == 0:
+            assert run.events == distributed(seed, build=made).events, seed

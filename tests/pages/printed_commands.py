@@ -20,11 +20,14 @@ PLACEHOLDER = re.compile(r"\b(SCENE|FILE|DIR|DIRECTORY|NAME)\b")
 EXCEPTIONS = {  # what is not run as it is printed, and why
     r"(watch|pause|continue|step|command|stop) ": "speaks to a run that goes on: tests/coordinator/live",
     r"node ": "waits for a coordinator on another host: tests/coordinator/hosts",
+    r".*--foxglove\b": "serves a port: tests/coordinator/live/test_any_program_may_listen.py",
+    r".*--external\b": "waits for a program of another kind: tests/coordinator/external",
     r".*--view\b": "opens a browser and waits for it: tests/recordings/test_a_page_shows_a_run_that_goes_on.py",
     r"run turnover --rate 1$": "takes as long as the lift, 67 minutes: tests/coordinator/live/test_a_run_keeps_time.py",
     r"tradeoff ": "takes its whole budget, five minutes: tests/coordinator/tradeoff",
     r"run .*--method": "is measured by tests/bench/settings.py, which writes SETTINGS.md",
     r"devs my_models.py:build$": "has no end, as no `--until` is given: tests/coordinator/participants",
+    r"branch ": "needs a whole lift with that stage: coordinator/HOWTO.md",
     r"gallery ": "runs scenes and draws them: tests/gallery, tests/coordinator/commands/test_a_beginner_starts.py",
 }
 QUICK = {  # done in less than a second each; the others are run in tests/full

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 import pytest
+from notebook import NOTEBOOK, PAGE, notebook
 from page_blocks import ROOT, blocks, follow
 from pyarrow import parquet
 
@@ -23,6 +24,10 @@ STUDIES = "coordinator/sweeps/SWEEPS.md"
 def test_the_page_about_python_is_followed(tmp_path: Path, capfd, monkeypatch) -> None:
     pytest.importorskip("pinocchio")
     assert follow("coordinator/run/PYTHON.md", tmp_path, capfd, monkeypatch) == 6
+
+
+def test_the_notebook_is_the_page() -> None:
+    assert NOTEBOOK.read_text() == notebook(PAGE.read_text()), "run python tests/pages/notebook.py"
 
 
 @pytest.mark.large

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import threading
 from collections.abc import Iterator
@@ -12,7 +13,8 @@ import pytest
 from browser import CHROMIUM, Chromium
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
-from heavylift.recordings import view
+from heavylift.recordings import Recording, view
+from heavylift.recordings.render import view as rendering
 from heavylift.recordings.render.live import LivePage
 from matplotlib.colors import rgb_to_hsv
 from matplotlib.image import imread
@@ -66,7 +68,7 @@ def test_the_same_instant_is_the_same_picture(browser: Chromium, lift: Path) -> 
         browser.open(f"{lift.as_uri()}#t=40")
         pictures.append(browser.picture("#stage"))
     assert pictures[0] == pictures[1]
-    assert browser.run("document.getElementById('clock').textContent") == "40.00 s / 60.00 s"
+    assert browser.run("document.getElementById('clock').textContent") == "0:40.00 / 1:00.00"
     assert browser.run("document.getElementById('stage-name').textContent") == "up"
     assert browser.complaints == [], "the page has no errors"
     assert all(request.startswith("file:") for request in browser.requests), "nothing is asked of any network"
@@ -116,7 +118,7 @@ def test_each_chart_has_the_line_of_the_common_time(browser: Chromium, lift: Pat
     browser.until(f"{lines}.length === 2")
     assert browser.run(lines)[0] == browser.run(lines)[1]
     legend = "document.querySelector('.u-legend .u-value').textContent"
-    assert browser.run(legend) == "40"
+    assert browser.run(legend) == "0:40.00"
     browser.open(f"{lift.as_uri()}#t=50")
     assert browser.run(lines)[0] > first[0]
 
@@ -167,6 +169,101 @@ def test_a_run_is_seen_while_it_goes_on_and_to_its_end(browser: Chromium, tmp_pa
     assert browser.run("heavylift.run.stages.map(s => s.name)") == stages
     assert browser.run("heavylift.run.last") == pytest.approx(60.0, abs=1e-6)
     browser.run("heavylift.player.jump(30)")
-    assert browser.run("document.getElementById('clock').textContent") == "30.00 s / 60.00 s", "scrolled back"
+    assert browser.run("document.getElementById('clock').textContent") == "0:30.00 / 1:00.00", "scrolled back"
     assert len(coloured(pixels(browser.picture("#stage")), RED)) > FEW
     assert browser.complaints == []
+
+
+def test_names_loads_and_dimensions_are_written_over_the_scene(browser: Chromium, lift: Path) -> None:
+    browser.open(f"{lift.as_uri()}#t=40&view=across")
+    written = "heavylift.stage.draw(1), heavylift.stage.labels.written"
+    assert {"block", "crane", "CG 300 t", "1909 kN · 44 %"} <= set(browser.run(written))
+    click = "document.querySelector('#shows [name=%s]').click(), "
+    told = set(browser.run(click % "dimensions" + click % "lugs" + written))
+    assert {"20 m", "8 m"} <= told, "length and height of the block"
+    assert "16 m" not in told, "its width is not seen from here"
+    assert told & {"P1", "Q1"}
+    off = set(
+        browser.run("".join(click % name for name in ("names", "loads", "gravity", "dimensions", "lugs")) + written)
+    )
+    assert off == set()
+
+
+@pytest.mark.large
+def test_views_from_a_side_are_in_parallels_and_hold_all(browser: Chromium, lift: Path) -> None:
+    inside = """[0, 1, 2, 3, 4, 5, 6, 7].every(k => {
+      const { stage } = heavylift, p = stage.box.low.clone();
+      if (k & 1) p.x = stage.box.high.x; if (k & 2) p.y = stage.box.high.y; if (k & 4) p.z = stage.box.high.z;
+      p.project(stage.camera); return Math.abs(p.x) <= 1 && Math.abs(p.y) <= 1; })"""
+    browser.open(f"{lift.as_uri()}#t=0")
+    for side in ("corner", "along", "across", "top"):
+        browser.run(f"heavylift.stage.look('{side}'), heavylift.stage.draw(1)")
+        assert browser.run("!!heavylift.stage.camera.isOrthographicCamera") == (side != "corner")
+        assert browser.run(inside), side
+
+
+@pytest.mark.large
+def test_the_camera_follows_the_block(browser: Chromium, lift: Path) -> None:
+    off = (
+        "(s => [0, 1, 2].map(i => s.controls.target.getComponent(i) - s.frames.get('block').position.getComponent(i)))"
+    )
+    browser.open(f"{lift.as_uri()}#t=20")
+    browser.key("f")
+    before = browser.run(f"{off}(heavylift.stage)")
+    assert before == pytest.approx([0, 0, 0], abs=1e-9)
+    browser.run("heavylift.player.jump(55)")
+    assert browser.run(f"{off}(heavylift.stage)") == pytest.approx(before, abs=1e-9)
+
+
+@pytest.mark.large
+def test_the_picture_is_saved_with_a_line_that_tells_what_it_is(browser: Chromium, lift: Path) -> None:
+    browser.open(f"{lift.as_uri()}#t=40")
+    browser.run("HTMLAnchorElement.prototype.click = function () { window.saved = [this.download, this.href] }")
+    browser.key("s")
+    name, address = browser.run("window.saved")
+    assert name == "lift-up-0-40.00.png"
+    picture = imread(io.BytesIO(base64.b64decode(address.partition(",")[2])), format="png")
+    host = browser.run("(r => [r.width, r.height])(document.getElementById('stage').getBoundingClientRect())")
+    assert picture.shape[1] / picture.shape[0] == pytest.approx(host[0] / (host[1] + 26), rel=0.01)
+
+
+def test_nothing_is_cut_at_the_width_of_a_phone(browser: Chromium, lift: Path) -> None:
+    browser("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
+    browser.open(f"{lift.as_uri()}#t=40")
+    assert browser.run("document.documentElement.scrollWidth") == 390
+    seen = "[...document.querySelectorAll('header *, footer *, #shows *')].map(e => e.getBoundingClientRect().right)"
+    assert max(browser.run(seen)) <= 390
+    browser("Emulation.setDeviceMetricsOverride", width=1200, height=800, deviceScaleFactor=1, mobile=False)
+
+
+def test_a_long_recording_is_seen_at_once_and_then_in_full(
+    browser: Chromium, lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = lift.with_suffix(".mcap")
+    signal = Recording(recording).signal("rope/tension")
+    monkeypatch.setattr(rendering, "COARSE", 5000)
+    told = rendering.content(Recording(recording))
+    assert len(base64.b64decode(told["rows"]["t"])) // 8 < len(signal.t) / 2, "the coarse level"
+    page = view(recording, tmp_path / "lift.html")
+    browser.open(f"{page.as_uri()}#t=40")
+    browser.until("document.documentElement.dataset.finer === 'yes'")
+    assert browser.run("[...heavylift.run.t]") == signal.t.tolist()
+    y = browser.run("[...heavylift.run.signal.get('rope/tension/crane.H3').y]")
+    assert y == signal["crane.H3"].astype("<f4").tolist()
+    pose = Recording(recording).signal("pose/block")
+    assert browser.run("[...heavylift.run.body.get('block').x]") == pose.values.astype("<f4").ravel().tolist()
+    assert browser.run("document.getElementById('clock').textContent") == "0:40.00 / 1:00.00"
+
+
+@pytest.mark.large
+def test_charts_tell_limits_and_times_as_a_clock_does(browser: Chromium, lift: Path) -> None:
+    browser.open(f"{lift.as_uri()}#t=40")
+    legend = browser.run("[...document.querySelectorAll('.u-legend .u-label')].slice(0, 4).map(e => e.textContent)")
+    assert legend[0] == "time"
+    assert set(legend[1:3]) == {"loader-3.sling-1", "loader-3.sling-2"}, "used most"
+    assert legend[3] == "crane.H3"
+    groups = browser.run("[...document.querySelectorAll('#picker label')].map(e => e.textContent.trim())")
+    assert {"joint/position [m]", "joint/position [rad]"} <= set(groups)
+    events = browser.run("[...document.querySelectorAll('#events li:not(.inner) span')].map(e => e.textContent)")
+    assert {"stage take up slack", "loader-1.sling-1 taut", "block lifted off", "move of crane.H1 done"} <= set(events)
+    assert not [text for text in events if "actor" in text]

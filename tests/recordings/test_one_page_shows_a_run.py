@@ -97,7 +97,7 @@ def test_a_browser_shows_the_instant_in_the_address(page: Path) -> None:
         capture_output=True, text=True, timeout=60, check=True,
     ).stdout  # fmt: skip
     assert 'data-ready="yes"' in dom
-    assert '<span id="clock">2.50 s / 4.00 s</span>' in dom
+    assert '<span id="clock">0:02.50 / 0:04.00</span>' in dom
     assert html.escape(NASTY, quote=False) in dom
     assert "<canvas" in dom
 
@@ -110,3 +110,30 @@ def test_what_cannot_be_shown_is_said(tmp_path: Path, begin: Callable[[], Record
     assert str(error.value) == f"{path}: has no samples to show; let the run last longer"
     with pytest.raises(RecordingError, match=r"a page is written as \.html; give it this ending$"):
         view(path, tmp_path / "run.pdf")
+
+
+def test_another_run_stands_beside_it_as_glass_and_dashed_curves(
+    begin: Callable[[], Recorder], batch: Callable[[int, int], bytes], page: Path, tmp_path: Path
+) -> None:
+    with begin() as rec:
+        rec.boxes([Box("block", (0, 0, 0), (3, 2, 1), (0.5, 0.4, 0.3, 1.0))])
+        rec.samples(batch(0, 4))
+        shorter = rec.close()
+    both = embedded(view(tmp_path / "run.mcap", tmp_path / "both.html", beside=shorter))
+    alone = embedded(page)
+    name = f"block {shorter.name}"
+    assert [b["name"] for b in both["bodies"]] == [name, "block", "hook"], "the hook has no shape"
+    glass = both["boxes"][-1]
+    assert (glass["body"], glass["size"], glass["colour"]) == (name, [3, 2, 1], [0.5, 0.4, 0.3, 0.25])
+    own = [s["group"] + "/" + s["name"] for s in alone["signals"]]
+    names = [s["group"] + "/" + s["name"] for s in both["signals"]]
+    assert names == [*own, *(f"beside/{signal}" for signal in own)]
+    rows = np.frombuffer(base64.b64decode(both["rows"]["x"]), "<f4").reshape(6, -1)
+    ghost, block = rows[:, :7], rows[:, 7:14]
+    assert np.array_equal(ghost[:4], block[:4])
+    assert np.array_equal(ghost[4:], block[[3, 3]]), "it stays where it was at its end"
+    first, second = (21 + names.index(f"{beside}rope/tension/west.H1") for beside in ("", "beside/"))
+    assert np.array_equal(rows[:4, first], rows[:4, second])
+    assert np.isnan(rows[4:, second]).all()
+    assert both["beside"] == shorter.name
+    assert ["beside", f"{shorter.name}, as glass and dashed curves"] in both["facts"]

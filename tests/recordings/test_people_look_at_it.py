@@ -9,10 +9,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from heavylift.coordinator.commands import files
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings import Recorder, Recording, SampleLayout, info, plot
-from heavylift.recordings.format.text import duration
-from heavylift.recordings.render.plot import FINE, outline, spread
+from heavylift.recordings import Recorder, Recording, SampleLayout, info, plot, storyboard
+from heavylift.recordings.format.text import clock, duration
+from heavylift.recordings.render.plot import FINE, _most_used, outline, spread
 
 
 def test_info_tells_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
@@ -107,3 +108,32 @@ def test_the_band_of_a_long_recording_is_drawn_in_steps_finer_than_a_pixel() -> 
     assert len(times) <= FINE
     assert (below.min(), above.max()) == (low.min(), 9.0)
     assert [*map(list, outline(t[:9], low[:9], high[:9]))] == [list(t[:9]), list(low[:9]), list(high[:9])]
+
+
+def test_the_ropes_that_are_used_most_are_drawn_first_and_those_without_a_rating_last() -> None:
+    peaks = np.array([[1.0, 50.0, 3.0, 9.0], [4.0, 40.0, 9.0, 10.0]])
+    assert _most_used(["a", "b", "c", "d"], peaks, {"a": 5.0, "c": 10.0}) == ["c", "a", "b", "d"]
+
+
+def test_figures_of_one_recording_have_names_of_their_own(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    files.plot(recorded)
+    files.plot(recorded, lift=True)
+    files.plot(recorded, ["rope/tension/*"])
+    told = [line.removeprefix("wrote ") for line in capsys.readouterr().out.splitlines()]
+    assert told == [f"{recorded.parent}/run{ending}" for ending in (".png", "-lift.png", "-signals.png")]
+
+
+def test_the_lift_is_a_film(recorded: Path, tmp_path: Path) -> None:
+    from PIL import Image
+
+    with Image.open(storyboard(recorded, tmp_path / "lift.gif")) as film:
+        assert (film.n_frames, film.info["comment"]) == (5, b"heavylift"), "of six samples"
+    assert storyboard(recorded, tmp_path / "lift.gif", force=True) == tmp_path / "lift.gif"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "digits", "text"),
+    [(0.0, 0, "0:00"), (59.96, 1, "1:00.0"), (75.0, 0, "1:15"), (3963.0, 0, "1:06:03"), (7.25, 2, "0:07.25")],
+)
+def test_a_time_is_told_as_a_clock_does(seconds: float, digits: int, text: str) -> None:
+    assert clock(seconds, digits) == text

@@ -79,13 +79,17 @@ def test_the_page_says_the_worst_first_and_escapes_what_scenes_say(recorded: Pat
     assert "2 warnings, listed below. The rope used most is west.H1: 102 % of its rated tension." in text
     assert re.findall(r'<td class="bad">(.*?)</td>', text)[-3:] == ["107 %", "102 %", "102 %"]
     assert text.count("data:image/png;base64,") == 2
-    with pytest.raises(RecordingError, match=r"a report is written as \.html or \.pdf; give it one of these endings"):
+    with pytest.raises(
+        RecordingError, match=r"a report is written as \.html, \.pdf or \.xlsx; give it one of these endings"
+    ):
         report(recorded, tmp_path / "report.doc")
 
 
 def test_it_is_printed_where_a_browser_is(recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if CHROMIUM:
-        assert report(recorded, tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+        printed = report(recorded, tmp_path / "report.pdf").read_bytes()
+        assert printed.startswith(b"%PDF")
+        assert b"/MediaBox [0 0 594.95" in printed, "A4"
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(RecordingError) as error:
         report(recorded, tmp_path / "other.pdf")

@@ -95,7 +95,7 @@ def test_a_model_is_run_where_it_is_named_and_not_where_it_is_recorded(heavylift
 def welcome(part: parts.Part) -> m.Fail:
     """What a node answers to a coordinator that gives it this part."""
     said: list[bytes] = []
-    Participant("east", said.append, lambda _: None).handle(m.encode(m.Welcome(1, parts.encode(part))))
+    Participant(["east"], said.append, lambda _: None).handle(m.encode(m.Welcome(1, parts.encode(part))))
     answer = m.decode(said[0])
     assert isinstance(answer, m.Fail)
     return answer

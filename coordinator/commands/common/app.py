@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Callable, Iterable
 from functools import wraps
 from pathlib import Path
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
     from heavylift.nodes.scene.text.units import Dimension
 
 __all__ = [
-    "After", "At", "Deadline", "File", "Force", "InProcess", "Json", "Processes", "Run", "Scene", "Sets", "Strict",
+    "After", "At", "Deadline", "External", "File", "Force", "InProcess", "Json", "Listen", "Places", "Processes",
+    "Remote", "Run", "Scene", "Sets", "Strict",
     "app", "deadline_s", "quantity", "written_to",
 ]  # fmt: skip
 
@@ -84,6 +86,19 @@ app = App(
     epilog=EXIT_CODES,
 )
 
+
+def process_count(text: str | int) -> int:
+    """How many processes are asked for; `auto` is one for each core that this process may use, and says so."""
+    if text != "auto":
+        try:
+            return int(text)
+        except ValueError:
+            raise typer.BadParameter(f"{text!r} is neither a number of processes nor auto") from None
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    typer.echo(f"--processes auto: at most {cores}, as many as there are cores to use", err=True)
+    return cores
+
+
 Scene = Annotated[
     str,
     typer.Argument(
@@ -102,7 +117,21 @@ At = Annotated[float | None, typer.Option("--at", help="time of the run [s]; def
 After = Annotated[str, typer.Option("--after", help="at the end of this stage of the run")]
 Json = Annotated[bool, typer.Option("--json", help="one JSON object, SI units")]
 Deadline = Annotated[str, typer.Option("--deadline", help="for a process to show progress")]
-Processes = Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")]
+Processes = Annotated[
+    int,
+    typer.Option(
+        "--processes", help="deal the models out over so many processes", parser=process_count, metavar="N|auto"
+    ),
+]
+Places = Annotated[
+    list[str] | None, typer.Option("--place", help="models that share a process: --place 'west,east=yard-a'")
+]
+Remote = Annotated[list[str] | None, typer.Option("--remote", help="this process runs on another host")]
+External = Annotated[
+    list[str] | None,
+    typer.Option("--external", help="a program of another kind plays this process; writes NAME.ticket (WIRE.md)"),
+]
+Listen = Annotated[str, typer.Option("--listen", help="tls/ADDRESS:PORT for processes of other hosts")]
 InProcess = Annotated[bool, typer.Option("--in-process", help="all models in this process")]
 Strict = Annotated[bool, typer.Option("--strict", help="exit code 1 if the verdict is red")]
 Force = Annotated[bool, typer.Option("--force", help="replace an earlier output of this name")]

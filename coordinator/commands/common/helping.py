@@ -16,7 +16,9 @@ MARK = "    heavylift "
 HEADINGS = {
     "scenes": "Scenes",
     "running": "Runs",
+    "branching": "Runs",
     "sweeping": "Runs",
+    "limiting": "Runs",
     "operating": "Runs that go on",
     "files": "Recordings",
     "measuring": "Recordings",

@@ -121,14 +121,16 @@ class Modes:
         """How far it may be bent."""
         return smallness(self)
 
-    def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> bool:
-        """Whether that is seen without `column`, which costs some linear algebra; arguments as of `Column.part`."""
+    def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Whether that is seen without `column`, which costs some linear algebra; arguments as of `Column.part`, for
+        any number of instants (n, ...)."""
         beam = self.flexible.beam
         if beam is None:
-            return False
-        reach = abs(a[0]) + beam.length * total(w * w)
-        size = total(np.abs(forces[:, 0])) + beam.mass_per_length * beam.length * reach
-        return bool(size * self._softness < HARDLY)
+            return np.zeros(len(a), dtype=bool)
+        reach = np.abs(a[:, 0]) + beam.length * total((w * w).T)
+        size = total(np.abs(forces[:, :, 0]).T) + beam.mass_per_length * beam.length * reach
+        hardly: np.ndarray = size * self._softness < HARDLY
+        return hardly
 
     @cached_property
     def _softness(self) -> float:

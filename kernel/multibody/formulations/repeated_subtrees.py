@@ -24,8 +24,6 @@ from heavylift.kernel.multibody.trees import (
     TreeBody,
     all_numbers,
     in_order,
-    kind_of,
-    numbers,
     structural,
     with_numbers,
 )
@@ -175,9 +173,6 @@ def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
     return Tree(tuple(out), 0, slice(0, q), slice(0, v))
 
 
-# ---- finding them --------------------------------------------------------------------------------------------
-
-
 def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
     """Trunk and limbs of a rigid tree, if some of its branches are equal; `name` begins those of their functions."""
     if any(b.elastic is not None or b.place is not None for b in tree.bodies):
@@ -190,7 +185,7 @@ def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
         bodies = tuple(sorted(below[i]))
         part = _part(tree, bodies)
         if b.parent >= 0 and not part.prescribed_dofs and part.free_dofs and all(map(_resists, part.bodies)):
-            key = kind_of(_unplaced(part)) + str([n for n, k in enumerate(bodies) if k in ends])
+            key = _unplaced(part).kind + str([n for n, k in enumerate(bodies) if k in ends])
             groups.setdefault(key, []).append(Limb(bodies, b.parent))
     kinds: list[Kind] = []
     taken: set[int] = set()
@@ -251,7 +246,7 @@ def _kind(name: str, tree: Tree, limbs: tuple[Limb, ...], ends: Sequence[int]) -
         dv, _ = outwards(common, K, {k: (u[:6], u[6], u[7]) for k, u in enumerate(rows)}, x, {})
         return {"dv": [dv[k] for k in range(n_v)]}
 
-    state = {"q": common.q.stop, "v": n_v, "P": len(numbers(common))}
+    state = {"q": common.q.stop, "v": n_v, "P": len(common.numbers)}
     wrenches = {f"w{n}": 6 for n in own}
     return Kind(
         common,

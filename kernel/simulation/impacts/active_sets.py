@@ -112,8 +112,6 @@ class ContactSets:
     def _sliding(self) -> set[str]:
         return {x.name for x in self._slots if x.on and x.slips}
 
-    # ---- impulses, then forces -----------------------------------------------------------------------------
-
     def _impact(self, t: float, act: Act, reeling: dict[str, float]) -> Outcome:
         """Apply the impulses of what approaches; let go what flies off.  `reeling`: rates of the ropes' lengths."""
         on = self._on()

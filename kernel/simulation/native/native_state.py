@@ -6,6 +6,7 @@ X and P are the same in all.
 
 from __future__ import annotations
 
+from copy import copy
 from functools import partial
 from math import ceil
 from types import SimpleNamespace
@@ -37,6 +38,8 @@ ROWS = 512  # rows of the table that native code fills, besides those that one s
 NEVER = 1e15  # [s] local time that does not come
 
 Variant = tuple[Program, Stepping, Code]
+MOST_LOADED = 64  # structures whose machine code stays loaded
+_loaded: dict[tuple[str, int], tuple[Stepping, Library]] = {}  # by structure and LLVM's level, the oldest first
 
 
 class NativeState:
@@ -88,10 +91,19 @@ class NativeState:
         if not program.nv:
             raise KernelError("nothing in this scene can move: all joints are fixed")
         found = choose(o.method, program, o.tensions_only)
+        key = self._structure(program, found), o.opt
+        if o.native and o.cache and key in _loaded:
+            alike, library = _loaded[key]
+            m = copy(alike)
+            m.program, m.method, m.control = program, found, control_of(found, o.step, program)
+            return program, m, found.run(library, m.layout.at, m.rate_sizes)
         m = Stepping(program, found, control_of(found, o.step, program))
         code: Code = Oracle(m)
         if o.native:
-            code = Library(self._structure(program, found), partial(m.ir, o.fused), o.opt, o.cache)
+            code = library = Library(key[0], partial(m.ir, o.fused), o.opt, o.cache)
+            _loaded.update({key: (m, library)} if o.cache else {})
+            for old in list(_loaded)[: max(0, len(_loaded) - MOST_LOADED)]:
+                _loaded.pop(old, None)
         return program, m, found.run(code, m.layout.at, m.rate_sizes)
 
     def _structure(self, program: Program, method: Method) -> str:
@@ -110,8 +122,8 @@ class NativeState:
     def call(self, name: str) -> None:
         """Run a native function on the blocks."""
         blocks = [self.X, self.P]
-        sizes = self.method.layout.size, len(self.program.parameters.initial)
-        assert (self.X.size, self.P.size) == sizes, "blocks of another variant"
+        assert self.X.size == self.method.layout.size, "block of another variant"
+        assert self.P.size == self.program.parameters.initial.size, "block of another variant"
         if self.M is not None and name in ("advance", "step", "sample"):
             blocks.append(self.M)
         if name in ("advance", "sample", "look"):

@@ -47,7 +47,8 @@ class Raw:
 
     def sum(self, group: str, which: Sequence[int] | slice = slice(None)) -> np.ndarray:
         """(n, 1), one by one: equal in any batch."""
-        return sum(self[group][:, which].T, start=np.zeros(len(self._rows)))[:, None]
+        found = self[group][:, which]
+        return found.cumsum(axis=1)[:, -1:] + 0.0 if found.shape[1] else np.zeros((len(found), 1))
 
     def loops(self, which: int) -> np.ndarray:
         """(n, 3 loops): 0 for forces, 1 for moments."""

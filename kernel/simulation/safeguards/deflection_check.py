@@ -6,6 +6,7 @@ compared with the load that buckles the body (`flexible.buckling`) whenever a sa
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
     from heavylift.kernel.multibody.graph import Link
 
-__all__ = ["LASTING", "bent", "check_bending", "check_compression", "pass_limit"]
+__all__ = ["LASTING", "bent", "check_bending", "check_compression", "compressed", "pass_limit"]
 
 SLENDER = 0.5  # of the buckling load, from which a body that knows of its compression is noted
 UNKNOWN = 0.05  # the same for one that does not: its deflections are so much too small
@@ -63,20 +64,37 @@ def check_bending(native: NativeState) -> None:
                 native.notes.append(bent(native, link.body.name, t_ns))
 
 
+def compressed(native: NativeState, rows: np.ndarray) -> np.ndarray:
+    """Which of (n, columns) of the native table `check_compression` has to look at closely."""
+    close = np.zeros(len(rows), dtype=bool)
+    for link, _, loads in _loaded(native, rows):
+        assert link.modes is not None, "of a flexible body"
+        close |= ~link.modes.hardly_compressed(loads[:, :-2], loads[:, -2], loads[:, -1])
+    return close
+
+
+def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[Link], np.ndarray]]:
+    """Each flexible body, what is on it, and (n, those + 2, 3): forces on it, acceleration and turning of its frame."""
+    links = native.program.graph.links
+    whole, first = rows[:, native.method.row_layout.at["axial"]].reshape(len(rows), -1, 3), 0
+    for i, link in enumerate(links):
+        if link.modes and link.n_modes:
+            on = [k for k in links if k.parent == i]
+            after = first + len(on) + 2
+            yield link, on, whole[:, first:after]
+            first = after
+
+
 def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:
     """Of a row of the native table: raises KernelError where a body that nothing else holds is compressed beyond its
     buckling load, notes what is near to it, if that has been so for a time [s]."""
-    program, at = native.program, native.method.row_layout.at
-    whole, q, first = np.asarray(row[at["axial"]]).reshape(-1, 3), row[at["q"]], 0
-    for i, link in enumerate(program.graph.links):
-        if not (link.modes and link.n_modes):
-            continue
-        on = [k for k in program.graph.links if k.parent == i]
-        places = np.array([k.joint.p_PJ if k.joint.kind != "slider" else (q[k.q.start], 0.0, 0.0) for k in on])
-        loads, first = whole[first : first + len(on) + 2], first + len(on) + 2
-        if link.modes.hardly_compressed(loads[:-2], *loads[-2:]):
+    program, q = native.program, row[native.method.row_layout.at["q"]]
+    for link, on, (loads,) in _loaded(native, row[None]):
+        assert link.modes is not None, "of a flexible body"
+        if link.modes.hardly_compressed(loads[None, :-2], loads[None, -2], loads[None, -1]):
             native.P[program.parameters.at["bending", link.body.name]][2:4] = NEVER
             continue
+        places = np.array([k.joint.p_PJ if k.joint.kind != "slider" else (q[k.q.start], 0.0, 0.0) for k in on])
         column = link.modes.column
         part = column.part(loads[:-2], places.reshape(-1, 3), loads[-2], loads[-1])
         limit, t = native.P[program.parameters.at["bending", link.body.name]], t_ns * 1e-9
@@ -87,7 +105,7 @@ def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: 
         if not near or t - limit[2] < lasting:
             continue
         where = f"body '{link.body.name}' on joint '{link.joint.name}' at {t:.3f} s: it is compressed to"
-        where, held = f"{where} {100.0 * part:.3g} % of", _held(program, i)
+        where, held = f"{where} {100.0 * part:.3g} % of", _held(program, program.graph.number(link.body.name))
         if part >= 1.0 and not held and t - limit[3] >= lasting:
             raise KernelError(
                 f"{where} the load at which it buckles, so that no deflection means anything; relieve it, make it "

@@ -8,14 +8,16 @@ from collections.abc import Sequence
 from operator import itemgetter
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs.events import Delivery, Event
+from heavylift.nodes.devs.events import Event
 from heavylift.nodes.devs.messages import Message, decode, encode
 from heavylift.nodes.devs.models import Atomic, Model
 from heavylift.nodes.devs.ports import InPort, OutPort, Port
-from heavylift.nodes.devs.tags import Tag
+from heavylift.nodes.devs.tags import Instant
+
+from .flatten import Entries
 
 place = itemgetter(0)
-port_and_place = itemgetter(0, 1)
+model_port_and_place = itemgetter(0, 1, 2)
 
 
 def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int) -> list[int]:
@@ -48,25 +50,27 @@ def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
     return bag
 
 
-def offered(name: str, tag: Tag, sources: Sequence[Port[Message]], values: Sequence[Message]) -> list[Event]:
-    """What leaves the root model of this name at a tag, in total order."""
+def spoken(
+    tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], inner: bool = False
+) -> list[Event]:
+    """What leaves at a tag by the out ports of root models, or by their `inner` ones, in total order."""
     left = [
-        (target.name, number, value)
+        (target.owner.name, target.name, number, value)
         for port, value in zip(sources, values, strict=True)
         if isinstance(port, OutPort)
-        for target, number in port.exits
+        for target, number in (port.inner if inner else port.exits)
     ]
     if len(left) > 1:
-        left.sort(key=port_and_place)
-    (t, k), found, last, i = tag, [], "", 0
-    for out, _, value in left:
-        i = i + 1 if out == last else 0
+        left.sort(key=model_port_and_place)
+    (t, k), found, last, i = tag, [], ("", ""), 0
+    for name, out, _, value in left:
+        i = i + 1 if (name, out) == last else 0
         found.append(Event(t, k, name, out, i, type(value).__name__, encode(value)))
-        last = out
+        last = name, out
     return found
 
 
-def fitting(port: InPort[Message], value: Message) -> Message:
+def fitting(port: Port[Message], value: Message) -> Message:
     """The message, if the port carries its type."""
     if not isinstance(value, port.type):
         raise ModelError(f"{port!r} carries {port.type.__name__}, not {type(value).__name__}")
@@ -82,12 +86,16 @@ def entry(model: Model, name: str) -> InPort[Message]:
     return port
 
 
-def received(model: Model, delivery: Delivery) -> tuple[InPort[Message], Message]:
-    """The in port of a model and its own copy of a message from another node."""
-    event = delivery.event
+def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
+    """Where a message from another node comes in, and the copy of it that the models here share."""
+    if (event.source, event.port) not in entries:
+        raise ModelError(f"{event.source}.{event.port} at {event.tag}: nothing here is coupled to it")
+    start, targets = entries[event.source, event.port]
+    target = targets[0]
     try:
-        port = entry(model, delivery.port)
-        return port, fitting(port, decode(event.type, event.payload))
+        value = decode(event.type, event.payload)
+        for target in targets:
+            fitting(target, value)
     except ModelError as error:
-        here = f"{model.path}.{delivery.port} at {event.tag}"
-        raise ModelError(f"{here}: {error} (from {event.source}.{event.port})") from None
+        raise ModelError(f"{target!r} at {event.tag}: {error} (from {event.source}.{event.port})") from None
+    return start, value

@@ -54,6 +54,12 @@ class Freezer:
     def __init__(self, around: Sequence[object] = ()) -> None:
         self._met: list[object] = [*around]  # kept, so that no id is given twice
         self._numbers = {id(x): number for number, x in enumerate(around)}
+        self._around = len(self._met)
+
+    def forget(self) -> None:
+        """All that was folded so far, as if this one were new."""
+        while len(self._met) > self._around:
+            del self._numbers[id(self._met.pop())]
 
     def fold(self, x: Any) -> object:
         """A value as plain data; TypeError if something in it cannot be kept."""

@@ -1,12 +1,16 @@
 """Closure under coupling, made executable: dissolve a model tree into atomics with direct routes.
 
 Every way from an atomic's out port through couplings to an atomic's in port (a route) or to an out port of
-the root (an exit) gets a place. Places order the bag of the target as nested simulators would: its ports by name, and
+a root (an exit) gets a place. Places order the bag of the target as nested simulators would: its ports by name, and
 in each of them the union over all couplings into it by (source model, its port), what comes from outside first, and
 inside each of those the order of that port's own bag, recursively. So a bag does not depend on how deep models are
 nested or where a tree is cut into nodes.
+
+Several roots are siblings that share a node. They are coupled to each other, and to models elsewhere: each out port
+there is an entry here, with routes and places like any port, which its messages take in the order in which they come.
 """
 
+from collections.abc import Iterable, Sequence
 from typing import Never
 
 from heavylift.nodes.devs.messages import Message
@@ -14,33 +18,43 @@ from heavylift.nodes.devs.models import Atomic, Coupled, Model
 from heavylift.nodes.devs.ports import InPort, OutPort, Port
 
 _Way = tuple[str, Port[Message]]  # its hops (source model's name, "" from outside; port) backwards, and where it begins
+Wire = tuple[str, str, str, str]  # a coupling: source model, its port, target model, its port
+Ahead = dict[Port[Message], list[Port[Message]]]
+Entries = dict[tuple[str, str], tuple[Port[Message], list[Port[Message]]]]  # by source and port; the in ports reached
 
 
-def flatten(root: Model) -> list[Atomic]:
-    """The atomics of a tree in path order; their out ports and the root's in ports keep their routes and exits."""
+def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tuple[list[Atomic], Entries]:
+    """The atomics of trees in path order, their out ports with routes and exits; what comes from elsewhere.
+
+    Without `wires` nothing is known of others: the in ports of a root take messages, and each of its out ports is an
+    exit. With them those out ports are exits that are coupled to a model elsewhere; the others are `inner`.
+    """
+    tops = {root.name: root for root in sorted(roots, key=lambda root: root.name)}
     models: list[Model] = []
-    _collect(root, root.path, models)
+    for root in tops.values():
+        _collect(root, root.path, models)
     atomics = [m for m in models if isinstance(m, Atomic)]
-    ahead: dict[Port[Message], list[Port[Message]]] = {}
+    ahead: Ahead = {}
     for model in models:
         if isinstance(model, Coupled):
             for source, target in model._coupled:
                 ahead.setdefault(source, []).append(target)
     for index, atomic in enumerate(atomics):
         atomic._index = index
+    entries, leaving = _wired(tops, wires or (), ahead)
 
     starts: list[Port[Message]] = [p for m in atomics for p in m.ports.values() if isinstance(p, OutPort)]
-    starts += [p for p in root.ports.values() if isinstance(p, InPort)]
+    starts += [entry for entry, _ in entries.values()]
+    starts += [p for m in tops.values() for p in m.ports.values() if isinstance(p, InPort) and wires is None]
     into: dict[Port[Message], list[_Way]] = {}
     for start in starts:
-        if root is start.owner and isinstance(root, Atomic):
+        if isinstance(start.owner, Atomic) and tops.get(start.owner.name) is start.owner:
             into[start] = [("", start)]
-        else:
-            _follow(start, ahead, root, into)
+        _follow(start, ahead, tops, into)
 
     routes: dict[Port[Message], list[tuple[Atomic, InPort[Message], int]]] = {port: [] for port in starts}
     exits: dict[Port[Message], list[tuple[OutPort[Never], int]]] = {port: [] for port in starts}
-    for m in atomics if isinstance(root, Atomic) else [*atomics, root]:
+    for m in [*atomics, *(root for root in tops.values() if isinstance(root, Coupled))]:
         place = 0
         for name in sorted(m.ports):
             port = m.ports[name]
@@ -53,8 +67,28 @@ def flatten(root: Model) -> list[Atomic]:
     for start in starts:
         start.routes = tuple(routes[start])
         if isinstance(start, OutPort):
-            start.exits = tuple(exits[start])
-    return atomics
+            start.exits = tuple(way for way in exits[start] if wires is None or way[0] in leaving)
+            start.inner = tuple(way for way in exits[start] if wires is not None and way[0] not in leaving)
+    return atomics, entries
+
+
+def _wired(tops: dict[str, Model], wires: Iterable[Wire], ahead: Ahead) -> tuple[Entries, set[Port[Message]]]:
+    """Couplings between roots, noted in `ahead`; where messages come in, and the ports by which they leave."""
+    entries: Entries = {}
+    leaving = set[Port[Message]]()
+    for source, port, target, into in wires:
+        if source in tops:
+            start: Port[Message] = tops[source].ports[port]
+            if target not in tops:
+                leaving.add(start)
+        elif target in tops:
+            start, targets = entries.setdefault(
+                (source, port), (OutPort[Message](Model(source), port, Message, 0), list[Port[Message]]())
+            )
+            targets.append(tops[target].ports[into])
+        if target in tops:
+            ahead.setdefault(start, []).append(tops[target].ports[into])
+    return entries, leaving
 
 
 def _collect(model: Model, path: str, models: list[Model]) -> None:
@@ -66,12 +100,7 @@ def _collect(model: Model, path: str, models: list[Model]) -> None:
             _collect(model.children[name], f"{path}.{name}", models)
 
 
-def _follow(
-    start: Port[Message],
-    ahead: dict[Port[Message], list[Port[Message]]],
-    root: Model,
-    into: dict[Port[Message], list[_Way]],
-) -> None:
+def _follow(start: Port[Message], ahead: Ahead, tops: dict[str, Model], into: dict[Port[Message], list[_Way]]) -> None:
     """All ways from a port, noted at their ends."""
     going = [(start, "")]
     while going:
@@ -80,9 +109,10 @@ def _follow(
             owner = target.owner
             source = "" if owner.parent is port.owner else port.owner.name
             way = f"{source}\0{port.name}\1{hops}"  # sorts as the tuple of its names would, and is no container
-            if isinstance(owner, Atomic) or owner is root:
+            inward = isinstance(owner, Atomic)
+            if inward or (isinstance(target, OutPort) and tops.get(owner.name) is owner):
                 into.setdefault(target, []).append((way, start))
-            else:
+            if not inward:
                 going.append((target, way))
 
 

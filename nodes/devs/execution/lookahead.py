@@ -5,7 +5,9 @@ t + L. The conservative bounds of Chandy and Misra live on it, so a broken promi
 promise that would have held (`Slack`) is what a user tunes it with.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 from typing import Never
 
 from heavylift.kernel.errors import ModelError
@@ -13,7 +15,7 @@ from heavylift.nodes.devs.events import Slack
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model
 from heavylift.nodes.devs.ports import OutPort, Port
-from heavylift.nodes.devs.tags import NEVER, Instant, Tag
+from heavylift.nodes.devs.tags import NEVER, Instant, Tag, after
 
 
 def outs(m: Model) -> list[OutPort[Never]]:
@@ -22,7 +24,7 @@ def outs(m: Model) -> list[OutPort[Never]]:
 
 
 def leaving(sources: Iterable[Port[Message]]) -> bool:
-    """Whether something of what is said by these ports leaves the root."""
+    """Whether something of what is said by these ports leaves."""
     for port in sources:  # noqa: SIM110 (`any` with a generator takes three times as long)
         if isinstance(port, OutPort) and port.exits:
             return True
@@ -30,29 +32,47 @@ def leaving(sources: Iterable[Port[Message]]) -> bool:
 
 
 def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
-    """Those that something leaves the root from, each with the least lookahead of such a port [ns]."""
+    """Those that something leaves from, each with the least lookahead of such a port [ns]."""
     found = ((m, [port.lookahead for port in outs(m) if port.exits]) for m in atomics)
     return [(m, min(aheads)) for m, aheads in found if aheads]
 
 
-def promised(root: Model, atomics: Iterable[Atomic]) -> dict[str, int]:
-    """Lookahead of each out port of the root: the smallest of the atomics' ports that lead there; NEVER without one."""
-    ahead = {port.name: NEVER for port in outs(root)}
-    for port in (port for m in atomics for port in outs(m)):
-        for exit, _ in port.exits:
-            ahead[exit.name] = min(ahead[exit.name], port.lookahead)
-    return ahead
+class Border:
+    """The out ports of root models and the atomics behind them, as long as the structure stays."""
 
+    def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
+        ports = [port for m in atomics for port in outs(m)]
+        self.promises = any(port.lookahead for port in ports)
+        """Whether there is one to keep."""
+        self.noted = any(port.inner for port in ports)
+        """Whether something is said that does not leave and yet is put on record."""
+        self._speakers = speakers(atomics)
+        self.spoken = bool(self._speakers) or self.noted
+        self._least = min((ahead for _, ahead in self._speakers), default=NEVER)
+        self._promised = {port: NEVER for root in roots for port in outs(root)}
+        for port in ports:
+            for exit, _ in (*port.exits, *port.inner):
+                self._promised[exit] = min(self._promised[exit], port.lookahead)
+        self.lookahead = {f"{port.owner.name}.{port.name}": ahead for port, ahead in self._promised.items()}
+        """Of each out port "model.port" the smallest of the atomics' ports that lead there; NEVER without one [ns]."""
 
-def still_promised(path: str, at: Tag, before: Mapping[str, int], now: Mapping[str, int]) -> None:
-    """Refuse a change of structure by which a lookahead falls."""
-    for port, ahead in before.items():
-        if now[port] < ahead:
-            was = f"{ahead} ns" if ahead < NEVER else "that of a port by which nothing leaves"
-            raise ModelError(
-                f"{path} at {at}: the lookahead of port {port} falls from {was} to {now[port]} ns, but others rely on "
-                "it; give what is added no less lookahead"
-            )
+    def quiet(self, tag: Tag) -> Tag:
+        """Earliest tag after a silent one at which something can leave."""
+        soonest, t = after(tag, self._least), tag.t
+        if soonest.t == t:
+            return soonest
+        return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
+
+    def still_promises(self, at: Tag, before: Border) -> None:
+        """Refuse a change of structure by which a lookahead falls."""
+        for port, ahead in before._promised.items():
+            now = self._promised[port]
+            if now < ahead:
+                was = f"{ahead} ns" if ahead < NEVER else "that of a port by which nothing leaves"
+                raise ModelError(
+                    f"{port.owner.path} at {at}: the lookahead of port {port.name} falls from {was} to {now} ns, but "
+                    "others rely on it; give what is added no less lookahead"
+                )
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
@@ -67,22 +87,38 @@ def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
                 )
 
 
+Said = tuple[Instant, Sequence[Port[Message]], Sequence[Message]]  # when, by which ports, what
+
+
 class Observed:
-    """For each port of an atomic that has spoken to the outside: what lookahead it could have had so far."""
+    """For each port of an atomic that has spoken out of its root: what lookahead it could have had so far."""
 
     def __init__(self) -> None:
-        self._ports: dict[tuple[str, str], Slack] = {}
+        self._ports: dict[OutPort[Never], list[int]] = {}  # least wait [ns], and how often it has spoken
+        self._among: list[Said] = []
 
-    def note(self, t: int, sources: Sequence[Port[Message]]) -> None:
-        """By which ports something is said at t [ns]; what was scheduled from the start bounds no promise."""
+    def among(self) -> list[Said]:
+        """What was said that others may not hear, since this was asked last."""
+        noted, self._among = self._among, []
+        return noted
+
+    def note(
+        self, tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], noted: bool = False
+    ) -> None:
+        """What is said at a tag, perhaps `noted` whole; what was scheduled from the start bounds no promise."""
+        t = tag[0]
+        if noted:
+            self._among.append((tag, sources, values))
         for port in sources:
             m = port.owner
-            if isinstance(port, OutPort) and port.exits and isinstance(m, Atomic) and m._set >= 0:
-                key, waited = (m.path, port.name), t - m._set
-                known = self._ports.get(key)
-                least, n = (min(waited, known.observed_ns), known.count) if known else (waited, 0)
-                self._ports[key] = Slack(f"{key[0]}.{key[1]}", port.lookahead, least, n + 1)
+            if isinstance(port, OutPort) and (port.exits or port.inner) and isinstance(m, Atomic) and m._set >= 0:
+                waited, known = t - m._set, self._ports.get(port)
+                if known is None:
+                    self._ports[port] = [waited, 1]
+                else:
+                    known[0], known[1] = min(waited, known[0]), known[1] + 1
 
     def table(self) -> list[Slack]:
         """In the order of paths and ports."""
-        return [self._ports[key] for key in sorted(self._ports)]
+        ports = sorted(self._ports, key=lambda port: (port.owner.path, port.name))
+        return [Slack(f"{port!r}", port.lookahead, *self._ports[port]) for port in ports]

@@ -4,6 +4,7 @@ Only waits of zero lead to a microstep above 0, and always to the next one, so t
 stays in the old slot and is recognised there by its own time; when most entries are stale, all slots are made anew.
 """
 
+from collections.abc import Collection
 from heapq import heappop, heappush, heapreplace
 
 from heavylift.kernel.errors import ModelError
@@ -18,13 +19,21 @@ STALE = 4  # stale entries for each atomic at which the slots are made anew
 class Schedule:
     """`imminent`: indices of those due at the tag that `next` returned, in path order; they stand nowhere else."""
 
-    def __init__(self, atomics: list[Atomic]) -> None:
+    def __init__(
+        self, atomics: list[Atomic], last: Instant, present: Present, known: Collection[Atomic] = frozenset()
+    ) -> None:
+        """After the tag `last`; who is not `known` from before begins."""
         self.atomics = atomics
         self.times: list[int] = []  # heap of the times [ns] with a slot
         self.slots: dict[int, list[int]] = {}
         self.soon: list[int] = []
         self.imminent: list[int] = []
         self._stale = 0
+        for m in atomics:
+            if m in known:
+                self._enter(m, last[0])
+            else:
+                self._begin(m, last, present)
 
     def next(self, last: Instant) -> Instant:
         """The earliest tag at which somebody is due after the tag `last`."""
@@ -76,7 +85,7 @@ class Schedule:
             if self._stale > STALE * len(self.atomics):
                 self._renew(now)
 
-    def enter(self, m: Atomic, now: int) -> None:
+    def _enter(self, m: Atomic, now: int) -> None:
         """Put an atomic where its own time says; `now` [ns]: who is due now is due at the next microstep."""
         if m._t <= now:
             self.soon.append(m._index)
@@ -84,7 +93,7 @@ class Schedule:
             t, m._t = m._t, NEVER
             self.move(m, t, now)
 
-    def begin(self, m: Atomic, last: Instant, present: Present) -> None:
+    def _begin(self, m: Atomic, last: Instant, present: Present) -> None:
         """Initial state of an atomic that comes in after the tag `last`, and its first time."""
         m._t, m._last, m._wait, m._port, m._more = NEVER, max(last[0], 0), None, None, None
         m._set = last[0] if last[0] >= 0 else -NEVER
@@ -98,7 +107,7 @@ class Schedule:
             if NEVER - m._last <= m._wait < NEVER:
                 fail(m, present.now, "start", ModelError(beyond(m._wait)))
             m._t, m._wait = after(Tag(m._last), m._wait).t, None
-        self.enter(m, last[0])
+        self._enter(m, last[0])
 
     def _renew(self, now: int) -> None:
         """All slots anew, without those who left them."""
@@ -107,4 +116,4 @@ class Schedule:
         self.times.clear()
         for m in self.atomics:
             if m._t > now:
-                self.enter(m, now)
+                self._enter(m, now)

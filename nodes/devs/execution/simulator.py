@@ -8,48 +8,53 @@ One call of `advance(tag, bag)` does, for tag = next_time or an earlier tag at w
 Driving it from a larger simulation: while min(next_time, first input) < limit, read `outputs()` if that
 tag is next_time, then `advance`. `outputs` may be called any number of times, or not at all. `run` does this alone,
 half-open: events at t < until. A node may let it work ahead of an `advance`, by a bounded number of tags at which
-nothing leaves the root. After Chow and Zeigler (1994); two phases after adevs. Broken rules raise ModelError.
+nothing leaves; what its models say to each other takes direct routes and is noted for the record (`among`).
+After Chow and Zeigler (1994); two phases after adevs. Broken rules raise ModelError.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs.events import Delivery, Event, Slack
+from heavylift.nodes.devs.events import Event, Slack
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Model, Present
 from heavylift.nodes.devs.ports import InPort, Port
-from heavylift.nodes.devs.tags import BEGIN, FOREVER, NEVER, Instant, Tag, after, tag_of
+from heavylift.nodes.devs.tags import BEGIN, FOREVER, NEVER, Instant, Tag, tag_of
 from heavylift.nodes.devs.travelling import travelling
 
-from .bags import deliver, entry, fitting, offered, received, sorted_bag
-from .flatten import flatten
-from .lookahead import Observed, keep_promises, leaving, outs, promised, speakers, still_promised
+from .bags import deliver, entry, fitting, received, sorted_bag, spoken
+from .flatten import Wire, flatten
+from .lookahead import Border, Observed, keep_promises, leaving
 from .purity import Witness
-from .rules import LIMIT, Patience, fail
+from .rules import LIMIT, Patience, checked_result, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
 from .transitions import Log, Trace, Transition
 
-SILENT = 256  # tags that a node works ahead of an `advance`
+SILENT = 256  # tags, and messages between its models, that a node works ahead of an `advance`
 
 
 class Simulator:
-    """Runs one model, alone or as the `Steppable` of a node."""
+    """Runs one model alone, or one model or several as the `Steppable` of a node."""
 
     def __init__(
         self,
-        model: Model,
+        models: Model | Sequence[Model],
         log: Callable[[Transition], None] | None = None,
         microsteps: int = LIMIT,
         trace: Trace | None = None,
         watched: bool = True,
+        wires: Iterable[Wire] | None = None,
     ) -> None:
         """`log` hears of every transition, `trace` keeps them; a zero-time loop of `microsteps` tags is an error, and
-        so is an output that changes the state, where that is `watched`."""
-        self.model, self._patience, self._watched = model, Patience(microsteps), watched
+        so is an output that changes the state, where that is `watched`; `wires`: couplings (source, port, target, port)
+        of the models of a node, with each other and with others."""
+        self.models = [models] if isinstance(models, Model) else list(models)
+        self._wires = None if wires is None else list(wires)
+        self._patience, self._watched = Patience(microsteps), watched
         self.trace = Log(log) if log is not None else trace
-        self._present, self._observed = Present(live=True), Observed()
+        self._present, self._observed = Present(live=True, node=wires is not None), Observed()
         self._due: Tag | None = None  # the next tag, once it is looked for
         self._adopt()
 
@@ -57,13 +62,16 @@ class Simulator:
         """Take the model tree as it is now."""
         if self.trace is not None:
             self.trace.settle()
-        self.atomics = flatten(self.model)
-        self._promises = any(port.lookahead for m in self.atomics for port in outs(m))
-        self._speakers = speakers(self.atomics)
-        self._ahead = min((ahead for _, ahead in self._speakers), default=NEVER)
-        self.lookahead = promised(self.model, self.atomics)
-        for m in (*self.atomics, self.model):
+        self.atomics, self._entries = flatten(self.models, self._wires)
+        self._border = Border(self.models, self.atomics)
+        self.lookahead = self._border.lookahead
+        for m in (*self.atomics, *self.models):
             m._present = self._present
+
+    @property
+    def model(self) -> Model:
+        """The model that it runs, the first one of several."""
+        return self.models[0]
 
     def start(self) -> None:
         """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
@@ -71,11 +79,10 @@ class Simulator:
         self._due, self._spoken = None, False  # whether lambda has run for it
         self._staged: list[tuple[InPort[Message], Message]] = []
         self._observed = Observed()
-        self._schedule, self._witness = Schedule(self.atomics), Witness(self._watched)
+        self._witness = Witness(self._watched)
         self._witness.meet(self.atomics)
         self._present.now, self._present.speaker, self._present.busy = (0, 0), None, False
-        for m in self.atomics:
-            self._schedule.begin(m, self._last, self._present)
+        self._schedule = Schedule(self.atomics, self._last, self._present)
 
     @property
     def next_time(self) -> Tag:
@@ -102,26 +109,27 @@ class Simulator:
         tag = self.next_time
         if tag == FOREVER or leaving(self._lambda(tag).sources):
             return tag
-        soonest, t = after(tag, self._ahead), tag.t
-        if soonest.t == t:
-            return soonest
-        return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
+        return self._border.quiet(tag)
 
     def outputs(self) -> list[Event]:
-        """What leaves the root at next_time, in total order; changes nothing."""
+        """What leaves at next_time, in total order; changes nothing."""
         tag = self.next_time
         said = self._lambda(tag)
-        return offered(self.model.name, tag, said.sources, said.values) if leaving(said.sources) else []
+        return spoken(tag, said.sources, said.values) if leaving(said.sources) else []
+
+    def among(self) -> list[Event]:
+        """What the models have said to each other, or to nobody, since this was asked last, in total order."""
+        return [event for at in self._observed.among() for event in spoken(*at, inner=True)]
 
     def inject(self, port: str, value: Message) -> None:
         """Put a message into an in port of the root; it arrives with the next `advance`."""
         into = entry(self.model, port)
         self._staged.append((into, travelling(fitting(into, value), repr(into))))
 
-    def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = BEGIN) -> None:
+    def advance(self, tag: Tag, bag: Sequence[Event] = (), until: Tag = BEGIN) -> None:
         """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on.
 
-        Then, while nothing leaves the root, at the next tags below `until` as well.
+        Then, while nothing leaves, at the next tags below `until` as well.
         """
         due = self.next_time
         if tag == due:
@@ -135,7 +143,7 @@ class Simulator:
             self._schedule.wait()
             imminent, sources, values = [], [], []
         if bag or self._staged:
-            heard = [received(self.model, d) for d in bag] + self._staged
+            heard = [*(received(self._entries, event) for event in bag), *self._staged]
             sources = [*(port for port, _ in heard), *sources]
             values = [*(value for _, value in heard), *values]
             self._staged = []
@@ -166,17 +174,17 @@ class Simulator:
     ) -> None:
         """Steps 2 to 4 at a tag; all steps at those that follow below `until` while the structure stays.
 
-        If it shall be `silent`, so many at most, while nothing leaves the root and time does not stand still for long.
+        If it shall be `silent`, so many at most, while nothing leaves and time does not stand still for long.
         """
         present, schedule, atomics, trace = self._present, self._schedule, self.atomics, self.trace
-        move, patience, speakers = schedule.move, self._patience.start, self._speakers
+        move, patience, noted, heard = schedule.move, self._patience.start, self._border.noted, self._border.spoken
         self._spoken, present.busy = False, True
         while True:
             (t, k), soon = tag, schedule.soon
             present.now = tag
             reached = deliver(sources, values, t) if sources else ()
-            if speakers and sources:
-                self._observed.note(t, sources)
+            if heard and sources:
+                self._observed.note(tag, sources, values, noted)
             movers = [*imminent, *reached] if reached else imminent
             if k >= patience:
                 self._patience.watch(tag, [atomics[i].path for i in movers])
@@ -222,14 +230,17 @@ class Simulator:
             self._speak(due)
             if silent:
                 silent -= 1
-                if present.sources and leaving(present.sources):
-                    self._last, self._due, present.busy, self._spoken = tag, tag_of(due), False, True
-                    return
+                if present.sources:
+                    if leaving(present.sources):
+                        self._last, self._due, present.busy, self._spoken = tag, tag_of(due), False, True
+                        return
+                    if noted:
+                        silent = max(1, silent - len(present.sources))
             tag, imminent, sources, values = due, schedule.imminent, present.sources, present.values
 
     def _restructure(self) -> None:
         """What was asked of the structure since the last tag happens now, after all transitions of that tag."""
-        changes, before, promises = self._present.changes, set(self.atomics), self.lookahead
+        changes, before, border = self._present.changes, set(self.atomics), self._border
         self._present.changes, self._present.live = [], False
         for where, change in changes:
             try:
@@ -238,31 +249,25 @@ class Simulator:
                 raise ModelError(f"{error} (a change of {where.path} at {Tag(*self._last)})") from None
         self._present.live = True
         self._adopt()
-        still_promised(self.model.path, Tag(*self._last), promises, self.lookahead)
-        self._schedule = Schedule(self.atomics)
+        self._border.still_promises(Tag(*self._last), border)
         self._witness.meet(self.atomics)
-        for m in self.atomics:
-            if m in before:
-                self._schedule.enter(m, self._last[0])
-            else:
-                self._schedule.begin(m, self._last, self._present)
+        self._schedule = Schedule(self.atomics, self._last, self._present, before)
         self._due, self._spoken = None, False
 
     def snapshot(self) -> bytes:
         """All that the future depends on, between two tags; ModelError if a state cannot be kept."""
         _ = self.next_time  # what was asked of the structure has happened then
-        return frozen(self.model, (self._last, self._staged))
+        return frozen(self.models, self._last, self._staged)
 
     def restore(self, snapshot: bytes) -> None:
-        """Go on from a snapshot; `model` and `atomics` are new ones then."""
-        self.model, (self._last, self._staged) = thawed(snapshot, self.model)
+        """Go on from a snapshot; `models` and `atomics` are new ones then."""
+        self.models, self._last, self._staged = thawed(snapshot, self.models)
         self._due, self._spoken, self._observed = None, False, Observed()
         self._present.now, self._present.busy = self._last, False
         self._adopt()
-        self._schedule, self._witness = Schedule(self.atomics), Witness(self._watched)
+        self._witness = Witness(self._watched)
         self._witness.meet(self.atomics)
-        for m in self.atomics:
-            self._schedule.enter(m, self._last[0])
+        self._schedule = Schedule(self.atomics, self._last, self._present, set(self.atomics))
 
     def _lambda(self, tag: Instant) -> Present:
         """What the imminent atomics say at `tag` = next_time, in path order; later calls find it said."""
@@ -291,8 +296,33 @@ class Simulator:
             present.speaker = None
         if seen:
             witness.after(tag, seen)
-        if self._promises:
+        if self._border.promises:
             keep_promises(tag, present.sources)
+
+    @property
+    def last(self) -> Tag:
+        """Tag of the last transition; before the first one (-1, 0)."""
+        return Tag(*self._last)
+
+    def results(self, end: Tag | int = 0) -> dict[str, Message]:
+        """What the atomics tell of a run that is over at `end` (a tag or ns), or else with the last transition; by
+        path, without those that tell nothing."""
+        _ = self.next_time  # what was asked of the structure has happened then
+        present, before = self._present, self._present.now
+        tag = present.now = max(self.last, Tag(end) if isinstance(end, int) else end, Tag(0))
+        found: dict[str, Message] = {}
+        for m in self.atomics:
+            try:
+                told = m.result()
+                if m._wait is not None or present.changes:
+                    raise ModelError("result() must not change the model: do that in a transition")
+                if told is not None:
+                    found[m.path] = travelling(checked_result(told), "its result")
+            except (Exception, SystemExit) as error:
+                m._wait, present.changes = None, []
+                fail(m, tag, "result", error)
+        present.now = before
+        return found
 
     @property
     def slack(self) -> list[Slack]:

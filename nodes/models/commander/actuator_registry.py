@@ -64,9 +64,9 @@ def first_picture(plan: Plan) -> Picture:
             picture.ropes[rope.name] = state if rope.hooked else OFF
         bodies: dict[str, list[bool]] = {}
         for support in mechanism.system.supports:
-            bodies.setdefault(support.point.body, []).append(support.name in mechanism.closed)
+            bodies.setdefault(mechanism.standing(support.point.body), []).append(support.name in mechanism.closed)
         for contact in mechanism.system.contacts:
-            bodies.setdefault(contact.a.body, []).append(contact.name in mechanism.closed)
+            bodies.setdefault(mechanism.standing(contact.a.body), []).append(contact.name in mechanism.closed)
         picture.bodies[mechanism.name] = tuple(bodies)
         picture.grounded |= {body for body, closed in bodies.items() if any(closed)}
         picture.landed |= {body for body, closed in bodies.items() if all(closed)}

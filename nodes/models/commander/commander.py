@@ -176,7 +176,8 @@ class Commander(Atomic):
             case scene.Move():
                 if order.until is None or not self._holds(order.until, at[0], self.now.t):
                     job = self._job(at, order.verb, order.actuator, order.until)
-                    run = m.Run(job.actor, job.id, at, order.speed, order.accel, order.by, order.to)
+                    asked = job.actor, job.id, at, order.speed, order.accel, order.by, order.to
+                    run = m.RunInPulses(*asked, order.pulses, order.periods) if order.pulses else m.Run(*asked)
                     self._send(job.actor, run)
                 elif at[0] != ASIDE:
                     self.outbox.append((self.skipped, m.Skipped(at[0], order.actuator)))
@@ -194,7 +195,8 @@ class Commander(Atomic):
                 lug = self.lug_places.get(order.lug)
                 self._send(order.sling, m.HookOrder(order.sling, job.id, at, order.lug, lug))
             case scene.Unhook():
-                job = self._job(at, "unhook", order.sling)
+                job = self._job(at, "release" if order.parted else "unhook", order.sling)
+                self.picture.parted |= {order.sling} if order.parted else set()
                 self._send(order.sling, m.UnhookOrder(order.sling, job.id, at))
             case scene.Brake():
                 job = self._job(at, "brake", order.brake)

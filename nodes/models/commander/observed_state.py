@@ -18,6 +18,7 @@ class Picture:
     grounded: set[str] = field(default_factory=set)  # bodies that a support touches
     landed: set[str] = field(default_factory=set)  # bodies that stand on a whole face
     reached: set[str] = field(default_factory=set)  # thresholds
+    parted: set[str] = field(default_factory=set)  # slings and ropes that broke
 
     def on_ground(self, model: str) -> bool:
         """Whether a support touches a body of this model."""

@@ -65,18 +65,22 @@ def _check_sling(order: Hookup | Unhook, plan: Plan, picture: Picture, lugs: Map
     """A sling that exists is hooked once, to a lug that exists, and unhooked where it hangs."""
     if isinstance(order, Hookup) and order.sling not in picture.ropes:
         raise Refused(f"there is no sling {order.sling}")
-    if fault := sling_fault(order, {name for name, state in picture.ropes.items() if state != OFF}, lugs):
+    hooked = {name for name, state in picture.ropes.items() if state != OFF}
+    if fault := sling_fault(order, hooked, lugs, picture.parted):
         raise Refused(fault)
     known = [lug.name for lug in plan.block.lugs] if plan.block else []
     if isinstance(order, Hookup) and order.lug and order.lug not in known:
         raise Refused(f"there is no lug {order.lug}")
 
 
-def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str]) -> str:
-    """Why a sling cannot be hooked, since it hangs already, or unhooked, since it does not; "" if it can be."""
+def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], parted: Container[str]) -> str:
+    """Why a sling cannot be hooked, since it hangs already or has parted, or unhooked, since it does not hang; "" if it
+    can be."""
     match order:
+        case Hookup() if order.sling in parted:
+            return f"{order.sling} has parted and cannot be hooked again"
         case Hookup() if order.sling in hooked:
-            on = f"lug {lugs[order.sling]}" if order.sling in lugs else "its place"
+            on = f"lug {lugs[order.sling]}" if lugs.get(order.sling) else "its place"
             return f"sling {order.sling} hangs on {on} already, unhook it first"
         case Unhook() if order.sling not in hooked:
             return f"sling {order.sling} is not hooked and cannot be unhooked"

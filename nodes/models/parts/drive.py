@@ -3,24 +3,26 @@
 A move is sent to the kernel once (SetProfile); its end is an internal event that this actor computes with
 the same arithmetic (`heavylift.kernel.description.profile`), exact to the nanosecond: t = d/v + v/a, or 2 sqrt(d/a).
 The actor knows its reference at all times, so `to` a coordinate and end positions need no measurement.  A
-halted move ramps down and is done where it stands.  While it follows a Master it takes no moves; released,
-it holds its place.
+halted move ramps down and is done where it stands.  Ramps in pulses, and a log, are speeds at times, with a
+command for each.  While it follows a Master it takes no moves; released, it holds its place.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import copysign, inf
+from math import copysign, inf, isclose
 
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import System, Threshold
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import ns
+from heavylift.nodes.plan import pulses
 from heavylift.nodes.plan.plan import Driven
 
 from . import messages as m
 from .parts import LiveActor
 
+SAME = 1e-12  # relative, of speeds that differ by rounding
 TOUCH = 1e-9  # an end position closer than this is reached [m]
 SWITCH_BACK = 0.1  # an upper limit switch closes again this far below [m]
 
@@ -51,8 +53,10 @@ class DriveActor(LiveActor):
         self.limit = ""  # why the present move will not be done
         self.law: m.Follow | None = None
         self._rest(self.initial)
-        self.row = 0
-        self.wake = self.log.times[0] if self.log else None
+        self.pulsed: m.RunInPulses | None = None  # the present move, if its ramps shall leave no swing
+        log = self.log
+        self.rows: pulses.Speeds = tuple(zip(log.times, log.speeds, strict=True)) if log else ()  # still to come
+        self.wake = self.rows[0][0] if self.rows else None
 
     def obey(self, order: m.Order) -> None:
         """Run, halt, follow, release."""
@@ -79,22 +83,36 @@ class DriveActor(LiveActor):
             self.say(m.Done(self.element, self.job, x))
         self.job, self.halting = order.id, False
         distance, self.limit = self._distance(order, x)
+        self.goal = x + (distance or 0.0)
+        self.pulsed = order if isinstance(order, m.RunInPulses) and v == 0.0 and distance != 0.0 else None
+        self.rows = ()
+        if self.pulsed is not None:
+            p = self.pulsed
+            self._begin_rows(pulses.profile(p.pulses, distance, p.speed, p.accel, p.periods, self.now.t))
+            return
         speed = order.speed if distance is None else copysign(order.speed, distance)
         self._profile(x, v, trapezoid(distance, speed, order.accel, v), order.accel)
         if self.profile is not REST:
             self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
-        self.goal = x + (distance or 0.0)
         self.wake = self.now.t + ns(self.profile.duration) if self.profile.duration < inf else None
 
     def halt(self, order: m.Halt) -> None:
         """Ramp down the move of that id, unless it stands already."""
-        if self.job == order.id and not self.halting:
+        if self.job != order.id or self.halting:
+            return
+        x, v = self.reference()
+        if self.pulsed is None or not isclose(abs(v), self.top, rel_tol=SAME):  # in a ramp it swings already
             self.stop("")
+            return
+        p, self.halting = self.pulsed, True
+        rows = pulses.stop(p.pulses, v, p.accel, p.periods[1], self.now.t)
+        self.goal = x + pulses.way(rows)
+        self._begin_rows(rows)
 
     def stop(self, limit: str) -> None:
         """Ramp down now."""
         x, v = self.reference()
-        self.halting, self.limit = True, limit
+        self.halting, self.limit, self.rows = True, limit, ()
         self._profile(x, v, trapezoid(None, 0.0, self.accel, v), self.accel)
         self.goal = x + self.profile.displacement(self.profile.d1)
         self.say(m.SetProfile(self.element, self.now.t, 0.0, self.accel))
@@ -114,16 +132,16 @@ class DriveActor(LiveActor):
 
     def due(self) -> list[m.KernelInput | m.Report]:
         """The end of a move."""
-        if self.job is None:
+        if self.job is None or self._goes_on:
             return []
         if self.limit:
             return [m.Limit(self.element, self.limit, self.goal)]
         return [m.Done(self.element, self.job, self.goal)]
 
     def expire(self) -> None:
-        """Stand where the move ended, or go on to the next row of the log."""
-        if self.log is not None:
-            self._next_row(self.log)
+        """Stand where the move ended, or go on to the next speed."""
+        if self._goes_on:
+            self._next_row()
             return
         self.job, self.halting, self.limit = None, False, ""
         self._rest(self.goal)
@@ -133,14 +151,24 @@ class DriveActor(LiveActor):
         t = (self.now.t - self.since) / 1e9
         return self.x0 + self.profile.displacement(t), self.profile.speed(t)
 
-    def _next_row(self, log: Driven) -> None:
+    def _begin_rows(self, rows: pulses.Speeds) -> None:
+        self.rows, self.top = rows, max(abs(v) for _, v in rows)
+        self._next_row()
+
+    @property
+    def _goes_on(self) -> bool:
+        """Whether what it wakes for is no end: there are further speeds, or the one that is reached is kept."""
+        return self.log is not None or len(self.rows) > 1 or bool(self.rows and self.rows[0][1])
+
+    def _next_row(self) -> None:
         x, v = self.reference()
-        i = self.row = self.row + 1
-        ends = i == len(log.times)
-        speed = 0.0 if ends else log.speeds[i]
-        self.wake = None if ends else log.times[i]
-        if speed != v:
-            accel = log.accel if ends else abs(speed - v) * 1e9 / (log.times[i] - self.now.t)
+        self.rows = self.rows[1:]
+        if not self.rows and self.log is None:
+            return
+        self.wake, speed = self.rows[0] if self.rows else (None, 0.0)
+        if not isclose(speed, v, rel_tol=SAME):
+            last = self.log.accel if self.log else 0.0
+            accel = abs(speed - v) * 1e9 / (self.wake - self.now.t) if self.wake is not None else last
             self._profile(x, v, trapezoid(None, speed, accel, v), accel)
             self.say(m.SetProfile(self.element, self.now.t, speed, accel))
 

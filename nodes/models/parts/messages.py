@@ -124,6 +124,15 @@ class Run(Order, frozen=True):
     to: float | None = None
 
 
+class RunInPulses(Run, frozen=True):
+    """The same, without swing: ramps of so many pulses for these periods [s] of what swings, at the start and at the
+    stop; `accel` is that of pulses whose length is not the period.
+    """
+
+    pulses: int = 0
+    periods: tuple[float, float] = (0.0, 0.0)
+
+
 class Halt(Order, frozen=True):
     """Ramp down the move of that id; its Done comes when it stands."""
 

@@ -13,6 +13,7 @@ from math import copysign, pi, sqrt
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.limits.geometry import passes_through
+from heavylift.nodes.limits.sentences import past_the_end
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.statics.static_state import State, Step
@@ -31,6 +32,9 @@ def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]
     found = Findings()
     assert scene.block is not None
     assert built.block is not None
+    found.take("ends", _beyond_ends(built))
+    if found.sentences:  # what hangs on such a crane is elsewhere, too
+        return found.list()
     for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks):
         found.take(fits.__name__, fits(scene.block, built.block, built))
     found.take("ropes", _ropes_overloaded(built))
@@ -73,6 +77,15 @@ def _start(scene: schema.Scene, built: plan.Plan) -> State:
 
 
 # at the start
+
+
+def _beyond_ends(built: plan.Plan) -> Violations:
+    """Cranes stand on their rails, trolleys on their girder."""
+    for crane in built.cranes:
+        trolleys = ((f"{crane.name} {x.name}", x.axis, "y", "girder", x.where) for x in (crane.upper, crane.lower))
+        for subject, axis, along, of, where in ((crane.name, crane.gantry, "x", "rails", crane.where), *trolleys):
+            if not axis.lower - TOUCH <= axis.start <= axis.upper + TOUCH:
+                yield subject, where, past_the_end(subject, along, axis.start, of, (axis.lower, axis.upper))
 
 
 def _on_stools(given: schema.Block, block: plan.Block, built: plan.Plan) -> Violations:

@@ -35,7 +35,8 @@ TIPS = radians(10.0)  # of a block that leans as it is lifted
 class Order:
     """One action with the state in which it begins, and the states that it leads through.
 
-    `hooked`, `lugs`: slings and their lugs once the orders before it, and its own, are carried out.
+    `hooked`, `lugs`: slings and their lugs once the orders before it, and its own, are carried out, and ropes of a
+    mechanism with no lug; `parted`: what broke before it.
     """
 
     def __init__(
@@ -46,12 +47,13 @@ class Order:
         acted: Acted,
         steps: list[Step],
         hooked: dict[str, str],
+        parted: set[str],
     ) -> None:
         self.scene, self.plan, self.action, self.steps = scene, built, action, steps
         self.before: StaticState = acted.before
         self.state: State = lift_state(built, acted.before)
         self.taut = set(acted.taut)
-        self.hooked = hooked
+        self.hooked, self.parted = hooked, parted
         self.lugs = dict(hooked)
         for order in action.orders:
             _hook(order, self.lugs)
@@ -77,12 +79,14 @@ class Order:
 def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> list[tuple[str, str]]:
     """What is wrong with the orders that could be followed."""
     found = Findings()
-    hooked = first_lugs(built)
+    hooked, parted = first_lugs(built), set[str]()
+    hooked |= {rope.name: "" for m in built.mechanisms for rope in m.system.straight_ropes if rope.hooked}
     for number, acted in enumerate(followed.path.acted, 1):
         action = built.actions[number - 1]
         steps = [step for step in followed.steps if step.static.action == number]
-        order = Order(scene, built, action, acted, steps, hooked)
+        order = Order(scene, built, action, acted, steps, hooked, parted)
         hooked = order.lugs
+        parted = parted | {o.sling for o in action.orders if isinstance(o, actions.Unhook) and o.parted}
         for check in CHECKS:
             for each in check(order):
                 found.take(f"{each[1]} {check.__name__}", iter([each]), where=each[1])
@@ -157,13 +161,16 @@ def _reaches(x: Order) -> Violations:
 def _hangs(x: Order) -> Violations:
     """A sling is hooked once, and unhooked where it hangs."""
     for order in x.action.orders:
-        if isinstance(order, actions.Hookup | actions.Unhook) and (fault := sling_fault(order, x.hooked, x.hooked)):
+        if not isinstance(order, actions.Hookup | actions.Unhook):
+            continue
+        if fault := sling_fault(order, x.hooked, x.hooked, x.parted):
             yield order.sling, order.where, fault
 
 
 def _lets_fall(x: Order) -> Violations:
     """Something holds the block while it hangs."""
-    if x.before.grounded or x.plan.block is None or not any(isinstance(o, actions.Unhook) for o in x.action.orders):
+    unhooks = any(isinstance(o, actions.Unhook) and not o.parted for o in x.action.orders)
+    if x.before.grounded or x.plan.block is None or not unhooks:
         return
     carriers = [s.name for s in x.plan.rig.slings if s.name in x.lugs and is_taut(x.plan, x.before, s.loader)]
     if not carriers:
@@ -195,7 +202,7 @@ def _drags(x: Order) -> Violations:
 
 def _fast(x: Order) -> Violations:
     """No actuator is faster than it can, with or without a load."""
-    for m in _moves(x, MOTIONS):
+    for m in (m for m in _moves(x, MOTIONS) if m.model in x.scene.cranes):
         crane, verb = x.scene.cranes[m.model], VERBS[m.verb]
         hangs = not x.state.grounded and bool(x.carrying(x.moved(m)))
         limit, how = verb.limit(crane, loaded=hangs), ""

@@ -1,6 +1,7 @@
 """What a scene is refused for: what is moved to or carried beyond its limits at rest, each subject once.
 
-Of places only the goals count; a winch or drive that stops by itself at its end is a finding, not a refusal.
+Of places only the goals count; a winch or drive that stops by itself at its end is a finding, not a refusal.  So is
+what is overloaded once a sling has parted, for that is why such a list is run.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from collections.abc import Sequence
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.actions import parts
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.statics import Followed, goal_states
 
@@ -22,6 +24,9 @@ PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that dr
 
 def overloads(built: plan.Plan, statics: Followed, uses: Sequence[Use]) -> list[tuple[str, str]]:
     """(where, sentence) of each; `uses`: the worst of each limit on the path at rest."""
+    parting = (n for n, action in enumerate(built.actions, 1) if parts(action))
+    if first := next(parting, 0):
+        uses = uses_on_path(built, [x for x in statics.states if x.action < first])
     goals = uses_on_path(built, goal_states(built, statics))
     return _refused(built, goals) or _refused(built, [use for use in uses if use.limit.quantity not in PLACES])
 

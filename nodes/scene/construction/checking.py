@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from heavylift.kernel.description import mechanics as k
+from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import KernelError
 from heavylift.nodes.scene.keys import mechanics
 from heavylift.nodes.scene.keys.flexible import Beam
@@ -21,11 +22,17 @@ Made = TypeVar("Made")
 
 
 class Checking:
-    """A mechanism as it is written, with the source that its faults are added to."""
+    """A mechanism as it is written, with the source that its faults are added to.
 
-    def __init__(self, source: Source, given: mechanics.Mechanism) -> None:
-        self.source, self.given, self.fault = source, given, source.fault
-        self.bodies = [k.WORLD, *given.bodies]
+    `lift`: what the machines of the scene declare, on whose bodies and joints it can act.
+    """
+
+    def __init__(self, source: Source, given: mechanics.Mechanism, lift: k.System) -> None:
+        self.source, self.given, self.lift, self.fault = source, given, lift, source.fault
+        self.carried = [body.name for body in lift.bodies]
+        self.bodies = [k.WORLD, *given.bodies, *self.carried]
+        self.joints: dict[str, k.JointKind] = {name: joint.type for name, joint in given.joints.items()}
+        self.joints |= {joint.name: joint.kind for joint in lift.joints}
 
     def checked(self, path: Path, check: Callable[[Made], object], made: Made) -> None:
         """What the kernel would refuse is a fault of the scene."""
@@ -51,18 +58,28 @@ class Checking:
 
     def along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
         """The coordinate that a law acts along, and whether it is an angle."""
-        joint = self.given.joints.get(name)
-        if joint is None:
-            self.fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.given.joints))
-        elif not joint.coordinates:
-            self.fault((*path, "joint"), f"a {joint.type} joint has no single coordinate to act on: '{name}'")
-        elif not coordinate and len(joint.coordinates) > 1:
-            words = " or ".join(f"'coordinate: {c}'" for c in joint.coordinates)
-            self.fault((*path, "joint"), f"the {joint.type} joint '{name}' has several coordinates: add {words}")
-        elif coordinate and coordinate not in joint.coordinates:
-            message = f"a {joint.type} joint has no coordinate '{coordinate}'"
-            self.fault((*path, "coordinate"), message, closest(coordinate, joint.coordinates))
+        kind = self.joints.get(name)
+        if kind is None:
+            self.fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.joints))
+            return None
+        coordinates = JOINTS[kind].actable
+        if not coordinates:
+            self.fault((*path, "joint"), f"a {kind} joint has no single coordinate to act on: '{name}'")
+        elif not coordinate and len(coordinates) > 1:
+            words = " or ".join(f"'coordinate: {c}'" for c in coordinates)
+            self.fault((*path, "joint"), f"the {kind} joint '{name}' has several coordinates: add {words}")
+        elif coordinate and coordinate not in coordinates:
+            message = f"a {kind} joint has no coordinate '{coordinate}'"
+            self.fault((*path, "coordinate"), message, closest(coordinate, coordinates))
         else:
-            along = coordinate or joint.coordinates[0]
-            return along, joint.turns(along)
+            along = coordinate or coordinates[0]
+            return along, JOINTS[kind].turns(coordinates.index(along))
         return None
+
+    def own(self, path: Path, name: str) -> bool:
+        """Whether a joint, if there is one, is of the mechanism, so that a drive or a lock can be put on it."""
+        theirs = any(joint.name == name for joint in self.lift.joints)
+        if theirs:
+            message = f"the joint '{name}' belongs to the lift: a spring, stop, brake or force can act on it, no other"
+            self.fault((*path, "joint"), message)
+        return not theirs

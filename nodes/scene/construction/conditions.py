@@ -112,7 +112,8 @@ class Conditions:
         if test.quantity in {"angle", "height"} and self.yard.block:
             known = ["block", *known]
         missing = f"'{test.quantity}' of what?" if not of else f"there is no '{of}' with {test.quantity}"
-        self.source.fault(path, missing, closest(of, known), column=test.column)
+        hint = closest(of, known) or f"nothing in this scene has {test.quantity}; joints of a mechanism would have"
+        self.source.fault(path, missing, hint, column=test.column)
         return None
 
     def _rope_threshold(

@@ -14,12 +14,14 @@ from heavylift.nodes.scene.keys import mechanics
 from heavylift.nodes.scene.keys.base import Base
 from heavylift.nodes.scene.keys.forces import Characteristic
 from heavylift.nodes.scene.keys.joints import POSITIONS
+from heavylift.nodes.scene.language.grammar import read_ramp
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 from heavylift.nodes.scene.text.units import Dimension
 
 from .checking import Checking
+from .yard import ramp_of
 
 __all__ = ["actuators", "check_curve", "check_laws", "laws_of"]
 
@@ -34,7 +36,7 @@ def check_laws(checks: Checking) -> None:
             along = checks.along(path, law.joint, law.coordinate)
             if along:
                 _dimensions(checks, path, law, turns=along[1])
-            if kind == "drives" and along:
+            if kind == "drives" and along and checks.own(path, law.joint):
                 if other := driven.get((law.joint, along[0])):
                     message = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
                     checks.fault((*path, "joint"), f"{message}: keep one")
@@ -56,9 +58,11 @@ def check_laws(checks: Checking) -> None:
                 path = ("mechanism", "joints", name, "limits", coordinate, "range")
                 checks.fault(path, "the first end must be below the second")
     for name, lock in checks.given.locks.items():
-        path = ("mechanism", "locks", name, "joint")
-        if lock.joint not in checks.given.joints:
-            checks.fault(path, f"there is no joint '{lock.joint}'", closest(lock.joint, checks.given.joints))
+        path = ("mechanism", "locks", name)
+        if checks.own(path, lock.joint) and lock.joint not in checks.given.joints:
+            checks.fault(
+                (*path, "joint"), f"there is no joint '{lock.joint}'", closest(lock.joint, checks.given.joints)
+            )
 
 
 def _dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
@@ -86,7 +90,7 @@ def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
             _fits(checks, (*path, i), dimension)
     elif value is not None:
         try:
-            dimension.read(value)
+            read_ramp(value, dimension)
         except ValueError as error:
             checks.fault(path, str(error))
 
@@ -100,8 +104,11 @@ def check_curve(checks: Checking, path: Path, force: Characteristic, turns: bool
 
 
 def _names(checks: Checking) -> None:
-    """Ropes, supports and laws share one set of names."""
-    taken: dict[str, str] = {}
+    """Ropes, supports and laws share one set of names with the machines; bodies have one with the machines' bodies."""
+    taken = {body.partition(".")[0]: "machines" for body in checks.carried}
+    for name in (name for name in checks.given.bodies if name in taken):
+        message = f"the name '{name}' is given twice: one of the machines has it, too"
+        checks.fault(("mechanism", "bodies", name), message, on_key=True)
     kinds = ("joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts")
     for kind in kinds:
         for name in getattr(checks.given, kind):
@@ -147,12 +154,17 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
         lower, upper = drive.range or (None, None)
         where = checks.source.where(("mechanism", "drives", name))
         start = _start(checks, drive)
-        found.append(plan.Actuator(name=name, start=start, accel=drive.ramp, lower=lower, upper=upper, where=where))
+        accel, pulses = ramp_of(drive.ramp)
+        found.append(
+            plan.Actuator(name=name, start=start, accel=accel, lower=lower, upper=upper, pulses=pulses, where=where)
+        )
     for name, rope in checks.given.ropes.items():
         if rope.winch:
-            where = checks.source.where(("mechanism", "ropes", name, "winch"))
-            ends = {"lower": rope.winch.shortest, "upper": rope.winch.longest}
-            found.append(plan.Actuator(name=name, start=rope.length, accel=rope.winch.ramp, where=where, **ends))
+            where, winch = checks.source.where(("mechanism", "ropes", name, "winch")), rope.winch
+            lower, upper = winch.shortest, winch.longest
+            found.append(
+                plan.Actuator(name=name, start=rope.length, accel=winch.ramp, lower=lower, upper=upper, where=where)
+            )
     return found
 
 

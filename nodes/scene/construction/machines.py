@@ -16,7 +16,7 @@ from heavylift.nodes.scene.text.source import Path, Source
 
 from .loaders import add_loader
 from .stools import build_block
-from .yard import HOOKS, LOWER, UPPER, Level, Yard, box, trolley_start
+from .yard import HOOKS, LOWER, UPPER, Level, Yard, box, ramp_of, trolley_start
 
 
 def build_machines(source: Source, scene: schema.Scene) -> Yard:
@@ -93,10 +93,11 @@ def _hang(yard: Yard, rig: schema.Rig) -> None:
 def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.Crane:
     where = yard.source.where(("cranes", name))
     omega = 2 * math.pi * crane.servo_frequency
+    accel, pulses = ramp_of(crane.ramp)
 
     def axis(start: float, ends: tuple[float, float], mass: float) -> plan.Axis:
         kp, kv = mass * omega * omega, 2 * crane.servo_damping * mass * omega
-        return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=crane.ramp, kp=kp, kv=kv)
+        return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=accel, kp=kp, kv=kv, pulses=pulses)
 
     def trolley(which: Level, mass: float, height: float, capacity: float) -> plan.Trolley:
         size = (2 * crane.hook_spacing, crane.trolley_length, 4.0)
@@ -117,7 +118,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
                     name=hook,
                     rope=f"{name}.{hook}",
                     trolley=HOOKS[hook][0],
-                    accel=crane.ramp,
+                    accel=accel,
                     shortest=crane.shortest_rope,
                     drum=crane.drum,
                     highest=crane.highest_hook,

@@ -29,17 +29,23 @@ from .ropes import reeving_of, rope_of, span
 TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
 WIRE = 1e7  # stiffness from which a rope can only be a wire rope, of 16 mm or more [N]
 BREAKS = 0.02  # strain at which steel wire has broken: 1770 MPa over 105 GPa is 1.7 %
+NO_LIFT = k.System()
 TOUCH = 1e-9  # a rope or support this close carries [m]
 
 
-def build_mechanism(source: Source, given: mechanics.Mechanism, gravity: float) -> plan.Mechanism:
-    """The mechanism of the plan; what is wrong is added to the faults of the source."""
-    return _Assembly(source, given).build(gravity)
+def build_mechanism(
+    source: Source, given: mechanics.Mechanism, gravity: float, lift: k.System = NO_LIFT
+) -> plan.Mechanism:
+    """The mechanism of the plan, which may act on a lift; what is wrong is added to the faults of the source."""
+    return _Assembly(source, given, lift).build(gravity)
 
 
 class _Assembly(Checking):
     def build(self, gravity: float) -> plan.Mechanism:
         given = self.given
+        for key in ("bodies", "joints"):
+            if not (getattr(given, key) or self.carried):
+                self.fault(("mechanism",), f"the key '{key}' is missing: there is nothing else to act on", on_key=True)
         self._tree()
         check_laws(self)
         made = tuple(self._joints())
@@ -60,11 +66,12 @@ class _Assembly(Checking):
             gravity=gravity,
             **laws_of(given),
         )
+        whole = k.merge([self.lift, system], gravity)
         if not self.source.faults:
-            self.checked(("mechanism", "joints"), kinematics.poses, system)
+            self.checked(("mechanism", "joints"), kinematics.poses, whole)
         if not self.source.faults:
-            self.checked(("mechanism",), self._resisting, system)
-        taut, closed = self._carrying(system) if not self.source.faults else ((), ())
+            self.checked(("mechanism",), self._resisting, whole)
+        taut, closed = self._carrying(system, kinematics.poses(whole)) if not self.source.faults else ((), ())
         return plan.Mechanism(
             name=given.name,
             system=system,
@@ -90,8 +97,7 @@ class _Assembly(Checking):
                 self.fault(at, str(error), on_key=True)
         return k.Body(name, body.mass or 0.0, body.com, _matrix(body.inertia), made)
 
-    def _carrying(self, system: k.System) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        at = kinematics.poses(system)
+    def _carrying(self, system: k.System, at: kinematics.Poses) -> tuple[tuple[str, ...], tuple[str, ...]]:
         spans = {r.name: span(self, r, at) for r in system.reevings}
         reeved = [r.name for r in system.reevings if spans[r.name] > r.L0 + TOUCH]
         stretched = {r.name: kinematics.length(r, at) - r.L0 for r in system.straight_ropes if r.hooked}
@@ -133,6 +139,9 @@ class _Assembly(Checking):
             else:
                 self.on_beam((*path, "at"), joint.parent, joint.at[0])
             self.known((*path, "child"), joint.child)
+            if joint.child in self.carried:
+                message = f"the body '{joint.child}' belongs to the lift, which carries it: make it the 'parent'"
+                self.fault((*path, "child"), message)
             if joint.child != k.WORLD:  # that closes a loop, as every further joint of a body does
                 carried.setdefault(joint.child, name)
             free = joint.type == "free" and joint.child in self.given.bodies
@@ -153,7 +162,7 @@ class _Assembly(Checking):
 
     def _connected(self) -> set[str]:
         """Bodies that joints connect to the world, in either direction."""
-        found, before = {k.WORLD}, 0
+        found, before = {k.WORLD, *self.carried}, 0
         while len(found) > before:
             before = len(found)
             for joint in self.given.joints.values():

@@ -14,7 +14,7 @@ from heavylift.nodes.scene.text.source import Path
 
 from .conditions import Conditions, wrong_units
 from .targets import Actor, targets
-from .yard import Yard, by_beam
+from .yard import Yard, by_beam, ramp_of
 
 TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
@@ -88,16 +88,21 @@ class _Resolver:
             case "wait":
                 return [actions.Wait(seconds=phrase.seconds, where=where)]
             case "turn":
-                accel, to = phrase.ramp or phrase.speed / TURN_TIME, phrase.to or 0.0
+                accel = phrase.ramp if isinstance(phrase.ramp, float) else phrase.speed / TURN_TIME
+                to = phrase.to or 0.0
                 return [actions.Turn(rate=phrase.speed, accel=accel, to=to, until=until, where=where)]
             case "hook":
                 return self._hookups(path, found, phrase, where)
             case "unhook":
                 return [actions.Unhook(sling=s, where=where) for a in found for s in self._slings_of(a)]
-            case "brake":
+            case "brake" | "release":
+                if found[0].kind in ("sling", "rope"):
+                    return [actions.Unhook(sling=a.name, parted=True, where=where) for a in found]
                 locks = ((a.loader or a.model, f"{a.loader}.hinge.lock" if a.loader else a.name) for a in found)
                 return [actions.Brake(model=m, brake=b, engaged=verb.engages, where=where) for m, b in locks]
             case "move":
+                if isinstance(phrase.ramp, phrases.SwingRamp) and found[0].kind in ("hook", "winch"):
+                    self.source.fault(path, f"to {verb.name} makes nothing swing: write an acceleration behind 'ramp'")
                 return [self._move(path, actor, phrase, until, where) for actor in found]
 
     def _move(
@@ -111,12 +116,14 @@ class _Resolver:
             self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
         sign = float(VERBS[phrase.verb].sign or 1)
         endless = phrase.by is None and phrase.to is None
+        ramp, pulses = ramp_of(phrase.ramp) if phrase.ramp else (actor.accel, actor.pulses)
         return actions.Move(
             verb=phrase.verb,
             model=actor.model,
             actuator=actor.name,
             speed=sign * phrase.speed if endless else phrase.speed,
-            accel=phrase.ramp or actor.accel,
+            accel=ramp,
+            pulses=pulses,
             by=None if phrase.by is None else (sign if winding else 1.0) * phrase.by,
             to=phrase.to,
             until=until,
@@ -127,6 +134,13 @@ class _Resolver:
         self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str
     ) -> list[actions.Order]:
         slings = [s for actor in found for s in self._slings_of(actor)]
+        if found[0].kind == "rope":
+            if phrase.lugs:
+                self.source.fault(path, f"'{found[0].name}' is hooked where its end is: write 'hook' without lugs")
+            return [actions.Hookup(sling=s, where=where) for s in slings]
+        if not phrase.lugs:
+            self.source.fault(path, "say to which lugs, such as 'hook [P1, P2]'")
+            return []
         unknown = [lug for lug in phrase.lugs if lug not in self.lugs]
         for lug in unknown:
             self.source.fault(path, f"the block has no lug '{lug}'", closest(lug, self.lugs))
@@ -145,4 +159,6 @@ class _Resolver:
         return orders
 
     def _slings_of(self, actor: Actor) -> list[str]:
+        if actor.kind in ("sling", "rope"):
+            return [actor.name]
         return [s.name for s in self.yard.slings if s.loader == actor.loader]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heavylift.kernel.description.joint_table import JOINTS, JointType
+from heavylift.nodes.models.mechanism import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.verbs import Kind
 
@@ -16,7 +16,8 @@ from .yard import Yard
 
 @dataclass(frozen=True)
 class Actor:
-    """What an order can address: the model that has it, its name there, its ramp [m/s2 or rad/s2], whether it turns."""
+    """What an order can address: the model that has it, its name there, its ramp [m/s2 or rad/s2], how many pulses a
+    ramp without swing has, whether it turns."""
 
     kind: Kind
     model: str
@@ -24,6 +25,7 @@ class Actor:
     accel: float = 0.0
     loader: str = ""
     turns: bool = False
+    pulses: int = 0
 
 
 def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Actor, ...]]:
@@ -32,10 +34,10 @@ def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Act
     on_hook = {(c, h): loader for loader, (c, h) in yard.hooks.items()}
     hooks: dict[str, Actor] = {}
     for crane in yard.cranes:
-        table[crane.name] = (Actor("gantry", crane.name, plan.drive_name(crane.name, "gantry"), crane.gantry.accel),)
+        table[crane.name] = (_driven("gantry", crane.name, plan.drive_name(crane.name, "gantry"), crane.gantry),)
         for trolley in (crane.upper, crane.lower):
             drive = plan.drive_name(crane.name, trolley.name)
-            actor = Actor("trolley", crane.name, drive, trolley.axis.accel)
+            actor = _driven("trolley", crane.name, drive, trolley.axis)
             table[f"{crane.name} {trolley.name} trolley"] = (actor,)
         for hook in crane.hooks:
             loader = on_hook[crane.name, hook.name]
@@ -52,17 +54,19 @@ def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Act
     for plural in ("cranes", "upper trolleys", "lower trolleys", "trolleys", "hooks"):
         if plural in table:
             table[f"all {plural}"] = table[plural]
+    for sling in yard.slings:
+        table[sling.name] = (Actor("sling", sling.loader, sling.name, loader=sling.loader),)
     if yard.block:
         table["block"] = (Actor("block", "block", "turn"),)
     if mechanism:
-        joints = {joint.name: JOINTS[joint.kind] for joint in mechanism.system.joints}
-        drives = {drive.name: drive for drive in mechanism.system.drives}
+        drives = {drive.name for drive in mechanism.system.drives}
+        angular = turning(mechanism)
         for actuator in mechanism.actuators:
-            by = drives.get(actuator.name)
-            kind: Kind = "drive" if by else "winch"
-            turns = bool(by and _turns(joints[by.joint], by.coordinate))
-            actor = Actor(kind, mechanism.name, actuator.name, actuator.accel, turns=turns)
+            kind: Kind = "drive" if actuator.name in drives else "winch"
+            actor = _driven(kind, mechanism.name, actuator.name, actuator, actuator.name in angular)
             table[actuator.name] = (actor,)
+        for rope in (rope for rope in mechanism.system.straight_ropes if not rope.winch):
+            table[rope.name] = (Actor("rope", mechanism.name, rope.name),)
         for brake in mechanism.system.brakes:
             table[brake.name] = (Actor("brake", mechanism.name, brake.name),)
         for lock in mechanism.system.locks:
@@ -71,6 +75,5 @@ def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Act
     return table
 
 
-def _turns(joint: JointType, coordinate: str) -> bool:
-    """Whether a coordinate, by default the only one, is an angle."""
-    return joint.turns(joint.actable.index(coordinate) if coordinate else 0)
+def _driven(kind: Kind, model: str, name: str, by: plan.Axis | plan.Actuator, turns: bool = False) -> Actor:
+    return Actor(kind, model, name, by.accel, turns=turns, pulses=by.pulses)

@@ -8,12 +8,15 @@ from typing import Literal, TypeAlias
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import Source
 
 Level: TypeAlias = Literal["upper", "lower"]
 UPPER: Level = "upper"
 LOWER: Level = "lower"
 HOOKS: dict[str, tuple[Level, int]] = {"H1": (UPPER, -1), "H2": (UPPER, 1), "H3": (LOWER, 0)}  # trolley, side along x
+
+PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that is known
 
 
 @dataclass
@@ -29,6 +32,11 @@ class Yard:
     slings: list[plan.Sling] = field(default_factory=list)
     hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # loader -> (crane, hook)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> loaders
+
+
+def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:
+    """Acceleration, provisional where it follows from the swing, and number of pulses of a ramp without swing."""
+    return (ramp.accel or PROVISIONAL, ramp.pulses) if isinstance(ramp, SwingRamp) else (ramp, 0)
 
 
 def box(mass: float, size: Vector) -> Vector:

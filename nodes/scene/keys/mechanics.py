@@ -8,8 +8,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+from heavylift.nodes.scene.language.grammar import read_ramp
+from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text import units as u
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, GetCoreSchemaHandler, Tag
+from pydantic_core import CoreSchema, core_schema
 
 from .base import Base, Direction, End, Name, Place, Station
 from .contacts import Contact
@@ -23,6 +26,22 @@ def _shape(given: object) -> str:
     if isinstance(given, list | tuple) and len(given) not in (3, 6):
         raise ValueError(f"Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not {len(given)} values")
     return "with products" if isinstance(given, list | tuple) and len(given) > 3 else "moments"
+
+
+class RampQuantity(u.Quantity):
+    """An acceleration greater than zero, or a ramp without swing, as orders have it."""
+
+    def ramp(self, value: object) -> float | SwingRamp:
+        """An acceleration in SI units, or the other."""
+        found = read_ramp(value, self.dimension)
+        return found if isinstance(found, SwingRamp) else self.read(value)
+
+    def __get_pydantic_core_schema__(self, kind: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.ramp)
+
+
+Ramp = Annotated[float | SwingRamp, RampQuantity(u.ACCELERATION, "positive")]
+StrokeRamp = Annotated[float | SwingRamp, RampQuantity(u.STROKE_RAMP, "positive")]
 
 
 def _counted(given: object) -> object:
@@ -161,17 +180,20 @@ class Drive(Base):
     type: Literal["prescribed", "servo", "speed"]
     stiffness: u.AnyStiffness = 0.0  # servo: per displacement
     damping: u.AnyDamping = 0.0  # servo and speed: per velocity
-    ramp: u.StrokeRamp
+    ramp: StrokeRamp  # or without swing: `one swing`, `0.1 m/s2 in two pulses`
     range: tuple[u.Stroke, u.Stroke] | None = None
     coordinate: str = ""
 
 
 class Mechanism(Base):
-    """A system of bodies, joints and laws; it becomes one coupled model."""
+    """A system of bodies, joints and laws; it becomes one coupled model.
+
+    Beside a lift it may name the lift's bodies and joints, and need have none of its own.
+    """
 
     name: Name = "mechanism"
-    bodies: dict[Name, Body]
-    joints: dict[Name, Joint]
+    bodies: dict[Name, Body] = Field(default_factory=dict)
+    joints: dict[Name, Joint] = Field(default_factory=dict)
     ropes: dict[Name, Rope] = Field(default_factory=dict)
     supports: dict[Name, Support] = Field(default_factory=dict)
     springs: dict[Name, Spring] = Field(default_factory=dict)

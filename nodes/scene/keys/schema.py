@@ -18,7 +18,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
-from .mechanics import Mechanism
+from .mechanics import Mechanism, Ramp
 from .placement import Process
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -96,7 +96,7 @@ class Crane(Base):
     trolley_speed: u.Speed = u.SPEED.read("20 m/min")
     hoist_speed: u.Speed = u.SPEED.read("3 m/min")  # loaded
     empty_hoist_speed: u.Speed = u.SPEED.read("10 m/min")
-    ramp: u.Ramp = u.ACCELERATION.read("0.05 m/s2")
+    ramp: Ramp = u.ACCELERATION.read("0.05 m/s2")  # or of gantry and trolleys `one swing`, `0.1 m/s2 in two pulses`
     servo_frequency: u.Frequency = 1.0  # of the gantry and trolley drives
     servo_damping: u.Ratio = 0.7  # of critical, of the gantry and trolley drives; assumed
     hook_capacity: u.Mass = u.MASS.read("450 t")

@@ -7,6 +7,7 @@ tags), a plain sentence, and for an unknown key or word the nearest known one.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from difflib import get_close_matches
 from functools import reduce
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
@@ -68,10 +69,17 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
             yield Fault(path, message, on_key=path != ("mechanism", "name"))
 
 
+def _key_of_action(word: str) -> str:
+    """The key of an action that a word is nearly written like; "" if there is none."""
+    return next(iter(get_close_matches(word.lower(), ("stage", "when", "timeout", "wait"), 1, 0.75)), "")
+
+
 def _fault(source: Source, error: ErrorDetails) -> Fault:
     path, kind, given = _path(source.data, error["loc"]), str(error["type"]), error.get("input")
     context = error.get("ctx") or {}
     last = str(path[-1]) if path else ""
+    if kind == "phrase" and context["sentence"].startswith("an order begins") and (near := _key_of_action(last)):
+        return Fault(path, f"there is no '{last}' to give an order to", f"did you mean '{near}'?", on_key=True)
     if kind == "phrase":
         added = len(str(given)) - len(str(source.at(path)))  # `wait: 3 s` is read as the phrase 'wait 3 s'
         return Fault(path, context["sentence"], context["hint"], column=context["column"] - added)

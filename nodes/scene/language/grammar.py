@@ -15,7 +15,7 @@ from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.units import Dimension
 
-from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest, State, Test
+from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest, State, SwingRamp, Test
 
 QUANTITIES = {
     "angle": units.ANGLE,
@@ -29,6 +29,7 @@ _UNIT = "|".join(
     re.escape(u).replace(r"\ ", r"\s+")
     for u in sorted({u for d in units.DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
 )
+_PUNCTUATED = re.compile(rf"\d+(?:[:,]\d+)+(?:\.\d+)?(?:\s*(?:{_UNIT})(?![\w/%]))?")  # told by the dimension
 LONGEST = 10_000  # characters of a phrase
 _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
@@ -39,6 +40,16 @@ def read_order(text: str) -> OrderPhrase:
     order = _order(reader)
     reader.end()
     return order
+
+
+def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
+    """An acceleration, or a ramp without swing; raises ValueError."""
+    if not isinstance(text, str) or not {"one", "in"} & set(text.split()):
+        return dimension.read(text)
+    reader = _Reader(text)
+    ramp = _ramp(reader, dimension)
+    reader.end()
+    return ramp
 
 
 def read_condition(text: str) -> ConditionPhrase:
@@ -89,7 +100,8 @@ class _Reader:
 
     def quantity(self, dimension: Dimension) -> float:
         """A number with a unit of this dimension."""
-        match = re.compile(rf"({units.NUMBER})\s*({_UNIT})?(?![\w/%])").match(self.text, self.at)
+        match = _PUNCTUATED.match(self.text, self.at)
+        match = match or re.compile(rf"({units.NUMBER})\s*({_UNIT})?(?![\w/%])").match(self.text, self.at)
         if match:
             text = match[0]
         else:
@@ -144,7 +156,7 @@ def _order(r: _Reader) -> OrderPhrase:
         case "wait":
             return OrderPhrase(name, seconds=r.quantity(units.DURATION))
         case "hook":
-            return OrderPhrase(name, lugs=_lugs(r))
+            return OrderPhrase(name, lugs=_lugs(r) if r.next else ())
         case "move" | "turn":
             return _motion(r, verb)
     if r.next:
@@ -155,9 +167,10 @@ def _order(r: _Reader) -> OrderPhrase:
 def _motion(r: _Reader, verb: Verb) -> OrderPhrase:
     turning = verb.units == "turning" or (verb.units == "either" and r.turning)
     speed = r.positive(units.RATE if turning else units.SPEED)
-    ramp_of = units.ANGULAR_ACCELERATION if turning else units.ACCELERATION
     stroke = units.ANGLE if turning else units.LENGTH
-    ramp = r.positive(ramp_of) if r.take("ramp") else None
+    ramp = _ramp(r, units.ANGULAR_ACCELERATION if turning else units.ACCELERATION) if r.take("ramp") else None
+    if isinstance(ramp, SwingRamp) and verb.becomes == "turn":
+        raise r.error("the hooks follow a turn on arcs, where no ramp is free of swing: write an acceleration")
     goals = ("to",) if verb.becomes == "turn" else ("by", "to", "until")
     word = r.expect(*goals, after=f"after the {'rate' if verb.becomes == 'turn' else 'speed'}")
     if word == "until":
@@ -170,6 +183,18 @@ def _motion(r: _Reader, verb: Verb) -> OrderPhrase:
     if of_rope:
         r.expect("rope", after="after 'of'")
     return OrderPhrase(verb.name, speed, turning, ramp, to=to, of_rope=of_rope, until=_or_until(r))
+
+
+def _ramp(r: _Reader, dimension: Dimension) -> float | SwingRamp:
+    if r.take("one"):
+        r.expect("swing", after="after 'ramp one'")
+        return SwingRamp()
+    accel = r.positive(dimension)
+    if not r.take("in"):
+        return accel
+    r.expect("two", after="after 'in'")
+    r.expect("pulses", after="after 'two'")
+    return SwingRamp(2, accel)
 
 
 def _or_until(r: _Reader) -> ConditionPhrase | None:

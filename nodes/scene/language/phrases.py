@@ -1,11 +1,12 @@
 """The phrase language of the action list: what is written to the right of `target:`, `when:` and `until`.
 
-    order      = motion | turn | "hook" "[" lug {"," lug} "]" | "unhook" | "lock" | "unlock"
+    order      = motion | turn | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
                | "engage" | "release" | "wait" time
-    motion     = ("travel" | "traverse" | "hoist" | "lower" | "drive") speed ["ramp" acceleration]
+    motion     = ("travel" | "traverse" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
                  | "to" position ["of rope"] ["or" "until" condition]
                  | "until" condition )
+    ramp       = acceleration ["in two pulses"] | "one swing"
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
@@ -14,6 +15,10 @@
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
                | "length of" name | "tension of" (name | set "slings" | set "ropes")
+
+A ramp without swing is chosen for what the move makes swing, with ropes, hook and load as they hang as it begins to
+speed up and to slow down; `check` tells the accelerations.  A ramp in two pulses is the quicker one; where they would
+overlap, each has half of the acceleration.
 
 `grammar` reads phrases.  Names are resolved later, against the machines of the scene.
 """
@@ -69,6 +74,14 @@ ConditionPhrase: TypeAlias = tuple[Test, ...]  # all of these at once
 
 
 @dataclass(frozen=True)
+class SwingRamp:
+    """A ramp that leaves no swing: one pulse that lasts a whole swing, or two of an acceleration half a swing apart."""
+
+    pulses: Literal[1, 2] = 1
+    accel: float | None = None
+
+
+@dataclass(frozen=True)
 class OrderPhrase:
     """What an actor is to do; the verb decides which of the values it has [SI].
 
@@ -78,7 +91,7 @@ class OrderPhrase:
     verb: str
     speed: float = 0.0
     turning: bool = False
-    ramp: float | None = None
+    ramp: float | SwingRamp | None = None
     by: float | None = None
     to: float | None = None
     of_rope: bool = False

@@ -52,6 +52,12 @@ def override(source: Source, setting: str) -> None:
     for depth, part in enumerate(path[:-1]):
         below = child(at, part)
         if below is None and isinstance(at, dict) and isinstance(part, str):
+            after = path[depth + 1]
+            if isinstance(after, int) or (after in AXES and depth + 2 == len(path)):
+                whole = ".".join(map(str, path[: depth + 1]))
+                told = f"one number of '{whole}' cannot be set, the scene has none: set it whole, '{whole}=[...]'"
+                source.fault((), told, mark=Mark(file, 1, 1, setting))
+                return
             below = at[part] = {}
             source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
         at = below

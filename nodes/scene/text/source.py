@@ -159,6 +159,10 @@ def _composed(text: str, name: str) -> Source:
         mark = error.problem_mark or error.context_mark
         where = at(mark.line, mark.column) if mark else at(0, 0)
         message = " ".join(str(error.problem or error.context).split())
+        if "\\t" in message:
+            message = (
+                "a tab stands before this; indent with spaces" if where.column > 1 else "indent with spaces, not tabs"
+            )
         source.fault((), f"this is not YAML: {message}", mark=where)
         return source
     except YAMLError as error:

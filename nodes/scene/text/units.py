@@ -19,6 +19,17 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+COMMA = re.compile(r"\s*([+-]?)(\d+(?:,\d+)+)(\.\d+)?\s*(.*?)\s*")
+CLOCK = re.compile(r"\s*(\d+):([0-5]\d)(?::([0-5]\d))?\s*")
+SPELLED = {  # units as they are spoken
+    **dict.fromkeys(("tonne", "ton", "te"), "t"), "kilogram": "kg", "kilo": "kg",
+    **dict.fromkeys(("metre", "meter"), "m"), **dict.fromkeys(("millimetre", "millimeter"), "mm"),
+    **dict.fromkeys(("centimetre", "centimeter"), "cm"), **dict.fromkeys(("kilometre", "kilometer"), "km"),
+    **dict.fromkeys(("second", "sec"), "s"), **dict.fromkeys(("minute", "mins"), "min"),
+    **dict.fromkeys(("hour", "hr"), "h"), "day": "days", "millisecond": "ms",
+    "degree": "deg", "radian": "rad", "newton": "N", "kilonewton": "kN", "meganewton": "MN",
+    "hertz": "Hz", "kilohertz": "kHz", "percent": "%", "pascal": "Pa", "megapascal": "MPa", "gigapascal": "GPa",
+}  # fmt: skip
 _DEGREE = Fraction(math.pi / 180)  # as `math.radians` has it
 _MINUTE, _KILO, _MILLI = Fraction(60), Fraction(1000), Fraction(1, 1000)
 _ONE, _MEGA, _GIGA = Fraction(1), _KILO**2, _KILO**3
@@ -44,6 +55,8 @@ class Dimension:
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
             return self._bare(float(str(value)), f"{value:.12g}" if isinstance(value, float) else str(value))
+        if meant := self._punctuated(value):
+            raise ValueError(f"'{value}' is no {self.name}: {meant}")
         match = re.fullmatch(rf"\s*({NUMBER}|[+-]?(?:nan|inf))\s*(.*?)\s*", value)
         if not match:
             known = ", ".join(unit for unit in self.units if unit)
@@ -54,7 +67,9 @@ class Dimension:
         if unit not in self.units:
             other = next((d.name for d in DIMENSIONS if unit in d.units), "")
             what = f"a unit of {other}" if other else "not a unit that is known here"
-            raise ValueError(f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(self.units)}")
+            short = self._spelled(unit)
+            meant = f": write '{match[1]} {short}'" if short else ""
+            raise ValueError(f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(self.units)}{meant}")
         return _product(match[1], self.units[unit])
 
     def show(self, si: float) -> str:
@@ -66,6 +81,32 @@ class Dimension:
         if number == 0 or not math.isfinite(number) or "" in self.units:
             return number
         raise ValueError(f"missing unit: write {self._example(number, text)}")
+
+    def _punctuated(self, text: str) -> str:
+        """What to write in place of a number with a comma, or of a time of the clock; "" if it is neither."""
+        if found := COMMA.fullmatch(text):
+            sign, parts, rest, unit = found[1], found[2].split(","), found[3] or "", tidy(found[4])
+            unit = unit if unit in self.units else self._spelled(unit) or next(iter(self.units))
+            whole, point = (f"'{sign}{mark.join(parts)}{rest} {unit}'" for mark in ("", "."))
+            if len(parts) > 2 or rest:
+                return f"thousands are not set apart: write {whole}"
+            thousands = len(parts[1]) == 3 and parts[0] != "0"
+            meant = f"{whole} or {point}, as it is meant" if thousands else point
+            return f"a decimal has a point, no comma: write {meant}"
+        if "min" in self.units and (found := CLOCK.fullmatch(text)):
+            first, second, third = found.groups()
+            seconds = 60 * int(first) + int(second)
+            if third is not None:
+                return f"write it in one unit, '{60 * seconds + int(third)} s'"
+            return f"write '{seconds} s' or '{seconds} min', as it is meant"
+        return ""
+
+    def _spelled(self, unit: str) -> str:
+        """The unit of this kind that is written out, or in other letters; "" if there is none."""
+        words = re.sub(r"\s*\bper\b\s*", "/", unit, flags=re.IGNORECASE)
+        short = re.sub(r"[A-Za-z]+", lambda word: SPELLED.get(word[0].lower().removesuffix("s"), word[0]), words)
+        same = [known for known in self.units if known and known.lower() == short.lower()]
+        return short if short in same else same[0] if len(same) == 1 else ""
 
     @property
     def article(self) -> str:
@@ -226,7 +267,6 @@ Ratio = Annotated[float, Quantity(RATIO, "zero")]
 Factor = Annotated[float, Quantity(RATIO, "positive")]
 Number = Annotated[float, Quantity(RATIO)]
 Stroke = Annotated[float, Quantity(STROKE)]
-StrokeRamp = Annotated[float, Quantity(STROKE_RAMP, "positive")]
 Effort = Annotated[float, Quantity(EFFORT, "positive")]
 Area = Annotated[float, Quantity(AREA, "zero")]
 Density = Annotated[float, Quantity(DENSITY, "zero")]

@@ -2,6 +2,7 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import "./curves.css";
+import { clock, numbers, timeAxis } from "./data.js";
 
 const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6b7682", "#7a6fd0"];
 const LIMIT = "#d0342c";
@@ -11,10 +12,7 @@ const ink = dark ? "#c7d1db" : "#33404d";
 const rule = dark ? "#2b3640" : "#e1e6eb";
 const charts = [];
 
-function numbers(text, Kind) {
-  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  return Array.from(new Kind(bytes.buffer), (x) => (Number.isFinite(x) ? x : null));
-}
+const drawable = (text, Kind) => Array.from(numbers(text, Kind), (x) => (Number.isFinite(x) ? x : null));
 
 function shade(plot) {
   const { ctx, bbox } = plot;
@@ -34,13 +32,13 @@ function shade(plot) {
 function named(plot) {
   const t = plot.cursor.idx == null ? null : plot.data[0][plot.cursor.idx];
   const stage = figure.stages.filter((s) => t !== null && s.t <= t).at(-1);
-  document.querySelector("p").textContent = stage ? `${t.toFixed(2)} s: ${stage.name}` : "drag zooms, double click resets";
+  document.querySelector("p").textContent = stage ? `${clock(t, 2)} ${stage.name}` : "drag zooms, double click resets";
 }
 
 function chart(panel) {
   const tables = panel.times.map((t, i) => [
-    numbers(t, Float64Array),
-    ...panel.curves.filter((c) => c.times === i).map((c) => numbers(c.y, Float32Array)),
+    drawable(t, Float64Array),
+    ...panel.curves.filter((c) => c.times === i).map((c) => drawable(c.y, Float32Array)),
   ]);
   const curves = panel.times.flatMap((_, i) => panel.curves.filter((c) => c.times === i));
   const data = tables.length > 1 ? uPlot.join(tables) : tables[0];
@@ -52,11 +50,11 @@ function chart(panel) {
     cursor: { sync: { key: "run" }, drag: { x: true, y: false } },
     hooks: { drawClear: [shade], setCursor: [named], setScale: [zoomed] },
     series: [
-      { label: "t [s]" },
+      { label: "time", value: (plot, t) => (t === null ? "" : clock(t, 2)) },
       ...curves.map((c) => ({ label: c.name, stroke: COLOURS[c.colour % COLOURS.length], dash: c.dashed ? [5, 4] : [], width: 1.4, spanGaps: true })),
-      ...levels.map((y) => ({ label: `rated ${y}`, stroke: LIMIT, dash: [8, 5], width: 1 })),
+      ...levels.map((y) => ({ label: `rated ${+y.toPrecision(4)} ${panel.unit}`, stroke: LIMIT, dash: [8, 5], width: 1 })),
     ],
-    axes: [{ ...axis, label: "t [s]" }, { ...axis, size: 70, label: `[${panel.unit}]` }],
+    axes: [{ ...axis, ...timeAxis }, { ...axis, size: 70, label: `[${panel.unit}]` }],
   };
   return new uPlot(options, [...data, ...levels.map((y) => data[0].map(() => y))], document.querySelector("main"));
 }

@@ -1,7 +1,20 @@
 // The run as the page holds it: columns of numbers that may grow, and what happened when.
 
-function numbers(text, Type) {
-  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+export function numbers(text, Type) {
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < bytes.length; i++) bytes[i] = letters.charCodeAt(i);
+  return new Type(bytes.buffer);
+}
+
+// Numbers that travel deflated, first bytes of all first, then second bytes of all, ...
+async function unpacked(text, Type) {
+  const stream = new Blob([numbers(text, Uint8Array)]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const planes = new Uint8Array(await new Response(stream).arrayBuffer());
+  const size = Type.BYTES_PER_ELEMENT;
+  const n = planes.length / size;
+  const bytes = new Uint8Array(planes.length);
+  for (let k = 0; k < size; k++) for (let i = 0, at = k * n; i < n; i++) bytes[size * i + k] = planes[at + i];
   return new Type(bytes.buffer);
 }
 
@@ -50,6 +63,36 @@ export class Run {
     this.signals.forEach((s, i) => (s.y = s.column.extend(times.length, values, start + i, stride)));
   }
 
+  // The finer level of a long recording in place of the coarse one, which is seen at once.
+  async refine() {
+    if (!this.detail) return false;
+    const [t, x] = await Promise.all([unpacked(this.detail.t, Float64Array), unpacked(this.detail.x, Float32Array)]);
+    const n = t.length;
+    this.t = t;
+    this.bodies.forEach((body, i) => {
+      body.x = new Float32Array(7 * n);
+      for (let k = 0; k < 7; k++) for (let r = 0, from = (7 * i + k) * n; r < n; r++) body.x[7 * r + k] = x[from + r];
+    });
+    this.signals.forEach((signal, i) => (signal.y = x.subarray((7 * this.bodies.length + i) * n, (7 * this.bodies.length + i + 1) * n)));
+    this.detail = null;
+    return true;
+  }
+
+  // A time as a clock tells it: 1:02.50 in a short run, 12:05, 1:06:04.
+  clock(t) {
+    return clock(t, this.last < 120 ? 2 : 0);
+  }
+
+  // What a rope carried at most as a share of what it may carry; 0 where nobody has said how much.
+  use(rope) {
+    const signal = this.signal.get("rope/tension/" + rope);
+    const rated = this.rated[rope];
+    if (!signal || !rated) return 0;
+    let most = 0;
+    for (const tension of signal.y) if (tension > most) most = tension;
+    return most / rated;
+  }
+
   get first() {
     return this.t[0] ?? 0;
   }
@@ -86,12 +129,17 @@ export function lastBefore(things, now) {
   return low - 1;
 }
 
-// 75.3 s, 12:05, 1:06:04
-export function clock(seconds) {
-  if (seconds < 60) return seconds.toFixed(2) + " s";
-  const s = Math.floor(seconds + 1e-6);
+// Steps between the marks of an axis of time [s], and what stands at them.
+const STEPS_s = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 36000, 86400];
+export const timeAxis = { incrs: STEPS_s, values: (plot, at, i, room, step) => at.map((t) => clock(t, step >= 1 ? 0 : 2)) };
+
+// 1:15, 1:06:04, with digits behind the second 1:15.30
+export function clock(seconds, digits = 0) {
+  const unit = 10 ** digits;
+  const ticks = Math.round(seconds * unit);
   const two = (x) => String(x).padStart(2, "0");
-  const h = Math.floor(s / 3600);
-  const m = Math.floor(s / 60) % 60;
-  return (h ? h + ":" + two(m) : m) + ":" + two(s % 60);
+  const h = Math.floor(ticks / (3600 * unit));
+  const m = Math.floor(ticks / (60 * unit)) % 60;
+  const rest = ((ticks % (60 * unit)) / unit).toFixed(digits).padStart(digits ? 3 + digits : 2, "0");
+  return (h ? h + ":" + two(m) : m) + ":" + rest;
 }

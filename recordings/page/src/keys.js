@@ -1,7 +1,7 @@
 // The keyboard: every key of the page, and the overlay that lists them.
 const VIEWS = ["corner", "along", "across", "top"];
 
-export function keyboard({ run, player, stage, events, speed, toggle, help }) {
+export function keyboard({ run, player, stage, events, speed, toggle, save, help, follow }) {
   const step = () => Math.max(0.1, player.speed / 4);
   const to = (t) => t !== undefined && player.jump(t);
   const faster = (by) => {
@@ -27,6 +27,8 @@ export function keyboard({ run, player, stage, events, speed, toggle, help }) {
     l: () => player.follow(!player.following),
     d: toggle,
     p: () => print(),
+    s: save,
+    f: () => follow.click(),
     "?": () => (help.open ? help.close() : help.showModal()),
   };
   VIEWS.forEach((view, i) => (keys[i + 1] = () => stage.look(view)));

@@ -3,7 +3,7 @@
 import "uplot/dist/uPlot.min.css";
 import "./style.css";
 import { Charts } from "./charts.js";
-import { Run, clock } from "./data.js";
+import { Run } from "./data.js";
 import { keyboard } from "./keys.js";
 import { listen } from "./live.js";
 import { EventList, StageBar, factList, ropeTable } from "./panel.js";
@@ -32,7 +32,7 @@ function open(run) {
     seek.max = run.last;
     seek.min = run.first;
     seek.value = now;
-    el("clock").textContent = `${clock(now)} / ${clock(run.last)}`;
+    el("clock").textContent = `${run.clock(now)} / ${run.clock(run.last)}`;
     el("stage-name").textContent = stages.show(now);
     events.show(now);
     charts.cursor(now);
@@ -81,18 +81,36 @@ function open(run) {
   el("theme").onclick = toggle;
   el("print").onclick = () => print();
   for (const button of document.querySelectorAll("[data-view]")) button.onclick = () => stage.look(button.dataset.view);
-  keyboard({ run, player, stage, events, speed, toggle, help: el("help") });
   el("ask").onclick = () => el("help").showModal();
   let before = "";
   addEventListener("beforeprint", () => {
     before = root.dataset.theme;
     paint("light");
-    el("printed").src = stage.picture();
+    el("printed").src = stage.picture(told());
   });
   addEventListener("afterprint", () => paint(before));
   addEventListener("resize", resize);
   addEventListener("hashchange", start);
   dark.onchange = () => paint(dark.matches ? "dark" : "light");
+
+  const told = () => `${run.title}, ${el("stage-name").textContent}, ${run.clock(player.now)}`;
+  const save = () => {
+    const name = `${told()}.png`.replace(/[^\w.-]+/g, "-");
+    Object.assign(document.createElement("a"), { href: stage.picture(told()), download: name }).click();
+  };
+  const subject = run.block?.name ?? run.bodies.at(-1)?.name;
+  for (const box of document.querySelectorAll("#shows input")) {
+    box.checked = stage.labels.on.has(box.name);
+    box.onchange = () => {
+      if (box.name === "follow") return stage.follow(box.checked ? subject : null);
+      if (box.checked) stage.labels.on.add(box.name);
+      else stage.labels.on.delete(box.name);
+      stage.ask();
+    };
+    box.parentElement.hidden = !(run.block || ["names", "loads", "follow"].includes(box.name));
+  }
+  el("save").onclick = save;
+  keyboard({ run, player, stage, events, speed, toggle, save, help: el("help"), follow: document.querySelector("#shows [name=follow]") });
 
   tell();
   paint(dark.matches ? "dark" : "light");
@@ -138,4 +156,13 @@ function live(address) {
 }
 
 if (given.live) live(given.live);
-else open(new Run(given));
+else {
+  const run = new Run(given);
+  const parts = open(run);
+  run.refine().then((finer) => {
+    if (!finer) return;
+    parts.charts.grow();
+    parts.player.jump(parts.player.now);
+    root.dataset.finer = "yes";
+  });
+}

@@ -1,5 +1,5 @@
 // What stands beside the scene: stages, events, ropes and facts. All text comes in as text, never as markup.
-import { clock, lastBefore } from "./data.js";
+import { lastBefore } from "./data.js";
 import { useColour } from "./ropes.js";
 
 const element = (tag, properties = {}, ...children) => {
@@ -18,14 +18,14 @@ export class StageBar {
   grow() {
     const { run, parts } = this;
     for (const stage of run.stages.slice(parts.length)) {
-      const part = element("button", { type: "button", title: `${stage.name}, ${clock(stage.t)}` }, element("span", { textContent: stage.name }));
+      const part = element("button", { type: "button", title: `${stage.name}, ${run.clock(stage.t)}` }, element("span", { textContent: stage.name }));
       part.onclick = () => this.jump(stage.t);
       this.host.append(part);
       parts.push(part);
     }
     const end = (i) => run.stages[i + 1]?.t ?? run.last;
     parts.forEach((part, i) => (part.style.flexGrow = Math.max(0, (end(i) - run.stages[i].t) / (run.last - run.first || 1))));
-    this.table.replaceChildren(...run.stages.map((s, i) => element("tr", {}, cell(s.name), cell(clock(s.t)), cell(clock(Math.max(0, end(i) - s.t))))));
+    this.table.replaceChildren(...run.stages.map((s, i) => element("tr", {}, cell(s.name), cell(run.clock(s.t)), cell(run.clock(Math.max(0, end(i) - s.t))))));
     this.table.closest("section").hidden = !run.stages.length;
   }
 
@@ -46,10 +46,11 @@ export class EventList {
   }
 
   grow() {
-    for (const event of this.run.events.slice(this.rows.length)) {
+    const { run } = this;
+    for (const event of run.events.slice(this.rows.length)) {
       const row = element(
         "li", { tabIndex: 0, className: event.inner ? "inner" : "" },
-        element("b", { textContent: clock(event.t) }),
+        element("b", { textContent: run.clock(event.t) }),
         element("i", { textContent: event.source }),
         element("span", { textContent: event.text }),
       );
@@ -79,13 +80,15 @@ export class EventList {
 
 export function ropeTable(host, run) {
   host.closest("section").hidden = !run.peaks.length;
-  host.replaceChildren(...run.peaks.map((rope) => {
+  const most = (rope) => (rope.rated ? 1 + rope.tension / rope.rated : 0);
+  const peaks = [...run.peaks].sort((a, b) => most(b) - most(a));
+  host.replaceChildren(...peaks.map((rope) => {
     const use = rope.rated ? rope.tension / rope.rated : null;
     const share = cell(use === null ? "" : `${(100 * use).toFixed(0)} %`);
     if (use !== null) share.style.borderLeft = `4px solid #${useColour(use).getHexString()}`;
     return element(
       "tr", {},
-      cell(rope.name), cell((rope.tension / 1e3).toFixed(1) + " kN"), cell(clock(rope.time)),
+      cell(rope.name), cell((rope.tension / 1e3).toFixed(1) + " kN"), cell(run.clock(rope.time)),
       cell(rope.rated ? (rope.rated / 1e3).toFixed(0) + " kN" : ""), share,
     );
   }));

@@ -22,7 +22,7 @@ class Noting(room.KernelNode):
     def __init__(self, config, publish, **how):
         super().__init__(config, publish, **how)
         self.config, self.history, self.end = config, [], None
-        Noting.last = self
+        Noting.newest = self
 
     def advance(self, tag, bag, until):
         self.history.append((tag, bag, until))
@@ -57,7 +57,7 @@ def kernel_alone(scene, *overrides):
     finally:
         room.KernelNode = original
     whole = time.process_time() - began
-    noted = Noting.last
+    noted = Noting.newest
 
     began = time.thread_time()
     tensions = Tensions()
@@ -129,8 +129,7 @@ def pruned_alone(noted, method):
     began = time.thread_time()
     kernel.start()
     for tag, bag, _ in noted.history:
-        orders = [d.event.value for d in bag]
-        orders = [x for x in orders if getattr(x, "brake", None) not in spared]
+        orders = [event.value for event in bag if getattr(event.value, "brake", None) not in spared]
         if orders:
             run(tag.t)
             simulation.interrupt(tag.t)

@@ -1,12 +1,13 @@
-"""The models that tests/bench/sync.py distributes: clocks in turn, a full round, the ring workload."""
+"""The models that tests/bench/sync.py distributes: clocks in turn, a full round, the ring workload, a queue."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from hashlib import blake2b
 from math import log
+from random import Random
 
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, OutPort
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, OutPort, ns
 
 GAP = 1_000_000  # [ns] mean time between the ticks of a station of the ring workload
 SPREAD = 3  # every third event of a station is passed on
@@ -154,3 +155,99 @@ def workload(n: int, gaps: int) -> Coupled:
 def _slots(member: Coupled, station: Station, lookahead: int) -> Iterator[Slot]:
     for k in range(len(station.slots)):
         yield member.add(Slot(f"slot{k}", lookahead))
+
+
+class Source(Atomic):
+    """Customers at exponential gaps."""
+
+    out = Out(Job)
+
+    def start(self) -> None:
+        self.random, self.n = Random(1), 0
+        self.wait()
+
+    def wait(self) -> None:
+        self.hold_in(1 + ns(self.random.expovariate(2.0)))
+
+    def output(self) -> None:
+        self.out.send(Job(self.n))
+
+    def internal(self) -> None:
+        self.n += 1
+        self.wait()
+
+
+class Counter(Atomic):
+    """Three servers and their queue."""
+
+    into, out = In(Job), Out(Job)
+
+    def start(self) -> None:
+        self.random, self.queue, self.busy = Random(2), list[Job](), list[tuple[int, Job]]()
+
+    def serve(self) -> None:
+        while self.queue and len(self.busy) < 3:
+            self.busy.append((self.now.t + 1 + ns(self.random.expovariate(1.2)), self.queue.pop(0)))
+        self.busy.sort(key=lambda job: job[0])
+        if self.busy:
+            self.hold_in(self.busy[0][0] - self.now.t)
+        else:
+            self.passivate()
+
+    def external(self, e: int, x: Bag) -> None:
+        self.queue += x[self.into]
+        self.serve()
+
+    def output(self) -> None:
+        for due, job in self.busy:
+            if due == self.busy[0][0]:
+                self.out.send(job)
+
+    def internal(self) -> None:
+        self.busy = [served for served in self.busy if served[0] > self.now.t]
+        self.serve()
+
+
+class Router(Atomic):
+    """Sends a quarter of the customers back."""
+
+    into, again, leave = In(Job), Out(Job), Out(Job)
+
+    def start(self) -> None:
+        self.random, self.jobs = Random(3), list[tuple[bool, Job]]()
+
+    def external(self, e: int, x: Bag) -> None:
+        self.jobs += [(self.random.random() < 0.25, job) for job in x[self.into]]
+        self.hold_in(0)
+
+    def output(self) -> None:
+        for back, job in self.jobs:
+            (self.again if back else self.leave).send(job)
+
+    def internal(self) -> None:
+        self.jobs = []
+        self.passivate()
+
+
+class Door(Atomic):
+    """Counts who leaves."""
+
+    into = In(Job)
+
+    def start(self) -> None:
+        self.left = 0
+
+    def external(self, e: int, x: Bag) -> None:
+        self.left += len(x[self.into])
+
+
+def queue() -> Coupled:
+    """M/M/3 with feedback."""
+    root = Coupled("queue")
+    source, counter = root.add(Source("source")), root.add(Counter("counter"))
+    router, door = root.add(Router("router")), root.add(Door("door"))
+    root.connect(source.out, counter.into)
+    root.connect(counter.out, router.into)
+    root.connect(router.again, counter.into)
+    root.connect(router.leave, door.into)
+    return root

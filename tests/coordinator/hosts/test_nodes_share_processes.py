@@ -10,7 +10,7 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.placement import Placement, place
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.models import KERNEL, node_names
+from heavylift.nodes.models import node_names
 from heavylift.nodes.scene import bundled, load, parse
 from heavylift.recordings import Recording
 from typer.testing import CliRunner
@@ -19,32 +19,32 @@ LIFT = ("commander", "crane", "loader-1", "loader-2", "loader-3", "block", "kern
 
 
 def test_nodes_are_dealt_out_and_the_kernel_has_a_process_to_itself() -> None:
-    assert Placement.spread(LIFT, 4, KERNEL).processes == {
-        "process-1": ("commander", "loader-2"),
-        "process-2": ("crane", "loader-3"),
-        "process-3": ("loader-1", "block"),
+    assert Placement.spread(LIFT, 4).processes == {
+        "process-1": ("commander", "crane"),
+        "process-2": ("loader-1", "loader-2"),
+        "process-3": ("loader-3", "block"),
         "kernel": ("kernel",),
     }
 
 
 @pytest.mark.parametrize("count", [7, 12])
 def test_as_many_processes_as_nodes_are_one_for_each(count: int) -> None:
-    assert Placement.spread(LIFT, count, KERNEL) == Placement.apart(LIFT)
+    assert Placement.spread(LIFT, count) == Placement.apart(LIFT)
 
 
 def test_one_process_hosts_the_kernel_too() -> None:
-    assert Placement.spread(LIFT, 1, KERNEL).processes == {"process-1": LIFT}
+    assert Placement.spread(LIFT, 1).processes == {"process-1": LIFT}
 
 
 @pytest.mark.parametrize("count", range(1, 8))
 def test_every_node_has_one_process(count: int) -> None:
-    placement = Placement.spread(LIFT, count, KERNEL)
+    placement = Placement.spread(LIFT, count)
     assert len(placement.processes) == count
-    assert sorted(placement.nodes) == sorted(LIFT)
+    assert sorted(placement.models) == sorted(LIFT)
 
 
 def test_nodes_that_are_not_placed_have_their_own_process() -> None:
-    placement = place(LIFT, KERNEL, {"crane": "yard-a"}, ["block, loader-1=yard-a", "loader-2=yard-b"])
+    placement = place(LIFT, {"crane": "yard-a"}, ["block, loader-1=yard-a", "loader-2=yard-b"])
     assert placement.processes == {
         "commander": ("commander",),
         "yard-a": ("crane", "loader-1", "block"),
@@ -67,7 +67,7 @@ def test_nodes_that_are_not_placed_have_their_own_process() -> None:
 )
 def test_a_wrong_placement_is_refused(given: list[str], count: int, told: str) -> None:
     with pytest.raises(SceneError) as error:
-        place(LIFT, KERNEL, {}, given, count)
+        place(LIFT, {}, given, count)
     assert str(error.value).startswith(told)
 
 
@@ -110,7 +110,7 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.mark.large(beyond=1)
 def test_the_number_of_processes_changes_no_byte(truth: str, tmp_path: Path, count: int) -> None:
     crew = Processes()
-    placement = Placement.spread(LIFT, count, KERNEL)
+    placement = Placement.spread(LIFT, count)
     assert run(load("lift"), tmp_path / "lift.mcap", processes=crew, placement=placement).digest == truth
     assert set(crew.pids) == set(placement.processes)
 

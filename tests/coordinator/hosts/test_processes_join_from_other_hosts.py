@@ -145,7 +145,7 @@ def test_another_version_is_refused_and_nobody_is_there_twice(keys: Path, monkey
             with pytest.raises(ProtocolError, match="install one version on all hosts"):
                 play("block", there, "", "", print)
         link = Link(hub.ticket("block"), session)
-        assert link.nodes == hub.placement.processes["block"]
+        assert link.nodes == hub.placement.hosted["block"]
         hub._gate.hosts["block"] = "far-away"  # type: ignore[union-attr]
         with pytest.raises(ProtocolError, match="may not join: process 'block' is there already, on host far-away"):
             play("block", there, "", "", print)
@@ -212,7 +212,7 @@ def test_a_wrong_command_line_is_refused_before_anything_listens(
     keys: Path, remote: list[str], listen: str, in_process: bool, told: str
 ) -> None:
     with pytest.raises(HeavyliftError) as error:
-        open_door(place(["block", "crane"], "crane", {}, remote=remote).remote, listen, keys, in_process)
+        open_door(place(["block", "crane"], {}, remote=remote).remote, listen, keys, in_process)
     assert str(error.value).startswith(told)
 
 

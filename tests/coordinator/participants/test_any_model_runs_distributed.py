@@ -1,6 +1,7 @@
 """A researcher's model, child by child in processes of their own, does what it does alone, log for log."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -164,3 +165,30 @@ def test_nodes_may_share_processes():
     run = run_models(tokens, until=ms(101), processes=2, log=lines.append)
     assert lines == flat(tokens, ms(101))
     assert run.digest == run_models(tokens, until=ms(101), in_process=True).digest
+
+
+def test_a_mistake_leaves_a_recording_of_all_that_was_said_before(tmp_path):
+    """The divider fails at its third job, whether it shares its process with who sends it or not."""
+    said = []
+    for number, where in enumerate([{}, {"processes": 2}, {"in_process": True}]):
+        path = tmp_path / f"{number}.mcap"
+        with pytest.raises(
+            ModelError, match=r"^workshop\.divider at \(2 s, 0\): external\(\) raised ZeroDivisionError"
+        ):
+            run_models("rings:failing", output=path, **where)
+        said.append([(e.t_ns, e.source) for e in Recording(path).events() if e.t_ns < 2 * 10**9])
+    assert said[0] == said[1] == said[2] == [(0, "frame"), (10**9, "frame")]
+
+
+def test_a_thousand_models_of_one_process_are_one_node():
+    run = run_models("heavylift.nodes.zoo.token_ring:ring(1000, 1, 1000)", until=3001, in_process=True)
+    assert (run.grants, run.sim_s) == (1, 3e-6)
+
+
+def test_as_many_processes_as_pay_are_told():
+    done = command("rings:tokens", "--until", "21 ms", "--processes", "auto", cwd=HERE)
+    assert done.returncode == 0, done.stderr
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    assert done.stderr == f"--processes auto: at most {cores}, as many as there are cores to use\n"
+    placed = command("rings:tokens", "--until", "21 ms", "--place", "s0,s1,s2=yard", cwd=HERE)
+    assert placed.stdout.splitlines()[2] == done.stdout.splitlines()[2] != ""

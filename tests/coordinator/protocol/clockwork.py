@@ -58,13 +58,16 @@ def event(t: int, source: str = "a", n: int = 0, k: int = 0, port: str = "out") 
     return Event(t, k, source, port, 0, "Word", encode_value(Word(n)))
 
 
-def hello(t: int, offer: Sequence[Event] = (), lookahead: int = 0) -> Hello:
+def hello(t: int, offer: Sequence[Event] = (), **lookahead: int) -> Hello:
+    """With the lookaheads of models on their port `out`."""
     quiet = Tag(t) if offer or t == FOREVER.t else Tag(t, 1)
-    return Hello(Tag(t), list(offer), quiet, {"out": lookahead})
+    return Hello(Tag(t), list(offer), quiet, {f"{model}.out": ahead for model, ahead in lookahead.items()})
 
 
 PAIR = [Coupling("a", "out", "b", "into"), Coupling("b", "out", "a", "into")]
 
 
 def started(*models: Clockwork) -> list[Node]:
-    return [Node(model.name, Simulator(model)) for model in models]
+    """Each hears of `b`, and others of all that it says."""
+    said = [("a", port, "b", "into") for port in ("out", "last")]
+    return [Node(m.name, Simulator(m, wires=[("b", "out", "a", "into"), *said])) for m in models]

@@ -18,7 +18,7 @@ from heavylift.coordinator.protocol.distance import Matrix
 from heavylift.coordinator.protocol.messages import Delay, Done, Grant, Hello
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.node_state import Known
-from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
+from heavylift.nodes.devs import FOREVER, Event, Tag, after, succ
 
 Patch = pytest.MonkeyPatch
 Ways = list[tuple[int, int, int]]
@@ -148,7 +148,7 @@ def forget(node: Known) -> None:
 
 @mutant
 def inputs_are_sent_with_every_grant(patch: Patch) -> None:
-    patch.setattr(Known, "send", lambda node, until: [d for d in node._pending if d.event.tag < until])
+    patch.setattr(Known, "send", lambda node, until: [d for d in node._pending if d.tag < until])
 
 
 @mutant
@@ -164,7 +164,7 @@ def new_inputs_come_behind_those_that_are_kept(patch: Patch) -> None:
 
 @mutant
 def who_is_sent_an_input_hears_nothing_more(patch: Patch) -> None:
-    def send(original: Callable[..., list[Delivery]], node: Known, until: Tag) -> list[Delivery]:
+    def send(original: Callable[..., list[Event]], node: Known, until: Tag) -> list[Event]:
         sent = original(node, until)
         node.drop(until)
         return sent
@@ -207,9 +207,9 @@ def no_echo_in_grants(patch: Patch) -> None:
 
 @mutant
 def bags_in_the_order_of_arrival(patch: Patch) -> None:
-    patch.setattr(node_module, "heappush", lambda kept, delivery: insort(kept, delivery, key=lambda d: d.event.tag))
+    patch.setattr(node_module, "heappush", lambda kept, event: insort(kept, event, key=lambda d: d.tag))
     patch.setattr(node_module, "heappop", lambda kept: kept.pop(0))
-    patch.setattr(known_module, "insort", lambda inputs, delivery: insort(inputs, delivery, key=lambda d: d.event.tag))
+    patch.setattr(known_module, "insort", lambda inputs, event: insort(inputs, event, key=lambda d: d.tag))
 
 
 @mutant

@@ -18,12 +18,12 @@ from heavylift.coordinator.protocol import node as node_module
 from heavylift.coordinator.protocol.core import Coordinator, Outcome
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.messages import Bye, Stop
 from heavylift.coordinator.protocol.node import Node
 from heavylift.nodes.devs import (
     Atomic,
     Bag,
     Coupled,
-    Delivery,
     Event,
     In,
     Message,
@@ -34,6 +34,7 @@ from heavylift.nodes.devs import (
     Transition,
     succ,
 )
+from heavylift.nodes.devs.execution.flatten import Wire
 
 END = 60  # [ns]
 MICROSTEPS = 250
@@ -104,6 +105,9 @@ class Chaotic(Atomic):
         else:
             self.room = self.due - self.now.t  # the schedule stands, but what it will say was not known before
 
+    def result(self) -> Number:
+        return Number(number(self.s, self.now))
+
     def shape(self) -> None:
         """Couple two siblings or part them; let a new atomic come, or the last of them go."""
         home = self.parent
@@ -123,12 +127,12 @@ class Chaotic(Atomic):
                 home.connect(source, target)
 
 
-def build(seed: int) -> Coupled:
-    """The same model for the same seed, always newly made."""
+def build(seed: int, most: int = 5, densities: Sequence[float] = (0.15, 0.3, 0.5)) -> Coupled:
+    """The same model for the same seed, always newly made, of 2 groups to so many."""
     r = Random(seed)
     zero, shaped = r.random() < 0.3, r.random() < 0.25
     root = Coupled("yard")
-    homes = [root.add(Coupled(f"g{g}")) for g in range(r.randint(2, 5))]
+    homes = [root.add(Coupled(f"g{g}")) for g in range(r.randint(2, most))]
     atomics = max(len(homes), r.choice([4, 6, 8, 10, 14, 20, 30]))
     for _ in range(r.choice([0, 1, 3, 6])):
         home = r.choice(homes)
@@ -143,7 +147,7 @@ def build(seed: int) -> Coupled:
             home.add_in(p, Number)
         for p in "uv":
             home.add_out(p, Number)
-    _couple(root, r, r.choice([0.15, 0.3, 0.5]))
+    _couple(root, r, r.choice(densities))
     if r.random() < 0.4:  # a source: the others hear of it long before they come there
         for source, target in list(root.couplings):
             if target.owner is homes[0]:
@@ -203,13 +207,51 @@ def flat(seed: int, end: int = END, build: Build = build) -> Logs:
     return logs
 
 
-def parts(seed: int, logs: Logs, build: Build = build) -> tuple[dict[str, Simulator], list[Coupling]]:
-    """One simulator per group, and the couplings between them."""
+def told(seed: int, end: int = END, build: Build = build) -> dict[str, Message]:
+    """The results of the whole model in one simulator."""
+    simulator = Simulator(build(seed), microsteps=MICROSTEPS)
+    simulator.start()
+    simulator.run(end)
+    return simulator.results(end)
+
+
+def build_ring(seed: int) -> Coupled:
+    """Up to twelve groups in a ring, and few other couplings between them."""
+    root = build(seed, 12, (0.0, 0.0, 0.03))
+    homes = list(root.children.values())
+    for source, target in zip(homes, [*homes[1:], homes[0]], strict=True):
+        if (source.ports["u"], target.ports["p"]) not in root.couplings:
+            root.connect(source.ports["u"], target.ports["p"])
+    return root
+
+
+def placed(groups: Sequence[str], seed: int) -> dict[str, list[str]]:
+    """Groups dealt out to nodes of one to six of them, neighbours or any, each node by the name of its first."""
+    r, left, found = Random(seed), list(groups), dict[str, list[str]]()
+    while left:
+        count = min(len(left), r.choice([1, 2, 2, 3, 3, 4, 5, 6]))
+        some = left[:count] if seed % 2 else r.sample(left, count)
+        found[some[0]] = some
+        left = [group for group in left if group not in some]
+    return found
+
+
+def parts(
+    seed: int, logs: Logs, build: Build = build, wires: Sequence[Wire] = (), together: int | None = None
+) -> tuple[dict[str, Simulator], list[Coupling]]:
+    """One simulator per group, or per node of a random placement, and the couplings between groups.
+
+    `wires`: couplings from who is no group.
+    """
     root = build(seed)
+    couplings = [Coupling(s.owner.name, s.name, t.owner.name, t.name) for s, t in root.couplings]
+    known = [*couplings, *wires]
+    hosts = {name: [name] for name in root.children} if together is None else placed(list(root.children), together)
     simulators = {
-        name: Simulator(group, log=_collect(logs), microsteps=MICROSTEPS) for name, group in root.children.items()
+        node: Simulator([root.children[name] for name in names], _collect(logs), MICROSTEPS, wires=known)
+        for node, names in hosts.items()
     }
-    return simulators, [Coupling(s.owner.name, s.name, t.owner.name, t.name) for s, t in root.couplings]
+    return simulators, couplings
 
 
 class Ahead:
@@ -221,7 +263,7 @@ class Ahead:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.simulator, name)
 
-    def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
+    def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
         self.simulator.advance(tag, bag)
         while self.simulator.next_time < until and not self.simulator.outputs():
             self.simulator.advance(self.simulator.next_time)
@@ -239,6 +281,7 @@ class Run(NamedTuple):
     events: list[Event]
     outcome: Outcome
     end: Tag
+    results: dict[str, Message]
 
 
 def distributed(
@@ -249,41 +292,45 @@ def distributed(
     finish: tuple[str, str] | None = None,
     build: Build = build,
     tight: bool = False,
+    together: int | None = None,
 ) -> Run:
-    """The model cut into its groups, DONEs in random order; `tight`: grants are short and nobody may be far ahead."""
+    """The model cut into its groups, DONEs in random order; `tight`: grants are short and nobody may be far ahead;
+    `together`: seed of a placement of several groups in a node."""
     logs: Logs = {}
     events: list[Event] = []
-    simulators, couplings = parts(seed, logs, build)
-    coordinator = Coordinator(simulators, couplings, Tag(END), finish, events.append)
+    simulators, couplings = parts(seed, logs, build, [(*finish, "", "")] if finish else [], together)
+    models = {node: [m.name for m in simulator.models] for node, simulator in simulators.items()}
+    coordinator = Coordinator(simulators, couplings, Tag(END), finish, events.append, models=models)
     nodes = [Node(name, Ahead(s) if ahead else s) for name, s in simulators.items()]
     with bounds(*TIGHT) if tight else nullcontext():
         outcome = run_in_memory(coordinator, nodes, Random(order), cut)
-    return Run(logs, events, outcome, coordinator.end)
+    left = [node.handle(Stop(coordinator.end)) for node in nodes]
+    results = {result.path: result.value for bye in left if isinstance(bye, Bye) for result in bye.results}
+    return Run(logs, events, outcome, coordinator.end, results)
 
 
 def wave(seed: int) -> Logs:
     """Mutant: all imminent nodes in one wave; what they say to other nodes arrives at the next microstep."""
     logs: Logs = {}
     simulators, couplings = parts(seed, logs)
-    pending: list[tuple[Tag, str, Delivery]] = []
+    pending: list[tuple[Tag, str, Event]] = []
     for simulator in simulators.values():
         simulator.start()
     while True:
         tag = min([s.next_time for s in simulators.values()] + [when for when, _, _ in pending])
         if tag.t >= END:
             return logs
-        now = [(name, delivery) for when, name, delivery in pending if when == tag]
+        now = [(name, event) for when, name, event in pending if when == tag]
         pending = [entry for entry in pending if entry[0] != tag]
         said: list[Event] = []
         for name, simulator in simulators.items():
-            bag = sorted((d for to, d in now if to == name), key=lambda d: (d.event.order, d.port))
+            bag = sorted(event for to, event in now if to == name)
             due = simulator.next_time == tag
             said += simulator.outputs() if due else []
             if bag or due:
                 simulator.advance(tag, bag)
         for event in said:
             pending += [
-                (succ(tag), target, Delivery(event, into))
-                for source, port, target, into in couplings
-                if (source, port) == (event.source, event.port)
+                (succ(tag), target, event)
+                for target in {t: 0 for source, port, t, _ in couplings if (source, port) == (event.source, event.port)}
             ]

@@ -18,7 +18,9 @@ def link(source: str, target: str, port: str = "o") -> Coupling:
 def said_and_heard(couplings: list[Coupling], lookaheads: Mapping[str, int]) -> tuple[Rows, Rows]:
     """D and R as full tables, for nodes whose ports have one lookahead."""
     names = list(lookaheads)
-    tables = distances(names, couplings, {name: {"o": lookaheads[name]} for name in names})
+    tables = distances(
+        [[name] for name in names], couplings, {f"{name}.o": lookaheads[name] for name in names}, heard=names
+    )
     D, R = ([[row.get(i) for i in range(len(names))] for row in table] for table in tables)
     return D, R
 
@@ -56,19 +58,19 @@ def test_the_shortest_path_counts_and_a_cycle_goes_through_others() -> None:
 
 def test_each_port_has_its_own_lookahead() -> None:
     couplings = [link("a", "b", "fast"), link("a", "c", "slow"), link("c", "b")]
-    D, R = distances(list("abc"), couplings, {"a": {"fast": 0, "slow": 50}, "b": {}, "c": {"o": 4}})
+    D, R = distances("abc", couplings, {"a.fast": 0, "a.slow": 50, "c.o": 4}, heard="a")
     assert D == [{1: (0, 0), 2: (0, 0)}, {}, {1: (0, 0)}]
     assert R == [{1: (0, 1), 2: (50, 0)}, {}, {1: (4, 0)}]
 
 
 def test_by_a_port_that_nothing_leads_to_nothing_comes() -> None:
-    assert distances(list("ab"), [link("a", "b")], {"a": {"o": NEVER}, "b": {}}) == ([{}, {}], [{}, {}])
+    assert distances("ab", [link("a", "b")], {"a.o": NEVER}, heard="a") == ([{}, {}], [{}, {}])
 
 
 def test_the_end_reaches_everybody_after_one_nanosecond() -> None:
-    lookaheads = {"commander": {"finished": 7}, "west": {"o": 0}}
-    D, R = distances(["commander", "west"], [], lookaheads, finish=("commander", "finished"))
-    assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{0: (8, 0), 1: (8, 0)}, {}])
+    nodes, lookaheads = [["commander"], ["west"]], {"commander.finished": 7, "west.o": 0}
+    D, R = distances(nodes, [], lookaheads, ("commander", "finished"), heard=["commander"])
+    assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{1: (8, 0)}, {}])
 
 
 def test_delays_and_tags() -> None:
@@ -81,6 +83,6 @@ def test_delays_and_tags() -> None:
 
 def test_wrong_couplings_are_named() -> None:
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> x\.i: there is no node x$"):
-        distances(["a"], [link("a", "x")], {"a": {}})
+        distances(["a"], [link("a", "x")], {})
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> a\.i: couple it inside the node$"):
-        distances(["a"], [link("a", "a")], {"a": {}})
+        distances(["a"], [link("a", "a")], {})

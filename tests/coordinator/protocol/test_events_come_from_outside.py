@@ -71,7 +71,7 @@ def live(seed: int, order: int, known: Script | None = None, slices: bool = True
     """A run in nodes; without a known script the operator speaks at or after the safe time when chance says so."""
     r, logs, events = Random(order), Logs(), list[Event]()
     script: Script = []
-    simulators, couplings = parts(seed, logs)
+    simulators, couplings = parts(seed, logs, wires=[WIRE])
     core = OpenCoordinator(simulators, couplings, Tag(END), None, events.append, [WIRE])
     nodes = {name: Node(name, simulator) for name, simulator in simulators.items()}
     for event in spoken(known or []):
@@ -139,7 +139,7 @@ def test_a_committed_offer_that_was_not_granted_yet_is_decided_too() -> None:
     ]
     core = OpenCoordinator(["g0", "i", "j", "m", "x"], wires, Tag(END), outside=[WIRE])
     for name, next_, lookahead in (("g0", FOREVER, 0), ("m", FOREVER, 3), ("j", Tag(5), 0)):
-        core.hello(name, Hello(next_, [], next_, {"out": lookahead}))
+        core.hello(name, Hello(next_, [], next_, {f"{name}.out": lookahead}))
     for name, next_ in (("x", Tag(6)), ("i", Tag(8))):
         core.hello(name, Hello(next_, [Event(next_.t, 0, name, "out", 0, "Number", b"")], next_))
     assert [(name, grant.until) for name, grant in core.ready()] == [("j", Tag(6))]

@@ -30,9 +30,10 @@ def alone(done: Done, **fields: Any) -> Done | None:
 
 
 def early(node: Known, done: Done, says: Tag) -> Done | None:
-    if len(done.spoken) != 1:
+    port = f"{node.name}.{done.spoken[0].port}" if len(done.spoken) == 1 else ""
+    if not port or port in node.inner:
         return None
-    soonest = min(says, after(node.hears, node.lookahead[done.spoken[0].port]))
+    soonest = min(says, after(node.hears, node.lookahead[port]))
     return alone(done, t=soonest.t - 1, k=0) if 0 < soonest.t < NEVER else None
 
 
@@ -40,7 +41,9 @@ def beyond(node: Known, done: Done, says: Tag) -> Done | None:
     late = max(done.reached, says)
     if late >= FOREVER or done.spoken:
         return None
-    return replace(done, spoken=[Event(late.t + 1, 0, node.name, min(node.lookahead), 0, "Number", b"")])
+    return replace(
+        done, spoken=[Event(late.t + 1, 0, node.name, min(node.lookahead).partition(".")[2], 0, "Number", b"")]
+    )
 
 
 def offering(done: Done, **fields: Any) -> Done | None:
@@ -61,9 +64,10 @@ ROWS: dict[str, tuple[str, Spoiled]] = {
     ),
     "the first tag is done": (
         "a DONE does the first tag of its GRANT at least",
-        lambda n, d, s: None if d.spoken else replace(d, reached=n.first),
+        lambda n, d, s: replace(d, reached=n.first, last=Tag(0)) if not d.spoken and n.first > (0, 0) else None,
     ),
     "what is spoken lies in what is done": ("but has done all before", beyond),
+    "so does the last transition": ("last transition was at", lambda n, d, s: replace(d, last=d.reached)),
     "next and quiet are tags": (
         "which is no tag",
         lambda n, d, s: None if d.offer else replace(d, quiet=Tag(NEVER + 7)),
@@ -120,8 +124,8 @@ def test_no_row_is_left_out() -> None:
 
 @pytest.mark.parametrize("ahead", [-1, NEVER + 1])
 def test_a_lookahead_that_is_no_time(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    hello = Hello(Tag(0), [], Tag(0), {"out": ahead})
-    with pytest.raises(ProtocolError, match=rf"^a declares a lookahead of {ahead} ns for port out, which is no time"):
-        check_hello(Known("a", 0), hello)
+    hello = Hello(Tag(0), [], Tag(0), {"a.out": ahead})
+    with pytest.raises(ProtocolError, match=rf"^a declares a lookahead of {ahead} ns for port a.out, which is no time"):
+        check_hello(Known("a", 0, "a"), hello)
     monkeypatch.delitem(WHOLE, "a lookahead is a time")
-    check_hello(Known("a", 0), hello)
+    check_hello(Known("a", 0, "a"), hello)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
 from itertools import pairwise
 from random import Random
@@ -15,7 +15,8 @@ from heavylift.coordinator.protocol.memory import answer
 from heavylift.coordinator.protocol.messages import Done, Grant
 from heavylift.coordinator.protocol.node import SPOKEN, TAGS, Node
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, In, Message, Out, Simulator, Tag
+from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
+from heavylift.nodes.devs.execution.flatten import Wire
 from heavylift.nodes.devs.execution.simulator import SILENT
 from mutants import MUTANTS
 from random_models import TIGHT, bounds, parts
@@ -89,14 +90,14 @@ def rounds(core: Coordinator, nodes: dict[str, Node], n: int, each: Show, seed: 
         core.done(*answers.pop(order.randrange(len(answers)) if seed else answers.index(min(answers))))
 
 
-def nodes_of(*models: Atomic) -> dict[str, Node]:
-    return {model.name: Node(model.name, Simulator(model)) for model in models}
+def nodes_of(wires: Sequence[Wire], *models: Atomic) -> dict[str, Node]:
+    return {model.name: Node(model.name, Simulator(model, wires=wires or None)) for model in models}
 
 
-def sent(seed: int) -> list[tuple[str, Delivery]]:
+def sent(seed: int) -> list[tuple[str, Event]]:
     """Who is sent which inputs in all grants of a random model whose grants are short."""
     simulators, couplings = parts(seed, {})
-    told: list[tuple[str, Delivery]] = []
+    told: list[tuple[str, Event]] = []
     nodes = {name: Node(name, simulator) for name, simulator in simulators.items()}
     core = Coordinator(nodes, couplings, Tag(60))
     with bounds(*TIGHT):
@@ -122,15 +123,15 @@ def test_an_answer_comes_before_what_was_sent_earlier(name: str, monkeypatch: py
     if name:
         MUTANTS[name](monkeypatch)
     b, c = Listener("b", answers=True), Listener("c", answers=True)
-    nodes = nodes_of(Clock("a", 10), b, c)
     wires = [("a", "out", "b", "into"), ("b", "out", "c", "into"), ("c", "out", "b", "into")]
+    nodes = nodes_of(wires, Clock("a", 10), b, c)
     with suppress(ModelError) if name else nullcontext():
         rounds(Coordinator(nodes, wires, Tag(25)), nodes, 100, lambda name, grant: None)
     assert (b.heard == [(10, 10), (14, -1), (18, -1), (20, 20), (22, -1), (24, -1)]) is not bool(name)
 
 
 def test_a_grant_ends_after_so_many_events() -> None:
-    node = nodes_of(Clock("a", 1))["a"]
+    node = nodes_of([], Clock("a", 1))["a"]
     node.hello()
     done = node.handle(Grant(1, FOREVER, None, False, []))
     assert isinstance(done, Done)
@@ -138,7 +139,7 @@ def test_a_grant_ends_after_so_many_events() -> None:
 
 
 def test_a_grant_in_which_nothing_is_said_ends_after_so_many_tags() -> None:
-    node = nodes_of(Clock("a", 1, silent=True))["a"]
+    node = nodes_of([], Clock("a", 1, silent=True))["a"]
     node.hello()
     for gseq in (1, 2):
         done = node.handle(Grant(gseq, FOREVER, None, False, []))
@@ -161,8 +162,9 @@ def test_an_endless_source_stays_close(network: str, bounded: bool, monkeypatch:
     if not bounded:
         monkeypatch.setattr(core_module, "AHEAD", 10**9)
     others, hear = NETWORKS[network]
-    nodes = nodes_of(Clock("a", 1), *others)
-    core = Coordinator(nodes, [("a", "out", name, "into") for name in hear])
+    wires = [("a", "out", name, "into") for name in hear]
+    nodes = nodes_of(wires, Clock("a", 1), *others)
+    core = Coordinator(nodes, wires)
     most = 0
 
     def each(name: str, grant: Grant) -> None:
@@ -192,10 +194,10 @@ def test_a_node_that_samples_stops_where_it_speaks_and_lets_others_leave_before_
     for node in (a, b):
         core.hello(node.name, node.hello())  # type: ignore[arg-type]
     grants = dict(core.ready())
-    assert (grants["a"].until, left) == (FOREVER, [250])
+    assert (grants["a"].until, left) == (FOREVER, [])
     core.done("b", answer(b, grants["b"], core))
     core.ready()
-    assert (core.floor, left) == (Tag(400, 1), [250, 400])
+    assert (core.floor, left) == (Tag(400), [250])
     done = a.handle(msgspec.structs.replace(grants["a"], committed=False))
     assert isinstance(done, Done)
     assert (done.reached, len(done.spoken)) == (Tag(400, 1), 1)

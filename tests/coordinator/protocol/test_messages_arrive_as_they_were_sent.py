@@ -100,9 +100,10 @@ def apart(fields: dict[str, Any]) -> str:
     """The same of two nodes."""
     heard.clear()
     root = pair(fields)
-    nodes = [Node(child.name, Simulator(child)) for child in root.children.values()]
+    wires = [("a", "out", "b", "into")]
+    nodes = [Node(child.name, Simulator(child, wires=wires)) for child in root.children.values()]
     try:
-        run_in_memory(Coordinator(["a", "b"], [("a", "out", "b", "into")]), nodes)
+        run_in_memory(Coordinator(["a", "b"], wires), nodes)
     except ModelError as error:
         return str(error)
     return repr(heard)

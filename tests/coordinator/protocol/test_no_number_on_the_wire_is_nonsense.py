@@ -11,13 +11,13 @@ import pytest
 from heavylift.coordinator.live.orders import Order
 from heavylift.coordinator.protocol import messages as m
 from heavylift.kernel.errors import ProtocolError
-from heavylift.nodes.devs import Delivery, Event, Tag
+from heavylift.nodes.devs import Event, Tag
 
 EVENT = Event(5, 1, "crane", "out", 2, "Done", b"")
 MESSAGES: list[m.AnyMessage] = [
     m.Hello(Tag(1, 2), [EVENT], Tag(3, 4), {"out": 10}),
     m.Welcome(7, b""),
-    m.Grant(3, Tag(9, 8), (4, 6), True, [Delivery(EVENT, "into")]),
+    m.Grant(3, Tag(9, 8), (4, 6), True, [EVENT]),
     m.Done(3, Tag(9, 8), [EVENT], Tag(11, 1), [EVENT], Tag(12, 3), b""),
     m.Checkpoint(4),
     m.Fail(Tag(1, 1), "crane", "no", ""),

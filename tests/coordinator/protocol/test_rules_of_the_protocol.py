@@ -21,7 +21,7 @@ from heavylift.coordinator.protocol.messages import (
 )
 from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.errors import ProtocolError
-from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Out, Simulator, Slack, Tag
+from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Out, Result, Simulator, Slack, Tag
 
 
 def test_nothing_is_granted_before_all_have_said_hello() -> None:
@@ -37,8 +37,8 @@ def test_an_offer_is_committed_into_the_receivers_bag_at_its_own_tag() -> None:
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(5, [event(5, "b")]))
     assert dict(core.ready()) == {
-        "a": Grant(1, Tag(5, 1), (0, 1), True, [Delivery(event(5, "b"), "into")]),
-        "b": Grant(1, Tag(5, 1), (0, 1), True, [Delivery(event(5), "into")]),
+        "a": Grant(1, Tag(5, 1), (0, 1), True, [event(5, "b")]),
+        "b": Grant(1, Tag(5, 1), (0, 1), True, [event(5)]),
     }
     assert core.waiting == {"a": 1, "b": 1}
     assert core.ready() == []
@@ -47,7 +47,7 @@ def test_an_offer_is_committed_into_the_receivers_bag_at_its_own_tag() -> None:
 def test_a_lookahead_widens_the_window_of_others_after_an_input_only() -> None:
     core = Coordinator(["a", "b", "c"], [("a", "out", "b", "into"), ("b", "out", "c", "into")])
     core.hello("a", hello(5, [event(5)]))
-    core.hello("b", hello(FOREVER.t, lookahead=10))
+    core.hello("b", hello(FOREVER.t, b=10))
     core.hello("c", hello(1))
     assert dict(core.ready())["c"].until == Tag(15)
 
@@ -65,7 +65,7 @@ def test_an_earlier_input_voids_an_offer_that_is_not_committed() -> None:
     core.hello("b", hello(7, [event(7, "b")]))
     grants = dict(core.ready())
     assert not grants["b"].committed
-    assert grants["b"].inputs == [Delivery(event(5), "into")]
+    assert grants["b"].inputs == [event(5)]
 
 
 def test_events_leave_in_total_order_once_no_earlier_one_can_come() -> None:
@@ -124,7 +124,7 @@ def test_a_repeated_grant_is_answered_with_the_stored_done() -> None:
 def test_what_was_not_reached_stays_with_the_coordinator() -> None:
     (node,) = started(Clockwork("a", delay=0))
     node.hello()
-    inputs = [Delivery(event(t, "b"), "into") for t in (5, 6)]
+    inputs = [event(t, "b") for t in (5, 6)]
     done = node.handle(Grant(1, Tag(100), (0, 1), False, inputs))
     assert isinstance(done, Done)
     assert (done.reached, [e.tag for e in done.spoken], done.next) == (Tag(5, 2), [Tag(5, 1)], FOREVER)
@@ -135,7 +135,7 @@ def test_the_hash_chains_everything() -> None:
     for n in (1, 1, 2):
         (node,) = started(Clockwork("a", delay=0))
         node.hello()
-        done = node.handle(Grant(1, Tag(100), None, False, [Delivery(event(5, "b", n), "into")]))
+        done = node.handle(Grant(1, Tag(100), None, False, [event(5, "b", n)]))
         assert isinstance(done, Done)
         hashes.append(done.hash)
     assert hashes[0] == hashes[1] != hashes[2]
@@ -150,8 +150,11 @@ def test_welcome_and_stop() -> None:
 
     node = Node("a", Simulator(Clockwork("a")), finish)
     assert (node.handle(Welcome(3)), node.epoch) == (None, 3)
+    node.hello()
     assert (node.handle(Stop(Tag(9))), ends) == (Bye("still waiting for b"), [Tag(9)])
-    assert started(Clockwork("c"))[0].handle(Stop(Tag(9))) == Bye()
+    (quiet,) = started(Clockwork("c"))
+    quiet.hello()
+    assert quiet.handle(Stop(Tag(9))) == Bye()
     for message in (Bye(), hello(3), Fail(Tag(0), "a", "", "")):
         with pytest.raises(ProtocolError, match=rf"^a cannot be sent {type(message).__name__.upper()}$"):
             node.handle(message)
@@ -173,10 +176,10 @@ def test_the_last_word_tells_how_long_lookaheads_could_have_been() -> None:
         def internal(self) -> None:
             self.passivate()
 
-    node = Node("a", Simulator(Slow("a")))
+    node = Node("a", Simulator(Slow("a"), wires=[("b", "out", "a", "into"), ("a", "out", "b", "into")]))
     node.hello()
     for gseq, (t, n) in enumerate([(10, 7), (40, 5), (60, 9)], 1):
-        node.handle(Grant(gseq, Tag(t + 20), None, True, [Delivery(event(t, "b", n), "into")]))
+        node.handle(Grant(gseq, Tag(t + 20), None, True, [event(t, "b", n)]))
     assert node.handle(Stop(Tag(90))) == Bye(slack=[Slack("a.out", declared_ns=10, observed_ns=15, count=3)])
 
 
@@ -184,11 +187,11 @@ def test_every_message_survives_the_wire_and_nothing_else_does() -> None:
     messages: list[AnyMessage] = [
         hello(3, [event(3)]),
         Welcome(1, b"x"),
-        Grant(1, FOREVER, (5, 0), True, [Delivery(event(2), "into")]),
-        Done(1, Tag(3), [event(2)], Tag(4), [], Tag(4, 1), b"h"),
+        Grant(1, FOREVER, (5, 0), True, [event(2)]),
+        Done(1, Tag(3), [event(2)], Tag(4), [], Tag(4, 1), b"h", Tag(2)),
         Fail(Tag(3), "a.b", "it broke", ""),
         Stop(Tag(3), "finished"),
-        Bye("a waits", 0.5, [Slack("a.out", 10, 15, 3)]),
+        Bye("a waits", 0.5, [Slack("a.out", 10, 15, 3)], [Result("a.b", "Word", b"w")]),
     ]
     for message in messages:
         assert decode(encode(message)) == message

@@ -12,7 +12,6 @@ from heavylift.nodes.devs import (
     Atomic,
     Bag,
     Coupled,
-    Delivery,
     Event,
     In,
     Message,
@@ -65,7 +64,7 @@ class Player(Atomic):
 
 
 def ended(players: Sequence[Player], couplings: Sequence[tuple[str, str, str, str]], order: int = 0) -> str:
-    nodes = [Node(p.name, Simulator(p, microsteps=LIMIT)) for p in players]
+    nodes = [Node(p.name, Simulator(p, microsteps=LIMIT, wires=couplings)) for p in players]
     core = Coordinator([p.name for p in players], couplings, microsteps=LIMIT)
     with pytest.raises(ModelError) as error:
         run_in_memory(core, nodes, Random(order))
@@ -129,8 +128,12 @@ def test_a_loop_inside_a_node_is_named_by_its_atomics() -> None:
 class Chatterbox:
     """Speaks at every microstep, without a limit of its own."""
 
-    lookahead: Mapping[str, int] = {"out": 0}
+    lookahead: Mapping[str, int] = {"a.out": 0}
     slack: list[Slack] = []  # noqa: RUF012
+    last = Tag(0)
+
+    def results(self, end: Tag) -> dict[str, Message]:
+        return {}
 
     def start(self) -> None:
         self.next_time = self.quiet = Tag(5)
@@ -138,13 +141,17 @@ class Chatterbox:
     def outputs(self) -> list[Event]:
         return [Event(*self.next_time, "a", "out", 0, "Ball", encode(Ball(1)))]
 
-    def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
+    def among(self) -> list[Event]:
+        return []
+
+    def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
         self.next_time = self.quiet = succ(tag)
 
 
 def test_a_node_that_has_no_limit_of_its_own_is_named() -> None:
-    core = Coordinator(["a", "b"], [("a", "out", "b", "into"), ("b", "out", "a", "into")], microsteps=LIMIT)
-    nodes = [Node("a", Chatterbox()), Node("b", Simulator(Player("b", rests=10**6), microsteps=10**6))]
+    wires = ways("a", "b")
+    core = Coordinator(["a", "b"], wires, microsteps=LIMIT)
+    nodes = [Node("a", Chatterbox()), Node("b", Simulator(Player("b", rests=10**6), microsteps=10**6, wires=wires))]
     with pytest.raises(ModelError) as error:
         run_in_memory(core, nodes)
     assert str(error.value) == (

@@ -9,7 +9,7 @@ from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.messages import Done, Grant, Hello
 from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.errors import ProtocolError
-from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Message, Out, Simulator, Tag, encode
+from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag, encode
 from mutants import MUTANTS
 
 
@@ -57,7 +57,7 @@ class Timer(Atomic):
 
 
 def lines(core: Coordinator, *timers: Timer, order: int = 0) -> dict[str, list[tuple[int, int, str, list[int]]]]:
-    run_in_memory(core, [Node(timer.name, Simulator(timer)) for timer in timers], Random(order))
+    run_in_memory(core, [Node(timer.name, Simulator(timer, wires=core._couplings)) for timer in timers], Random(order))
     return {timer.name: timer.log for timer in timers}
 
 
@@ -78,7 +78,7 @@ def test_ties_are_in_the_order_of_sources_whoever_answers_first() -> None:
         for name in order:
             core.done(name, Done(1, Tag(1, 1), [], Tag(2), [event(2, name)], Tag(2), b""))
         grants = dict(core.ready())
-        assert [delivery.event.source for delivery in grants["c"].inputs] == ["a", "b", "d"]
+        assert [event.source for event in grants["c"].inputs] == ["a", "b", "d"]
 
 
 def test_a_message_wakes_a_node_that_has_nothing_to_do() -> None:
@@ -146,7 +146,7 @@ def test_a_second_hello_is_refused() -> None:
 def test_a_message_before_its_time_is_refused_by_the_name_of_its_port() -> None:
     core = Coordinator("ab", [("a", "out", "b", "into"), ("b", "out", "a", "into")])
     core.hello("a", Hello(Tag(5), [event(5)], Tag(5)))
-    core.hello("b", Hello(FOREVER, [], FOREVER, {"out": 10, "quick": 0}))
+    core.hello("b", Hello(FOREVER, [], FOREVER, {"b.out": 10, "b.quick": 0}))
     core.ready()
     with pytest.raises(ProtocolError) as error:
         core.done("b", Done(1, Tag(5, 1), [], Tag(14), [event(14, "b")], Tag(14), b""))
@@ -157,10 +157,10 @@ def test_a_message_before_its_time_is_refused_by_the_name_of_its_port() -> None:
 
 
 def test_late_news_is_refused_by_the_name_of_its_sender() -> None:
-    node = Node("b", Simulator(Timer("b", 7)))
+    node = Node("b", Simulator(Timer("b", 7), wires=ONE_WAY))
     node.hello()
     node.handle(Grant(1, Tag(9), None, True, []))
-    fail = node.handle(Grant(2, Tag(20), None, False, [Delivery(event(6), "into")]))
+    fail = node.handle(Grant(2, Tag(20), None, False, [event(6)]))
     assert fail.sentence == "b at (0.000000007 s, 0): late message a.out for (0.000000006 s, 0)"  # type: ignore[union-attr]
 
 
@@ -175,8 +175,8 @@ def test_a_window_of_next_plus_lookahead_would_let_a_message_come_late(monkeypat
 
     def window_of_b() -> Tag:
         core = Coordinator("ab", [("a", "out", "b", "into"), ("b", "out", "a", "into")])
-        core.hello("a", Hello(Tag(5), [event(5)], Tag(5), {"out": 10}))
-        core.hello("b", Hello(Tag(3), [], Tag(3, 1), {"out": 0}))
+        core.hello("a", Hello(Tag(5), [event(5)], Tag(5), {"a.out": 10}))
+        core.hello("b", Hello(Tag(3), [], Tag(3, 1), {"b.out": 0}))
         return dict(core.ready())["b"].until
 
     assert window_of_b() == Tag(5)

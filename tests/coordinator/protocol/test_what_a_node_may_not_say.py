@@ -5,7 +5,7 @@ from clockwork import PAIR, Clockwork, event, hello, started
 from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.protocol.messages import Done, Fail, Grant
 from heavylift.kernel.errors import ProtocolError
-from heavylift.nodes.devs import FOREVER, Delivery, Tag
+from heavylift.nodes.devs import FOREVER, Tag
 
 
 def test_what_a_node_may_not_say() -> None:
@@ -49,9 +49,9 @@ def test_a_done_reaches_at_most_the_end_of_its_grant_and_leaves_nothing_undone(r
 
 def test_a_node_that_speaks_earlier_than_declared_names_the_port() -> None:
     (node,) = started(Clockwork("a", delay=10))
-    node.model.lookahead = {"out": 50}  # type: ignore[misc]
+    node.model.lookahead = {"a.out": 50}  # type: ignore[misc]
     node.hello()
-    fail = node.handle(Grant(1, Tag(100), None, False, [Delivery(event(5, "b"), "into")]))
+    fail = node.handle(Grant(1, Tag(100), None, False, [event(5, "b")]))
     assert isinstance(fail, Fail)
     assert fail.sentence == (
         "a at (0.000000015 s, 0): output on port out earlier than the (0.000000055 s, 0) that was declared; "
@@ -63,7 +63,7 @@ def test_a_late_message_is_fatal_and_named() -> None:
     (node,) = started(Clockwork("a", [5]))
     node.hello()
     node.handle(Grant(1, Tag(6), None, True, []))
-    fail = node.handle(Grant(2, Tag(9), None, False, [Delivery(event(4, "b"), "into")]))
+    fail = node.handle(Grant(2, Tag(9), None, False, [event(4, "b")]))
     assert isinstance(fail, Fail)
     assert fail.sentence == "a at (0.000000005 s, 0): late message b.out for (0.000000004 s, 0)"
 

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from command import HEAVYLIFT, PATIENCE_s, descendants, gone, start, until
@@ -121,6 +122,20 @@ def test_a_signal_waits_until_the_process_that_is_being_started_is_known():
     assert gone([int(started.removeprefix("the keeper runs as "))])
 
 
+def patched(patch: str, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """A run of `lift` in whose processes a patch was imported first."""
+    (folder / "patch").mkdir()
+    (folder / "patch" / "sitecustomize.py").write_text(patch)
+    return subprocess.run(
+        [HEAVYLIFT, "run", "lift", *options],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(folder / "patch")},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_s,
+    )
+
+
 FAILING = """\
 from heavylift.coordinator.run import scene
 
@@ -134,16 +149,7 @@ scene._Run.greet = greet
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
 def test_a_run_that_fails_before_all_nodes_have_answered_ends_in_a_sentence(where, tmp_path):
-    (tmp_path / "patch").mkdir()
-    (tmp_path / "patch" / "sitecustomize.py").write_text(FAILING)
-    done = subprocess.run(
-        [HEAVYLIFT, "run", "lift", *where],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path / "patch")},
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_s,
-    )
+    done = patched(FAILING, tmp_path, *where)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].startswith("heavylift: the system gives no more memory")
     assert Recording(tmp_path / "lift.mcap").result["status"] == "failed"
@@ -167,16 +173,7 @@ Conversation.play = play
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
 def test_a_run_that_loses_its_ctrl_c_is_stopped_nevertheless(where, tmp_path):
-    (tmp_path / "patch").mkdir()
-    (tmp_path / "patch" / "sitecustomize.py").write_text(SWALLOWING)
-    done = subprocess.run(
-        [HEAVYLIFT, "run", "lift", "--rate", "1", *where],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path / "patch")},
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE_s,
-    )
+    done = patched(SWALLOWING, tmp_path, "--rate", "1", *where)
     assert done.returncode == 130
     assert done.stderr.splitlines()[-1].startswith("heavylift: stopped by the user at ")
     assert Recording(tmp_path / "lift.mcap").result["status"] == "failed"

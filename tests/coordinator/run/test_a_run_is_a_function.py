@@ -61,6 +61,10 @@ def test_only_what_is_kept_travels(lift) -> None:
     assert pickle.loads(pickle.dumps(few)).digest == lift.digest
 
 
+def test_a_short_run_has_as_many_samples_as_the_kernel_takes() -> None:
+    assert len(simulate(STICK, 0.01).t) == 101  # one each 0.1 ms
+
+
 def test_threads_do_not_meet(lift) -> None:
     scenes = [load("lift", [f"block.mass={mass} t"]) for mass in (250, 300, 350)]
     with ThreadPoolExecutor(3) as pool:
@@ -87,8 +91,20 @@ def test_a_system_is_told_by_functions() -> None:
     ("asked", "told"),
     [
         (lambda: simulate(STICK), "a system has no end of its own"),
-        (lambda: simulate(STICK, float("nan")), "until is nan s; it must be a positive time"),
-        (lambda: simulate("lift", every=0.0), "every is 0 s; it must be a positive time"),
+        (lambda: simulate(STICK, float("nan")), "until: nan s is out of range: choose 0.001 ms to 100 days"),
+        (lambda: simulate(STICK, 1e30), "until: 1e+30 s is out of range"),
+        (lambda: simulate("lift", "5 s"), "until: '5 s' is no number; give seconds"),
+        (lambda: simulate(STICK, True), "until: True is no number"),
+        (lambda: simulate("lift", every=0.0), "every: 0.0 s is out of range: choose 0.1 ms to 1000 s"),
+        (lambda: simulate("lift", every="x"), "every: 'x' is no number"),
+        (lambda: simulate("lift", orders="stop"), "orders='stop': give pairs (seconds, an operator's words)"),
+        (lambda: simulate("lift", orders=[(1.0,)]), "orders: (1.0,) is no pair (seconds, an operator's words)"),
+        (lambda: simulate("lift", orders=[(1.0, 7)]), "orders: (1.0, 7) is no pair"),
+        (lambda: simulate("lift", orders=[("a", "stop")]), "orders: 'a' is no number"),
+        (lambda: simulate(STICK, 1.0, orders=[(0.5, "stop")]), "is no pair (seconds, a function of the simulation)"),
+        (lambda: simulate(STICK, 1.0, orders=[(-0.5, print)]), "orders: -0.5 s is no time of a run"),
+        (lambda: simulate("lift", keep=[3]), "keep=[3]: give names of signals"),
+        (lambda: simulate(7), "7 is no scene"),
         (lambda: simulate("lift", orders=[(70.0, "crane H1: hoist 1 m/min by 1 m")]), "too late, the run ends at 60 s"),
         (lambda: simulate("lift", orders=[(3.0, "crane H1: hoist 1 m/min by 1 m")]), "while its hoist"),
         (lambda: simulate("lift", keep=["rope/tensoin"]), "did you mean rope/tension?"),

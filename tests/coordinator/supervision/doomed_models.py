@@ -51,6 +51,9 @@ class Runner(Atomic):
         else:
             self.passivate()
 
+    def result(self) -> Baton:
+        return Baton(self.now.t + len(self.seen), sum(self.seen))
+
     def happen(self) -> None:
         """What a doomed one does."""
 

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run.models import run_models
+from heavylift.coordinator.run.models import ModelRun, run_models
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.kernel.errors import ProtocolError
 from trouble import MODELS, Troubled, both, keeper, pid, play, strike
@@ -23,9 +23,15 @@ MESSAGES = 126  # of the undisturbed run: three WELCOMEs, 120 GRANTs, three STOP
 
 
 @pytest.fixture(scope="module")
-def digest() -> str:
-    """Of the undisturbed run, in this process."""
-    return run_models(f"{MODELS}:build", in_process=True).digest
+def undisturbed_run() -> ModelRun:
+    """In this process."""
+    return run_models(f"{MODELS}:build", in_process=True)
+
+
+@pytest.fixture(scope="module")
+def digest(undisturbed_run: ModelRun) -> str:
+    """Of the undisturbed run."""
+    return undisturbed_run.digest
 
 
 def replaced(notes: list[str]) -> list[str]:
@@ -146,10 +152,19 @@ def test_the_story_is_short_after_a_checkpoint(digest: str) -> None:
     assert (run.digest, len(notes)) == (digest, 8)
 
 
-def test_a_process_of_several_nodes_is_replaced_with_all_of_them(digest: str) -> None:
-    run, notes = play({40: strike("yard")}, processes={"yard": ("north", "east"), "south": ("south",)})
-    assert run.digest == digest
+def test_results_are_told_by_successors_too_even_at_the_last_word(undisturbed_run: ModelRun) -> None:
+    for points in ((30, 60), range(MESSAGES - 2, MESSAGES + 1)):
+        run, _ = play({point: strike("south", "east") for point in points})
+        assert (run.results, len(run.results)) == (undisturbed_run.results, 3)
+
+
+def test_a_process_of_several_nodes_is_replaced_with_all_of_them(undisturbed_run: ModelRun, digest: str) -> None:
+    run, notes = play({40: strike("yard")}, places=["north,east=yard"])
+    assert (run.digest, run.results) == (digest, undisturbed_run.results)
     assert [note.split(" at t")[0] for note in notes] == ["nodes north, east (process yard) are replaced"]
+    strikes = {n: strike("yard") for n in (12, 24, 40)}
+    run, notes = play(strikes, places=["north,east=yard"], KEEP_s=0.0, KEEP_GRANTS=1)
+    assert (run.digest, len(notes)) == (digest, 3), "from checkpoints, too"
 
 
 def test_nothing_is_left_behind() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, ClassVar
@@ -15,7 +15,6 @@ from heavylift.coordinator.run.models import ModelRun, run_models
 from heavylift.coordinator.run.watch import Watch
 from heavylift.coordinator.supervision import failover as succession
 from heavylift.coordinator.supervision.failover import Succession
-from heavylift.coordinator.transport.placement import Placement
 
 MODELS = str(Path(__file__).with_name("doomed_models.py"))
 Act = Callable[[Succession], None]
@@ -102,12 +101,10 @@ def play(
     plan: dict[int, Act],
     build: str = "build",
     deadline: float | None = None,
-    processes: dict[str, tuple[str, ...]] | None = None,
+    places: Sequence[str] = (),
     **settings: float,
 ) -> tuple[ModelRun, list[str]]:
     """The ring of runners in trouble, and the notes about it."""
     notes = Notes()
-    apart = Placement.apart
-    placed = mock.patch.object(Placement, "apart", lambda names: Placement(processes) if processes else apart(names))
-    with placed, trouble(plan, deadline, **settings):
-        return run_models(f"{MODELS}:{build}", watch=notes), notes.notes
+    with trouble(plan, deadline, **settings):
+        return run_models(f"{MODELS}:{build}", watch=notes, places=places), notes.notes

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Iterator, Sequence
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from pathlib import Path
+from random import Random
 
 import pytest
 from heavylift.coordinator.cli import main
@@ -109,10 +112,13 @@ def test_another_study_is_not_mixed_in(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="holds no study"):
         studied(tmp_path / "mine")
     assert [x.name for x in (tmp_path / "mine").iterdir()] == ["letter.txt"]
+    (tmp_path / "study" / "study.json").write_text("[]")
+    with pytest.raises(OutputError, match="does not say what study this is"):
+        studied(tmp_path / "study")
 
 
 def test_a_run_that_takes_too_long_is_cut_aloud(tmp_path: Path) -> None:
-    study = studied(tmp_path / "study", limit=1e-9)
+    study = studied(tmp_path / "study", limit=1e-6)
     assert statuses(study)[:4] == ["cut"] * 4
     assert "4 WERE CUT" in page(study)
 
@@ -125,12 +131,11 @@ def test_recordings_are_kept_where_they_are_asked_for(tmp_path: Path) -> None:
 def test_a_dead_worker_takes_one_variant_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[AtOnce] = []
 
-    @contextmanager
-    def pool(workers: int) -> Iterator[Executor]:
+    def pool(workers: int) -> AtOnce:
         made.append(AtOnce([len(made) < 2]))  # the first variant kills its worker, twice
-        yield made[-1]
+        return made[-1]
 
-    monkeypatch.setattr(sweeping, "_pool", pool)
+    monkeypatch.setattr(sweeping, "Pool", pool)
     found = sweep("pendulum", VARY, into=tmp_path / "study", workers=1)
     assert sorted(statuses(found)) == ["done", "done", "done", "lost", "refused", "refused"]
     monkeypatch.undo()
@@ -157,9 +162,86 @@ def test_a_pool_of_processes_and_the_command_line(tmp_path: Path, monkeypatch, c
 
 
 @pytest.mark.parametrize(
-    "options", [{"keep": "some"}, {"workers": -1}, {"limit": 0.0}, {"sample": -1}, {"sample": 10, "design": "random"}]
+    ("option", "value", "told"),
+    [
+        ("keep", "some", "--keep 'some': keep none, failed, all"),
+        ("workers", -1, "--workers: -1 is no whole number from 0 on"),
+        ("workers", 2.5, "--workers: 2.5 is no whole number"),
+        ("limit", 0.0, "--limit: 0.0 s is out of range"),
+        ("limit", "x", "--limit: 'x' is no number; give seconds"),
+        ("sample", True, "--sample: True is no whole number"),
+        ("seed", "x", "--seed: 'x' is no whole number"),
+        ("vary", [3], "--vary [3]: give texts PATH=VALUES"),
+        ("executor", 3, "executor=3: give one of concurrent.futures"),
+        ("into", 3, "3 names no file"),
+    ],
 )
-def test_what_cannot_be_asked_is_one_sentence(tmp_path: Path, options) -> None:
-    with pytest.raises(HeavyliftError):
-        studied(tmp_path / "study", **options)
+def test_what_cannot_be_asked_is_one_sentence(tmp_path: Path, option: str, value, told: str) -> None:
+    with pytest.raises(HeavyliftError) as found:
+        sweep("pendulum", **{"vary": VARY, "into": tmp_path / "study", option: value})
+    assert str(found.value).startswith(told)
     assert not (tmp_path / "study").exists()
+
+
+@pytest.mark.parametrize(
+    ("missing", "options", "told"),
+    [
+        ("pyarrow", {}, "a study needs pyarrow; install heavylift[sweep]"),
+        ("SALib", {"vary": ["end=1..2 s"], "sample": 8}, "--sample needs SALib; install heavylift[sweep]"),
+    ],
+)
+def test_an_extra_that_is_missing_is_one_sentence(tmp_path: Path, monkeypatch, missing: str, options, told) -> None:
+    monkeypatch.setitem(sys.modules, missing, None)
+    with pytest.raises(HeavyliftError) as found:
+        sweep("pendulum", **{"vary": VARY, "into": tmp_path / "study"} | options)
+    assert str(found.value) == told
+    assert not (tmp_path / "study").exists()
+
+
+def test_a_design_that_is_none_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(HeavyliftError, match="--design 'random': there is none; choose sobol or lhs"):
+        studied(tmp_path / "study", sample=10, design="random")
+
+
+def test_a_killed_study_goes_on(tmp_path: Path) -> None:
+    """A child runs the study until it has written some rows and is killed without a word."""
+    script = f"""
+import os, sys
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+from heavylift.coordinator.sweeps import study, sweeping
+from test_a_study_is_run import studied
+sweeping.WRITE_s = 0.0
+append = study.Study.append
+def once(self, rows):
+    append(self, rows)
+    if self.rows:
+        os.kill(os.getpid(), 9)
+study.Study.append = once
+studied({str(tmp_path / "study")!r})
+"""
+    killed = subprocess.run([sys.executable, "-c", script], timeout=60, check=False)
+    assert killed.returncode == -signal.SIGKILL
+    rest = AtOnce()
+    assert statuses(studied(tmp_path / "study", rest)) == ["done", "done", "done", "done", "refused", "refused"]
+    assert rest.count < 6
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_what_a_worker_ran_before_changes_no_digest(tmp_path: Path, seed: int) -> None:
+    """Random variants of several structures in one process, in two orders, and as `run` has them."""
+    random = Random(seed)
+    masses = ", ".join(f"{random.uniform(0.5, 5.0)!r} kg" for _ in range(2))
+    vary = [f"mechanism.bodies.load.mass={{{masses}, 1 kg}}", "gravity={9.81 m/s2, 1 m/s2}", "end={0.3 s}"]
+
+    class Backwards(AtOnce):
+        def submit(self, f, task, variant):
+            return super().submit(f, task, plan.variants[-1 - variant.number])
+
+    plan = sweeping.planned("pendulum", vary)
+    forth = sweep("pendulum", vary, into=tmp_path / "forth", executor=AtOnce())
+    back = sweep("pendulum", vary, into=tmp_path / "back", executor=Backwards())
+    assert digests(forth) == digests(back)
+    assert len(set(digests(forth).values())) == 6
+    chosen = random.randrange(6)
+    again = run(load("pendulum", forth.rows[chosen]["settings"]), tmp_path / "again.mcap", in_process=True)
+    assert again.digest == forth.rows[chosen]["digest"]

@@ -57,6 +57,13 @@ def test_spans_of_a_node_follow_each_other(file: Path) -> None:
         assert all(before[1] <= after[0] for before, after in pairwise(spans))
 
 
+def test_models_of_one_process_share_a_lane(tmp_path: Path) -> None:
+    run_models("slow_and_quick:pair", until=ms(25), output=tmp_path / "run.mcap", in_process=True)
+    found = data(Timeline(tmp_path / "run.mcap"))
+    assert [(node["node"], node["process"], node["inputs"]) for node in found["nodes"]] == [("slow, quick", "local", 0)]
+    assert "pair.slow.out" in [port["port"] for port in found["lookahead"]]
+
+
 def test_chains_of_waiting_end_where_the_work_is() -> None:
     timeline = Timeline.__new__(Timeline)
     timeline.lanes = {name: Lane(name, name) for name in "abc"}

@@ -9,6 +9,7 @@ from heavylift.coordinator.cli import main
 from heavylift.coordinator.tradeoff import measure, write
 from heavylift.coordinator.tradeoff.measuring import long_enough
 from heavylift.coordinator.tradeoff.playing import play
+from heavylift.coordinator.tradeoff.verdict import answers, percent
 from heavylift.kernel.errors import ModelError, SceneError
 from heavylift.nodes.scene import load
 
@@ -51,6 +52,8 @@ def test_page_table_and_figure_tell_the_same(measured, tmp_path):
         write(measured, path)
     html = page.read_text()
     assert measured.verdict.sentence in html
+    for answer in answers(measured.ask, measured.rows):
+        assert f"<td>{answer.row.waits_s:.3g}</td><td>{percent(answer.row.worst)}</td>" in html, "seconds, not a speed"
     assert "Position: largest difference at equal times since each stage began, relative to" in html
     assert "<script" not in html
     assert "http" not in html.replace("http-equiv", "").replace("http://www.w3.org", "")

@@ -1,9 +1,13 @@
 """One table answers several questions: each quantity alone, at several limits, with the words that run the setting."""
 
+import re
 import shlex
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from heavylift.coordinator.cli import main
+from heavylift.coordinator.tradeoff import page
 from heavylift.coordinator.tradeoff.settings import METHODS, Rung, Setting, chosen, ladder, settings
 from heavylift.coordinator.tradeoff.verdict import answers
 from heavylift.nodes.plan.plan import Fidelity
@@ -32,6 +36,12 @@ def test_each_quantity_has_an_answer_at_each_limit():
 def test_what_no_setting_keeps_has_no_answer():
     found = answers(("swing",), [row("5 ms", 1.0, swing=0.04)])
     assert [a.row is None for a in found] == [False, True, True]
+
+
+def test_the_page_tells_what_one_waits_for_each_answer():
+    said = page._answers(SimpleNamespace(ask=["rope tension"], rows=[replace(SLOW, start_s=0.5), FAST]))
+    assert re.findall("<td[^>]*>(.*?)</td>", said)[4::5] == ["3 %", "0.05 %", "0.05 %"]
+    assert re.findall("<td[^>]*>(.*?)</td>", said)[3::5] == ["1", "10.5", "10.5"]
 
 
 @pytest.mark.parametrize("own", OWN)

@@ -101,7 +101,7 @@ def test_a_repeated_message_is_named() -> None:
 
 
 def test_the_hub_refuses_what_a_node_says_wrongly() -> None:
-    with LocalHub(["west", "east"]) as hub:
+    with LocalHub(["west", "kernel"]) as hub:
         put = hub._session.put
         put(key(hub.run, "out", LOCAL, "west"), writer(run=hub.run, node="east").frame(b""))
         put(key(hub.run, "samples", LOCAL, "west"), b"\x00" * 40)
@@ -110,7 +110,7 @@ def test_the_hub_refuses_what_a_node_says_wrongly() -> None:
             hub.receive()
         with pytest.raises(ProtocolError, match="40 bytes arrived that are no heavylift message"):
             hub.samples()
-        with pytest.raises(ProtocolError, match=r"this run has no such node \(west, east\)"):
+        with pytest.raises(ProtocolError, match=r"this run has no such node \(west, kernel\)"):
             hub.receive()
 
 

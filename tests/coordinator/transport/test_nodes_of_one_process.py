@@ -16,27 +16,28 @@ def begin(hub: Hub, processes: Processes) -> None:
 
 
 def test_messages_of_all_nodes_of_a_process_arrive_in_order_each_at_its_node() -> None:
-    placement = Placement({"yard": ("west", "east"), "north": ("north",)})
+    placement = Placement({"yard": ("west", "kernel"), "north": ("north",)})
     with Processes(["echo_node"]) as processes, Hub(placement, directory=processes.directory) as hub:
         begin(hub, processes)
         for number in range(100):
-            for node in ("west", "east"):
+            for node in ("west", "kernel"):
                 hub.send(node, b"%s %d" % (node.encode(), number))
         assert [hub.receive(5) for _ in range(200)] == [
-            (node, b"%s %d" % (node.encode(), number)) for number in range(100) for node in ("west", "east")
+            (node, b"%s %d" % (node.encode(), number)) for number in range(100) for node in ("west", "kernel")
         ]
-        hub.send("east", b"sample")
-        assert hub.receive(5) == ("east", b"sample")
-        assert hub.samples() == [("east", b"batch %d" % number) for number in range(3)]
+        hub.send("kernel", b"sample")
+        assert hub.receive(5) == ("kernel", b"sample")
+        assert hub.samples() == [("kernel", b"batch %d" % number) for number in range(3)]
 
 
 def test_the_end_of_a_process_is_that_of_all_its_nodes() -> None:
-    placement = Placement({"yard": ("west", "east"), "gate": ("north",)})
+    placement = Placement({"yard": ("west", "kernel"), "gate": ("north",)})
     with Processes(["echo_node"]) as processes, Hub(placement, directory=processes.directory) as hub:
         begin(hub, processes)
         os.kill(processes.pids["yard"], signal.SIGKILL)
         with pytest.raises(ProtocolError) as error:
             hub.receive(5)
         assert str(error.value) == (
-            "nodes west, east (process yard) are gone: its process was ended by signal 9 (SIGKILL); start the run again"
+            "nodes west, kernel (process yard) are gone: its process was ended by signal 9 (SIGKILL); start the run "
+            "again"
         )

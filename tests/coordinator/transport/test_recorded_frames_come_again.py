@@ -43,12 +43,12 @@ def hub() -> Iterator[Hub]:
 
 def spoken(hub: Hub, link: Link, words: bytes) -> None:
     """A grant, samples and the answer."""
-    hub.send(link.nodes[0], words)
-    assert link.receive() == (link.nodes[0], words)
-    link.sample(link.nodes[0], words)
-    link.send(link.nodes[0], words)
-    assert hub.receive(10.0) == (link.nodes[0], words)
-    assert hub.samples() == [(link.nodes[0], words)]
+    hub.send(next(iter(link.nodes)), words)
+    assert link.receive() == (next(iter(link.nodes)), words)
+    link.sample(next(iter(link.nodes)), words)
+    link.send(next(iter(link.nodes)), words)
+    assert hub.receive(10.0) == (next(iter(link.nodes)), words)
+    assert hub.samples() == [(next(iter(link.nodes)), words)]
 
 
 def said_again(session: zenoh.Session, hub: Hub, wire: list[bytes], *processes: str) -> None:

@@ -1,4 +1,4 @@
-"""sin, cos, atan2 and powers against 60 digits of decimal arithmetic, and machine code against floats, bit for bit."""
+"""sin, cos, atan2, exp and powers against 60 digits of decimal arithmetic; machine code against floats, bit for bit."""
 
 from decimal import Decimal, localcontext
 from math import inf, ldexp, nextafter, pi, ulp
@@ -6,7 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.kernel.algebra.elementary import atan2, cos, power, sin
+from heavylift.kernel.algebra.elementary import atan2, cos, exp, power, sin
 from heavylift.kernel.compiler.emit import module
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.machine_code import Library
@@ -94,8 +94,9 @@ def worst(got: list[float], want: list[Decimal]) -> float:
         (cos, lambda x: cosine(Decimal(x)), [(x,) for x in angles()]),
         (atan2, angle, vectors()),
         (power, root, bases()),
+        (exp, lambda x: Decimal(x).exp(), [(x / 10.0,) for x in angles() if abs(x) < 6000.0]),
     ],
-    ids=["sin", "cos", "atan2", "power"],
+    ids=["sin", "cos", "atan2", "power", "exp"],
 )
 def test_within_one_unit_of_the_last_place(f, exact, arguments):
     with localcontext(prec=70):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from heavylift.kernel.cache import cache_folder
 from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, System, Threshold
+from heavylift.kernel.simulation.native import native_state
 from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import SECOND, X, slider, started
 
@@ -12,6 +13,8 @@ from small_scenes import SECOND, X, slider, started
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(native_state, "MOST_LOADED", 0)
+    monkeypatch.setattr(native_state, "_loaded", {})
     return tmp_path / "cache"
 
 

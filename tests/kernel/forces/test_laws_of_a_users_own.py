@@ -9,6 +9,7 @@ import pytest
 from heavylift.kernel.description.forces import Characteristic, Load, Signal, UserLaw
 from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.simulation.native import native_state
 from heavylift.kernel.simulation.simulation import Simulation
 from scipy.integrate import solve_ivp
 from small_scenes import SECOND, X, cube, events, imbalance, slider, started, times
@@ -96,6 +97,8 @@ def test_a_mode_begins_with_the_sign_of_its_guard():
 
 def test_an_edited_law_is_compiled_again(tmp_path, monkeypatch):
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(native_state, "MOST_LOADED", 0)
+    monkeypatch.setattr(native_state, "_loaded", {})
     file = tmp_path / "mine.py"
     law = UserLaw("own", f"{file}:pull", "load-guide")
     found = []

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from heavylift.kernel.compiler.machine_code import Library
 from heavylift.kernel.description.mechanics import (
     Body,
     Joint,
@@ -143,6 +145,32 @@ def test_what_cannot_move_is_no_island() -> None:
 def test_many_small_islands_are_solved_together() -> None:
     many = merge([lift(name, 10.0 * i) for i, name in enumerate("abcdefghijk")], G)
     assert [len(names) for names in bodies(islands_of(many))] == [1, 1, 1, 1, 1, 1, 1, 4]
+
+
+def chain(name: str, links: int) -> System:
+    """A chain of hinged links."""
+    bodies = [Body(f"{name}{i}", 1.0, (0.0, 0.0, -1.0)) for i in range(links)]
+    above = ["world", *(b.name for b in bodies)]
+    joints = [
+        Joint(f"pin-{b.name}", "revolute", parent, b.name, (0.0, 0.0, -2.0), axis=(0.0, 1.0, 0.0), q0=(0.1,), v0=(0.0,))
+        for parent, b in zip(above, bodies, strict=False)
+    ]
+    return System(tuple(bodies), tuple(joints))
+
+
+def test_large_islands_are_apart_however_many() -> None:
+    large = [chain(name, 5) for name in "abcdefghij"]
+    small = [chain(name, 1) for name in "stuv"]
+    assert [len(names) for names in bodies(islands_of(merge([*large, *small], G)))] == [5] * 10 + [4]
+
+
+def test_equal_islands_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path))
+    compiled = []
+    compile_ = Library._compile
+    monkeypatch.setattr(Library, "_compile", lambda *args: compiled.append(1) or compile_(*args))
+    assert len(islands(merge([chain(name, 5) for name in "abcdefghij"], G)).parts) == 10
+    assert len(compiled) == 1
 
 
 def test_equal_islands_share_their_code() -> None:

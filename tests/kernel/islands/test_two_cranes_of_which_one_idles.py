@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from heavylift.coordinator.participants.configuration import wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.pause import configured
 from heavylift.coordinator.protocol.core import Coordinator
@@ -15,7 +16,7 @@ from heavylift.coordinator.run import run
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Simulator, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
+from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.scene import LoadedScene, bundled, parse
 
 END = 45.0  # [s] the block is in the air by then
@@ -45,8 +46,9 @@ def simulated(islands: str = "apart") -> Simulation | Islands:
     models = build(plan)
     kernel = KernelNode(configured(plan, models), lambda batch: None)
     kernel._flush = lambda *least: None
-    core = Coordinator([*models, KERNEL], couplings(plan), Tag(ns(END)), (COMMANDER, "finished"), lambda event: None)
-    run_in_memory(core, [*(Node(n, Simulator(m)) for n, m in models.items()), Node(KERNEL, kernel)])
+    wires = wiring(plan)
+    core = Coordinator([*models, KERNEL], wires.couplings, Tag(ns(END)), wires.finish, lambda event: None)
+    run_in_memory(core, [*(Node(n, Simulator(m, wires=wires.all)) for n, m in models.items()), Node(KERNEL, kernel)])
     return kernel.simulation
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, System
+from heavylift.kernel.methods import sdirk
 from small_scenes import SECOND, G, X, column, cube, hand_over, started
 
 BEAM, TROLLEY, LONG = 2.0e4, 4.0e4, 20.0  # [kg], [kg], distance of the ropes [m]
@@ -48,13 +49,39 @@ def test_a_trolley_crosses_a_hanging_beam_in_long_steps(method):
     assert s["accepted"] < 200  # the swing of the beam alone is 50 periods
 
 
-def swinging(angle: float, **options):
-    """A load on a rope of 20 m, stretched by its weight, that is let go at an angle, for a minute."""
+@pytest.mark.parametrize("method", METHODS)
+def test_later_jacobians_leave_out_what_velocities_change(method):
+    """The first one has both halves, a column of each for every velocity."""
+    s = driven(method, tolerance=ASKED, tensions_only=True)
+    halves = s["differences"] / s.program.nv
+    assert s["factorisations"] + 1 < halves < 2 * s["factorisations"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_step_that_must_end_where_it_does_is_solved_as_well_as_it_can_be(method, monkeypatch):
+    """Iterations that come no nearer than rounding lets them are enough then; elsewhere the step would be shorter."""
+    s = started(pendulum(0.1), method=method, tolerance=ASKED, tensions_only=True, native=False)
+    for name in ("SOLVED", "ROUND_OFF"):
+        monkeypatch.setattr(sdirk, name, 0.0)
+    s.integrator.led(0.01)
+    assert s["t"] == 0.01
+    monkeypatch.setattr(sdirk, "BARELY", 0.0)
+    assert not s.integrator.forced(0.02)
+    assert (s["t"], s["h"]) == (0.01, 0.005)
+
+
+def pendulum(angle: float) -> System:
+    """A load on a rope of 20 m, stretched by its weight, that is let go at an angle."""
     line = Line(Point("world"), Point("load"))
     start = (20.0 * np.sin(angle), 0.0, -20.0 * np.cos(angle), 0.0, 0.0, 0.0, 1.0)
     load, free = Body("load", TROLLEY, inertia=cube(TROLLEY)), Joint("free", "free", "world", "load", q0=start)
     rope = Rope("rope", (line,), 4e8, 20.0 / (1.0 + TROLLEY * G * np.cos(angle) / 4e8), damping=5e5)
-    s = started(System((load,), (free,), ropes=(rope,), gravity=G), **options)
+    return System((load,), (free,), ropes=(rope,), gravity=G)
+
+
+def swinging(angle: float, **options):
+    """That for a minute."""
+    s = started(pendulum(angle), **options)
     hand_over(s, 60 * SECOND)
     t, q = column(s, "joint/position")
     return s, t, q[:, 0] / 20.0

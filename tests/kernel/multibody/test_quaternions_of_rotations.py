@@ -21,3 +21,10 @@ def test_any_turn() -> None:
     sheared = rotations + RANDOM.normal(size=rotations.shape) * 1e-4
     for R in (rotations, sheared):
         np.testing.assert_allclose(quaternions(R), Rotation.from_matrix(R).as_quat(canonical=True), rtol=0, atol=1e-15)
+
+
+def test_what_is_given_stays_as_it_was() -> None:
+    for R in (np.diag([1.1, 1.0, 1.0])[None], np.diag([1.1, 1.0, 1.0]) * np.ones((3, 1, 1))):
+        before = R.copy()
+        np.testing.assert_allclose(quaternions(R), [[0.0, 0.0, 0.0, 1.0]] * len(R), rtol=0, atol=1e-15)
+        assert (before == R).all()

@@ -13,7 +13,7 @@ import pytest
 from heavylift.coordinator.participants.kernel_node import KernelConfig, KernelNode
 from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, Stop, System, Threshold
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.devs import Delivery, Event, Tag, encode, succ
+from heavylift.nodes.devs import Event, Tag, encode, succ
 from heavylift.nodes.models.parts import messages as m
 from small_scenes import SECOND, G, X, started
 
@@ -88,12 +88,11 @@ def test_a_command_stands_where_it_is_given(law, heard, t_ns):
     assert less.log == s.log
 
 
-def command(t_ns: int, k: int, value: m.KernelInput) -> Delivery:
-    event = Event(t_ns, k, "boss", "kernel", 0, type(value).__name__, encode(value))
-    return Delivery(event, "input_boss")
+def command(t_ns: int, k: int, value: m.KernelInput) -> Event:
+    return Event(t_ns, k, "boss", "kernel", 0, type(value).__name__, encode(value))
 
 
-def orders(second: int) -> list[Delivery]:
+def orders(second: int) -> list[Event]:
     """A ramp of 1/3 s; at `second` another one; two thresholds, the second true already."""
     return [
         command(0, 1, m.SetProfile("travel", 0, SPEED, RAMP)),
@@ -115,17 +114,17 @@ def played(
     for until in untils:
         while True:
             due = node.next_time
-            first = inputs[0].event.tag if inputs else Tag(END + 1)
+            first = inputs[0].tag if inputs else Tag(END + 1)
             tag = min(due, first)
             if tag >= until:
                 break
-            bag = [d for d in inputs if d.event.tag == tag]
+            bag = [d for d in inputs if d.tag == tag]
             inputs = inputs[len(bag) :]
             if tag == due:
                 offer = node.outputs()
                 assert offer == node.outputs()
                 said += [(e.tag, e.value.name, e.value.what, e.payload) for e in offer]
-            ahead = inputs[0].event.tag if inputs else until
+            ahead = inputs[0].tag if inputs else until
             node.advance(tag, bag, min(until, ahead))
     node.finish(Tag(END))
     numbers, times, rows = zip(*(msgspec.msgpack.decode(batch) for batch in batches), strict=True)

@@ -37,7 +37,7 @@ def logs_of(build: Callable[[], Coupled], until: int) -> list[list[Transition]]:
     whole.run(until)
     cut: list[Transition] = []
     root = build()
-    parts = {name: Simulator(child, cut.append) for name, child in root.children.items()}
     couplings = [Coupling(s.owner.name, s.name, t.owner.name, t.name) for s, t in root.couplings]
+    parts = {name: Simulator(child, cut.append, wires=couplings) for name, child in root.children.items()}
     run_in_memory(Coordinator(parts, couplings, Tag(until)), [Node(name, part) for name, part in parts.items()])
     return [sorted(log, key=lambda line: (line.tag, line.path)) for log in (by_the_book, flattened, cut)]

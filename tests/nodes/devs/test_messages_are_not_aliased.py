@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from devs_stories import Item, Relay, Sink, coupled
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Bag, Delivery, Event, Message, Simulator, Tag, Trace, decode, encode, message_type
+from heavylift.nodes.devs import Bag, Event, Message, Simulator, Tag, Trace, decode, encode, message_type
 
 
 class Kind(Enum):
@@ -169,8 +169,8 @@ def test_bags_and_decoded_copies_are_the_receivers_own() -> None:
     ],
 )
 def test_bad_bytes_and_unknown_types_are_named(type_: str, payload: bytes, sentence: str) -> None:
-    simulator = Simulator(Sink("s"))
+    simulator = Simulator(Sink("s"), wires=[("x", "o", "s", "into")])
     simulator.start()
     with pytest.raises(ModelError) as caught:
-        simulator.advance(Tag(10**9), [Delivery(Event(10**9, 0, "x", "o", 0, type_, payload), "into")])
+        simulator.advance(Tag(10**9), [Event(10**9, 0, "x", "o", 0, type_, payload)])
     assert str(caught.value) == sentence

@@ -73,7 +73,7 @@ def test_the_lookahead_of_a_root_is_the_smallest_of_those_that_leave_it() -> Non
     model.connect(slow.late, model.add_out("o", Item))
     simulator = Simulator(model)
     simulator.start()
-    assert simulator.lookahead == {"o": ms(10)}
+    assert simulator.lookahead == {"m.o": ms(10)}
     simulator.inject("i", Item(1))
     simulator.advance(Tag(0))
     assert (simulator.next_time, simulator.outputs(), simulator.quiet) == (Tag(ms(10)), [], Tag(ms(20)))

@@ -22,10 +22,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from math import pi, sqrt
 from random import Random
 from typing import Any
 
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import parse
 from random_lifts import TWO, awaits_lifting, random_lift
 from ruamel.yaml import YAML
 
@@ -37,8 +40,8 @@ STRONG = dict.fromkeys(("hook capacity", "upper capacity", "lower capacity", "ca
     "tandem": 1,
 }  # cranes that nothing which is drawn overloads
 FEW, MANY = 0.8, 4  # so many of the lifts have so many hooks at most: the reference of more takes half a minute
-LONGEST, LAST = "900 s", "20 s"  # of the scene, and of what is left of the swing
-APART_FROM = 1_000_000  # seeds of the lift whose list is changed, until it has hooks enough for the kind
+LAST = "20 s"  # what is left of the swing is seen for so long
+APART_FROM = 1_000_000  # seeds of lifts whose list is changed, until one suits the kind
 
 
 @dataclass(frozen=True)
@@ -50,26 +53,43 @@ class Drawn:
     awaits: bool
 
 
+@cache
 def lift_of_kinds(seed: int) -> Drawn:
-    """The lift of this seed."""
+    """The lift of this seed; lifts without hooks enough for its kind, and scenes that are refused, are drawn again."""
     r = Random(f"kinds {seed}")
-    name = r.choice(list(LISTS))
-    change, fewest = LISTS[name]
-    base, scene, most = seed, _scene(seed), MANY if r.random() < FEW else max(TWO)
-    while not fewest <= len(hooks(scene)) <= most:
-        base += APART_FROM
+    kind = r.choice(list(LISTS))
+    most = MANY if r.random() < FEW else max(TWO)
+    base = seed
+    while True:
         scene = _scene(base)
-    kinds = [name]
-    change(scene, r)
+        if LISTS[kind][1] <= len(hooks(scene)) <= most:
+            drawn = _changed(scene, kind, r, awaits_lifting(base))
+            if _accepted(drawn.text):
+                return drawn
+        base += APART_FROM
+
+
+def _changed(scene: Scene, kind: str, r: Random, awaits: bool) -> Drawn:
+    """The scene with its list, and perhaps its machines, changed."""
+    kinds = [kind]
+    LISTS[kind][0](scene, r)
     if r.random() < ALTERED:
         kinds.append(r.choice(list(MACHINES)))
         MACHINES[kinds[-1]](scene, r)
     scene["actions"][-1]["wait"] = LAST
-    scene["end"] = LONGEST
     scene["rig"]["sling"]["breaking"] = "40 MN"
     for crane in scene["cranes"].values():
         crane |= STRONG
-    return Drawn(json.dumps(scene, indent=1), tuple(kinds), awaits_lifting(base))
+    return Drawn(json.dumps(scene, indent=1), tuple(kinds), awaits)
+
+
+def _accepted(text: str) -> bool:
+    """Whether the list can be carried out: a block may tilt onto a stool that it should hang above."""
+    try:
+        parse(text)
+    except SceneError:
+        return False
+    return True
 
 
 def _scene(seed: int) -> Scene:
@@ -101,6 +121,7 @@ def _perhaps_nothing_sideways(scene: Scene, r: Random) -> None:
 def _unhook(scene: Scene, r: Random) -> None:
     _perhaps_nothing_sideways(scene, r)
     actions, i = _after_hoisting(scene)
+    actions[i - 1]["all hooks"] = f"hoist {r.uniform(1.5, 3.0):.3f} m/min by 2.5 m"  # it tilts, but not onto its stools
     actions.insert(r.choice([i, len(actions) - 1]), {"stage": "unhook", r.choice(hooks(scene)): "unhook"})
 
 

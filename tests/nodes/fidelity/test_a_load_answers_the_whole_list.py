@@ -1,9 +1,11 @@
 """The answer of a pendulum to an action list is that of its equation, and moves in time with it add up."""
 
 from math import pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from heavylift.nodes.fidelity.hooks import nodding
 from heavylift.nodes.fidelity.response import Knot, Swings, answer, moved
 from scipy.integrate import solve_ivp
 
@@ -47,6 +49,26 @@ def test_moves_in_time_with_the_swing_add_up_and_so_does_what_a_wrong_frequency_
     many, single = (Swings(((), tuple(k)), (W, W), begins) for k in (knots, knots[:4]))
     assert many.envelope > 3.0 * single.envelope
     assert many.away > 5.0 * single.away
+
+
+def test_what_swings_faster_than_the_load_goes_with_its_moves_and_not_with_its_jumps():
+    knots, jump = (*moved(1.0, 0.1, 0.3, 0.1),), Knot(9.0, jump=0.2)
+    found = Swings((knots, (jump,)), (W, W), (0.0, 20.0))
+    assert found.shaken((10 * W, 10 * W)) >= answer(knots, 10 * W).largest > 0.01
+    assert Swings(((), (jump,)), (W, W), (0.0, 20.0)).shaken((10 * W, 10 * W)) == 0.0
+    assert (found.jumps, Swings((knots, ()), (W, W), (0.0, 20.0)).jumps) == (0.2, 0.0)
+
+
+def test_a_block_nods_below_its_hook_as_two_points_of_a_double_pendulum_do():
+    g, hook, block, rope, slings = 9.81, 45.0, 26.5, 77.0, 18.6
+    h = SimpleNamespace(load=hook + block, share=block, length=rope, reach=rope + slings)
+    k = block * g / slings
+    squares, ways = np.linalg.eig(
+        np.array([[((hook + block) * g / rope + k) / hook, -k / hook], [-k / block, k / block]])
+    )
+    fast = int(squares.argmax())
+    shares = [np.linalg.solve(ways / ways[1], [x, 1.0])[fast] for x in (1.0, 0.0)]
+    assert nodding(h, g) == pytest.approx((squares[fast] ** 0.5, *np.abs(shares)))
 
 
 def test_a_load_that_stands_forgets():

@@ -32,6 +32,36 @@ WORDS = {
         "300 kN",
         "block.mass: '300 kN' is no mass: 'kN' is a unit of force; use t, kg",
     ),
+    "a time of the clock": (
+        "lift",
+        [("wait: 60 s", "wait: 1:00")],
+        "1:00",
+        "actions[4].wait: '1:00' is no time: write '60 s' or '60 min', as it is meant",
+    ),
+    "a decimal comma in a phrase": (
+        "lift",
+        [("hoist 3 m/min by 1 m", "hoist 3 m/min by 1,5 m or until all slings slack")],
+        "1,5 m",
+        "actions[2].all hooks: '1,5 m' is no length: a decimal has a point, no comma: write '1.5 m'",
+    ),
+    "a key of an action, nearly": (
+        "lift",
+        [("- stage: up", "- stag: up")],
+        "stag: up",
+        "actions[2].stag: there is no 'stag' to give an order to",
+    ),
+    "indented by a tab": (
+        "lift",
+        [("  mass: 300 t", "\tmass: 300 t")],
+        "\tmass",
+        "scene: this is not YAML: indent with spaces, not tabs",
+    ),
+    "position of what has none": (
+        "lift",
+        [("until lifted", "until position of crane >= 3 m")],
+        "position of crane",
+        "actions[1].all hooks: there is no 'crane' with position",
+    ),
     "missing unit in a phrase": (
         "lift",
         [("hoist 3 m/min", "hoist 3")],

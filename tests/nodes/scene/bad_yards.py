@@ -19,6 +19,12 @@ YARDS = {
         "stage: travel",
         ("actions[3]: east at x = 476 m is past the end of its rails, 0 to 400 m; likewise west (travel)"),
     ),
+    "a crane off its rails, whose hooks are then elsewhere, too": (
+        "lift",
+        [("goliath-900, at: 40 m", "goliath-900, at: 4000 m")],
+        "crane:",
+        "cranes.crane: crane at x = 4000 m is past the end of its rails, 0 to 400 m",
+    ),
     "block under no hook": (
         "lift",
         [("at: [40 m, 75 m, 6 m]", "at: [140 m, 75 m, 6 m]")],

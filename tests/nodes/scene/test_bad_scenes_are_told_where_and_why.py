@@ -4,6 +4,7 @@ Each case edits a bundled scene in one place; `points_at` is the text at the lin
 """
 
 import re
+from pathlib import Path
 
 import pytest
 from bad_orders import ORDERS
@@ -13,7 +14,7 @@ from bad_yards import YARDS
 from heavylift.coordinator.transport.keys import OBSERVER, check_names
 from heavylift.kernel.errors import ProtocolError, SceneError
 from heavylift.nodes.models import COMMANDER, KERNEL
-from heavylift.nodes.scene import bundled, parse
+from heavylift.nodes.scene import bundled, load, parse
 from heavylift.nodes.scene.keys.schema import RESERVED
 
 TEXTS = {name: path.read_text(encoding="utf-8") for name, path in bundled().items()}
@@ -96,6 +97,19 @@ def test_a_setting_is_told_like_a_line_of_the_scene() -> None:
     assert "did you mean 'at'?" in refused(TEXTS["lift"], "cranes.crane.att=41 m")
     assert "the scene has no place 'actions.9'" in refused(TEXTS["lift"], "actions.9=wait 3 s")
     assert "write a setting as key=value" in refused(TEXTS["lift"], "seed")
+    for place in ("block.com[0]", "block.com.x"):
+        assert refused(TEXTS["lift"], f"{place}=3 m").splitlines()[0] == (
+            "--set:1:1: error: scene: one number of 'block.com' cannot be set, the scene has none: set it whole, "
+            "'block.com=[...]'"
+        )
+    parse(TEXTS["lift"], "scene.yaml", ["block.lugs.P1[0]=-7.9 m"])
+
+
+def test_a_recording_is_no_scene_and_is_told_as_one(tmp_path: Path) -> None:
+    for size in (100, 20_000_000):  # the latter is larger than any scene
+        (tmp_path / "lift.mcap").write_bytes(b"\x89MCAP0\r\n" + bytes(size))
+        with pytest.raises(SceneError, match="it is a recording, no scene; `heavylift info"):
+            load(tmp_path / "lift.mcap")
 
 
 @pytest.mark.parametrize("text", ["", "- a", "just words", "heavylift: [1", "a: &x [*x]", "? [a]\n: 1", "{}"])

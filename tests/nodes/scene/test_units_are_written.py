@@ -55,6 +55,33 @@ REFUSES = [
     (units.SAMPLING, "10.1 kHz", "10.1 kHz is out of range: choose 0.001 Hz to 10 kHz"),
     (units.ACCURACY, 1e9, "1000000000 is out of range: choose 1e-10 % to 10 %"),
     (units.ACCURACY, "9.9e-11 %", "9.9e-11 % is out of range: choose 1e-10 % to 10 %"),
+    (units.TIME, "1:15", "'1:15' is no time: write '75 s' or '75 min', as it is meant"),
+    (units.TIME, "1:02:03", "'1:02:03' is no time: write it in one unit, '3723 s'"),
+    (units.LENGTH, "0,05 m", "'0,05 m' is no length: a decimal has a point, no comma: write '0.05 m'"),
+    (units.LENGTH, "0,125 m", "'0,125 m' is no length: a decimal has a point, no comma: write '0.125 m'"),
+    (
+        units.LENGTH,
+        "-1,000 metres",
+        "'-1,000 metres' is no length: a decimal has a point, no comma: write '-1000 m' or '-1.000 m', as it is meant",
+    ),
+    (units.MASS, "1,234,567 kg", "'1,234,567 kg' is no mass: thousands are not set apart: write '1234567 kg'"),
+    (units.MASS, "1,234.5 t", "'1,234.5 t' is no mass: thousands are not set apart: write '1234.5 t'"),
+    (
+        units.MASS,
+        "300 tonnes",
+        "'300 tonnes' is no mass: 'tonnes' is not a unit that is known here; use t, kg: write '300 t'",
+    ),
+    (
+        units.SPEED,
+        "3 Metres per Minute",
+        "'3 Metres per Minute' is no speed: 'Metres per Minute' is not a unit that is known here; use m/min, m/s, mm/s:"
+        " write '3 m/min'",
+    ),
+    (
+        units.FORCE,
+        "5 KN",
+        "'5 KN' is no force: 'KN' is not a unit that is known here; use kN, N, MN: write '5 kN'",
+    ),
     (units.DURATION, "2401 h", "2401 h is out of range: choose 0.001 ms to 100 days"),
 ]
 
@@ -97,3 +124,21 @@ def test_a_number_too_large_is_no_number() -> None:
     with pytest.raises(ValueError, match="is no finite number"):
         units.MASS.read(f"1{'0' * 400} t")
     assert units.LENGTH.read("1e-400 mm") == 0.0
+
+
+WORDS = [
+    (units.LENGTH, ("metres", "meters", "Millimetre", "KM")),
+    (units.MASS, ("tonne", "Tons", "kilograms", "KG")),
+    (units.TIME, ("seconds", "Sec", "minutes", "hours", "hr", "day")),
+    (units.ANGLE, ("degrees", "radian")),
+    (units.SPEED, ("metres per second", "meters/min", "MM/S")),
+    (units.FORCE, ("newtons", "kilonewton")),
+]
+
+
+@pytest.mark.parametrize(("dimension", "word"), [(d, word) for d, words in WORDS for word in words])
+def test_what_is_proposed_for_a_unit_that_is_spoken_is_read(dimension: units.Dimension, word: str) -> None:
+    with pytest.raises(ValueError, match="write '7 ") as refusal:
+        dimension.read(f"7 {word}")
+    proposed = str(refusal.value).rpartition("write '")[2].removesuffix("'")
+    assert dimension.read(proposed) > 0.0

@@ -1,0 +1,106 @@
+"""Nodes that programs of another kind play: what they are told, and what each of their messages must keep.
+
+Such a program builds no model of ours, so what heavylift's own nodes declare is taken from the coordinator's build, and
+what their simulator checks is checked here: ports, types, and bytes that are those of any other node (WIRE.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import msgspec
+from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.transport.frame import WIRE
+from heavylift.coordinator.transport.placement import Placement
+from heavylift.coordinator.transport.printable import printable
+from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.nodes.devs import Event, Message, Model, OutPort, decode, encode
+
+from .parts import ExternalModel, ExternalPart
+from .parts import encode as part
+
+__all__ = ["SPEAKS", "External", "externals"]
+
+SPEAKS = f"wire {WIRE}"  # the version that such a node says in its HELLO
+SHOWN = 64  # characters of what it says of itself
+
+
+class External:
+    """The models of one node, built here, that another program plays elsewhere."""
+
+    def __init__(self, node: str, models: Sequence[Model], couplings: Iterable[Coupling], microsteps: int) -> None:
+        self.node = node
+        self._types: dict[str, dict[str, type[Message]]] = {
+            model.name: {port.name: port.type for port in model.ports.values() if isinstance(port, OutPort)}
+            for model in models
+        }
+        told = [wire for wire in couplings if wire[2] in self._types]
+        self.config = part(ExternalPart({model.name: _told(model) for model in models}, told, microsteps))
+        """What its WELCOME carries."""
+
+    def check(self, message: m.AnyMessage) -> None:
+        """ProtocolError names the node and what one of its messages has broken."""
+        if isinstance(message, m.Hello):
+            self._check_hello(message)
+        if isinstance(message, m.Hello | m.Done):
+            for event in (*getattr(message, "spoken", ()), *message.offer):
+                if event.source in self._types:
+                    self._check_event(event)
+
+    def _check_hello(self, hello: m.Hello) -> None:
+        if hello.version != SPEAKS:
+            raise ProtocolError(
+                f"node {self.node} speaks '{printable(hello.version, SHOWN)}', and this heavylift '{SPEAKS}'; use a "
+                "program that was written for it (WIRE.md)"
+            )
+        ports = {f"{model}.{port}" for model, types in self._types.items() for port in types}
+        if wrong := sorted(ports ^ hello.lookahead.keys()):
+            what = "does not tell" if wrong[0] in ports else "tells"
+            raise ProtocolError(
+                f"node {self.node} {what} a lookahead of {printable(wrong[0], SHOWN)}; its out ports are "
+                f"{', '.join(sorted(ports)) or 'none'}, and HELLO tells that of each"
+            )
+
+    def _check_event(self, event: Event) -> None:
+        types = self._types[event.source]
+        who = f"{event.source} at {event.tag}"
+        if event.port not in types:
+            named = ", ".join(sorted(types)) or "none"
+            raise ProtocolError(f"{who} spoke on port {printable(event.port, SHOWN)}: its out ports are {named}")
+        try:
+            value = decode(event.type, event.payload)
+        except ModelError as error:
+            raise ProtocolError(f"{who}, port {event.port}: {printable(str(error))}") from None
+        if not isinstance(value, types[event.port]):
+            raise ProtocolError(f"{who}: port {event.port} carries {types[event.port].__name__}, not {event.type}")
+        if encode(value) != event.payload:
+            raise ProtocolError(
+                f"{who}, port {event.port}: the bytes of its {event.type} are not the canonical ones; write a "
+                "MessagePack map of all fields in their order, numbers in their shortest form, floats in 64 bits"
+            )
+
+
+def externals(
+    placement: Placement, models: Mapping[str, Model], couplings: Sequence[Coupling], microsteps: int
+) -> list[External]:
+    """The nodes of a placement that programs of another kind play; `models`: all, built here."""
+    return [
+        External(node, [models[name] for name in names], couplings, microsteps)
+        for process in sorted(placement.external)
+        for node, names in placement.hosted[process].items()
+    ]
+
+
+def _told(model: Model) -> ExternalModel:
+    into = {p.name: p.type.__name__ for p in model.ports.values() if not isinstance(p, OutPort)}
+    out = {p.name: (p.type.__name__, p.lookahead) for p in model.ports.values() if isinstance(p, OutPort)}
+    parameters = dict[str, object]()
+    for name, x in vars(model).items():
+        try:
+            msgspec.msgpack.encode(plain := msgspec.to_builtins(x))
+        except (TypeError, ValueError, OverflowError):
+            continue  # a model, a port, a generator: no data
+        if name != "children" and not name.startswith("_"):
+            parameters[name] = plain
+    return ExternalModel(into, out, parameters)

@@ -1,0 +1,248 @@
+"""A kernel with a past that stands in a recording: it says what was said, and goes on from a checkpoint.
+
+Up to the checkpoint its events and samples are those of the recording and what it is told is passed over, since that
+comes again: models that say something else are noticed by who compares events.  From there on it is a `KernelNode`
+that is brought to that state, or, without a checkpoint, one that begins at the start.  What it samples itself is
+compared with what was recorded, as far as that goes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import takewhile
+
+import msgspec
+import numpy as np
+from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.nodes.devs import Event, Message, Slack, Tag
+from heavylift.recordings import SampleLayout
+from heavylift.recordings.format.columns import Columns
+from heavylift.recordings.format.samples import Note, decode_batch
+from heavylift.recordings.read.container import BROKEN
+from numpy.typing import NDArray
+
+from .kernel_node import KernelNode
+from .parts import KernelConfig
+
+__all__ = ["Past", "Recalled"]
+
+Floats = NDArray[np.float64]
+Rows = Iterator[tuple[list[int], Floats]]  # times [ns], rows as they stand in the file
+BATCH = 256  # samples that are said at once
+
+
+@dataclass
+class Past:
+    """What was recorded before a branch: events of the kernel; samples of some signals, by the names of their columns;
+    notes; the last checkpoint, which has done all before the tag `at`, and all that there are; facts that are put on
+    record.
+
+    What comes of it: whether the checkpoint is `used`, or `why` not; how many samples are proved to be equal; the first
+    that is not, as (time [ns], column, recorded, now); whether the past is `over`.
+    """
+
+    events: Sequence[Event]
+    columns: dict[str, list[str]]
+    rows: Callable[[Sequence[str]], Rows]
+    notes: Sequence[tuple[int, str]]
+    at: Tag
+    state: bytes = b""
+    checkpoints: Callable[[], Iterable[tuple[Tag, bytes]]] = tuple
+    facts: Mapping[str, object] = field(default_factory=dict)
+    why: str = ""
+    samples: int = 0
+    parted: tuple[int, str, float, float] | None = None
+    used: bool = False
+    over: bool = False
+
+
+class Recalled:
+    """A `Steppable` like `KernelNode`, which see."""
+
+    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: Past) -> None:
+        self._publish, self._past = publish, past
+        self._kernel = KernelNode(config, self._sampled, foretells=True)
+        self._events: list[Event] = []
+        self._last = self._kernel.last
+        sent = noted = 0
+        self._most = np.zeros(0)
+        if past.state:
+            try:
+                self._kernel.start()
+                self._kernel.restore(past.state)
+                sent, noted, self._most = self._kernel.said
+                self._events = [event for event in reversed(past.events) if event.tag < past.at]
+                past.used = True
+            except (KernelError, *BROKEN) as error:
+                foreign = isinstance(error, KernelError)
+                past.why = "the mechanics of the new scene are others" if foreign else "its checkpoint is damaged"
+                self._kernel = KernelNode(config, self._sampled, foretells=True)
+        self.lookahead = self._kernel.lookahead
+        self._sent, self._known = sent, _Known(past, self._announced(sent))
+        self._notes = [Note(i, t, told) for i, (t, told) in enumerate(past.notes[:noted])]
+
+    def _announced(self, recalled: int) -> SampleLayout:
+        layout = msgspec.msgpack.decode(self._kernel.layout(), type=SampleLayout)
+        return SampleLayout(layout.channels, recalled, self._most.tolist())
+
+    def layout(self) -> bytes:
+        """That of the kernel, with how much of the past is recalled."""
+        return msgspec.msgpack.encode(self._announced(self._sent))
+
+    @property
+    def pauses(self) -> int:
+        """A measure of its progress."""
+        return self._kernel.pauses
+
+    def start(self) -> None:
+        """At the start, or at the checkpoint."""
+        if not self._past.used:
+            self._kernel.start()
+
+    @property
+    def next_time(self) -> Tag:
+        """Of the next recorded event, or the kernel's."""
+        return self._events[-1].tag if self._events else self._kernel.next_time
+
+    @property
+    def quiet(self) -> Tag:
+        """A recorded event is never silent."""
+        return self._events[-1].tag if self._events else self._kernel.quiet
+
+    @property
+    def slack(self) -> list[Slack]:
+        """The kernel's."""
+        return self._kernel.slack
+
+    @property
+    def last(self) -> Tag:
+        """Tag of the last advance."""
+        return self._last
+
+    def results(self, end: Tag) -> dict[str, Message]:
+        """The kernel's."""
+        return self._kernel.results(end)
+
+    def outputs(self) -> list[Event]:
+        """What was said at `next_time`, or what the kernel says."""
+        if not self._events:
+            return self._kernel.outputs()
+        tag = self.next_time
+        return list(takewhile(lambda event: event.tag == tag, reversed(self._events)))
+
+    def among(self) -> list[Event]:
+        """The kernel's."""
+        return self._kernel.among()
+
+    def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
+        """Say again what was said; from the checkpoint on, as the kernel does."""
+        self._last = tag
+        if self._past.used and tag < self._past.at:
+            while self._events and self._events[-1].tag == tag:
+                self._events.pop()
+            self._recall(min(until, self.next_time).t)
+        else:
+            self._kernel.advance(tag, bag, until)
+
+    def foretell(self) -> None:
+        """Say how it goes on, if nothing else is known of that."""
+        if not self._past.used:
+            self._kernel.foretell()
+
+    def finish(self, end: Tag) -> str:
+        """As the kernel does; of a run that ends before the checkpoint nothing more is known."""
+        return "" if self._past.used and end < self._past.at else self._kernel.finish(end)
+
+    def snapshot(self) -> bytes:
+        """The kernel's; checkpoints of the past stand in the recording."""
+        if self._past.used and self._known.number < self._sent:
+            raise KernelError("this part of the run is recalled")
+        return self._kernel.snapshot()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go on from there."""
+        self._kernel.restore(snapshot)
+
+    def _recall(self, before_ns: int) -> None:
+        """Say the samples that were recorded before this time [ns]."""
+        for first, times, rows in self._known.read(self._sent, before_ns):
+            last = first + len(times) == self._sent
+            notes = [note for note in self._notes if last or note.t_ns <= times[-1]]
+            self._notes = self._notes[len(notes) :]
+            more = (notes,) if notes else ()
+            self._publish(msgspec.msgpack.encode((first, times, rows.astype("<f8").tobytes(), *more)))
+
+    def _sampled(self, batch: bytes) -> None:
+        """The kernel's own samples, behind all that are recalled."""
+        found = decode_batch(batch, self._known.width)
+        if not found.period:
+            self._recall(found.times[0] + 1)
+            if parted := self._known.compare(found.times, found.rows):
+                self._past.parted = parted
+                raise ModelError(f"{parted[1]} is not what was recorded")
+        self._publish(batch)
+
+
+class _Known:
+    """The recorded samples, read once and in order; `number` of the next one."""
+
+    def __init__(self, past: Past, layout: SampleLayout) -> None:
+        self._past, self._columns, self.width, self.number = past, Columns(layout), layout.width, 0
+        names = {c.topic: c.names for c in layout.channels}
+        names |= {f.signal: f.columns for f in self._columns.fields}
+        self._names, here, there, at = list[str](), list[int](), list[int](), 0
+        for name, place in self._columns.signals.items():
+            if name not in past.columns:
+                continue
+            self._names += [f"{name}/{column}" for column in names[name] if column in past.columns[name]]
+            here += [place.start + i for i, column in enumerate(names[name]) if column in past.columns[name]]
+            there += [at + past.columns[name].index(column) for column in names[name] if column in past.columns[name]]
+            at += len(past.columns[name])
+        self._here, self._there = np.array(here, np.intp), np.array(there, np.intp)
+        signals = [name for name in self._columns.signals if name in past.columns]
+        self._blocks = past.rows(signals)
+        self._times, self._rows = list[int](), np.zeros((0, 0))
+
+    def _next(self) -> bool:
+        """Whether there is a recorded row that was not read."""
+        while not self._times:
+            block = next(self._blocks, None)
+            if block is None:
+                return False
+            self._times, self._rows = list(block[0]), np.ascontiguousarray(block[1][:, self._there])
+        return True
+
+    def _take(self, n: int) -> tuple[list[int], Floats]:
+        times, rows = self._times[:n], self._rows[:n]
+        self._times, self._rows = self._times[n:], self._rows[n:]
+        self.number += len(times)
+        self._past.samples += len(times)
+        return times, rows
+
+    def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
+        """Number of the first, times and rows of the kernel's form, up to the row `end` and before a time [ns]."""
+        while self.number < end and self._next() and self._times[0] < before_ns:
+            first = self.number
+            n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])
+            times, rows = self._take(n)
+            recorded = np.zeros((n, len(self._columns)))
+            recorded[:, self._here] = rows
+            spread = self._columns.spread(recorded, self.width)
+            self._columns(spread)
+            yield first, times, spread
+
+    def compare(self, times: Sequence[int], rows: Floats) -> tuple[int, str, float, float] | None:
+        """The first value of these rows that is not the recorded one: time [ns], column, recorded, now."""
+        now, i = np.ascontiguousarray(self._columns(rows)[:, self._here]), 0
+        while i < len(times) and self._next():
+            n = min(len(times) - i, len(self._times))
+            there, recorded = self._take(n)
+            for k in range(n):
+                other = np.flatnonzero(now[i + k].view(np.int64) != recorded[k].view(np.int64))
+                if there[k] != times[i + k] or len(other):
+                    column = self._names[int(other[0])] if len(other) else "the time of a sample"
+                    what = (recorded[k, other[0]], now[i + k, other[0]]) if len(other) else (there[k], times[i + k])
+                    return min(there[k], times[i + k]), column, float(what[0]), float(what[1])
+            i += n
+        return None

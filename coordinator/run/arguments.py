@@ -1,0 +1,70 @@
+"""Arguments of functions that people call from Python: what is no time, order or name is refused in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from math import isfinite
+from numbers import Integral, Real
+from typing import TypeVar
+
+from heavylift.kernel.errors import ModelError, SignalError
+from heavylift.nodes.scene.text.units import TIME, Limited
+
+__all__ = ["DENSEST", "PERIOD", "Order", "patterns", "seconds", "texts", "timed", "whole"]
+
+DENSEST = 1e-4  # [s] between samples, as the kernel takes them
+PERIOD = Limited("period", TIME.units, "0.1 ms", "1000 s")
+What = TypeVar("What")
+Order = tuple[float, What]  # when [s], and what is to be done
+
+
+def seconds(name: str, value: object, span: Limited) -> float:
+    """A time [s] within a span; raises ModelError."""
+    try:
+        return span.read(f"{_number(name, value)!r} s")
+    except ValueError as error:
+        raise ModelError(f"{name}: {error}") from None
+
+
+def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Order[What]]:
+    """Orders in the sequence of their times; raises ModelError for what is no pair of a time and of `what` fits."""
+    if not isinstance(orders, Iterable) or isinstance(orders, str | bytes):
+        raise ModelError(f"orders={orders!r}: give pairs (seconds, {what})")
+    found: list[Order[What]] = []
+    for order in orders:
+        if not (isinstance(order, Sequence) and len(order) == 2 and fits(order[1])):
+            raise ModelError(f"orders: {order!r} is no pair (seconds, {what})")
+        t = _number("orders", order[0])
+        if not (isfinite(t) and t >= 0.0):
+            raise ModelError(f"orders: {t:g} s is no time of a run")
+        found.append((t, order[1]))
+    return sorted(found, key=lambda order: order[0])
+
+
+def patterns(keep: object) -> tuple[str, ...]:
+    """Names or patterns of signals, one or several; raises SignalError."""
+    said = texts(keep)
+    if said is None:
+        raise SignalError(f"keep={keep!r}: give names of signals, such as ['rope/tension', 'pose/*']")
+    return said
+
+
+def texts(said: object) -> tuple[str, ...] | None:
+    """One text or several; None of anything else."""
+    if isinstance(said, str):
+        return (said,)
+    several = tuple(said) if isinstance(said, Iterable) else (None,)
+    return tuple(x for x in several if isinstance(x, str)) if all(isinstance(x, str) for x in several) else None
+
+
+def whole(name: str, value: object) -> int:
+    """A whole number from 0 on; raises ModelError."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
+        raise ModelError(f"{name}: {value!r} is no whole number from 0 on")
+    return int(value)
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise ModelError(f"{name}: {value!r} is no number; give seconds")
+    return float(value)

@@ -1,0 +1,267 @@
+"""What if: a recorded run again with other settings from some time on, equal to the recording up to there, proved.
+
+    branch("run.mcap", "stage travel", ["stage travel/cranes=travel 20 m/min by 60 m"], output="slower.mcap")
+
+The models run from the start with the new plan, since that shows that they would have done the same; the kernel, which
+is what a run costs, says again what is recorded and goes on from the last checkpoint before the branch, or where there
+is none for the new scene, as with other thresholds, from the start.  Whatever comes before the branch must be in the
+recording, each event and each sample; the first that is not ends the run, which then leaves nothing.  So the new
+recording is whole, and has the digest that the new scene has when it is run.
+What the recorded run had chosen, for the accuracy that was asked or the time that was given, is kept.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from heavylift.coordinator.participants.recalled import Past
+from heavylift.coordinator.record.scene import MERGED, Result
+from heavylift.coordinator.replay.deviation import Deviation
+from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError
+from heavylift.nodes.devs import Event, Tag, ns
+from heavylift.nodes.models import COMMANDER, KERNEL
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.scene import LoadedScene, load
+from heavylift.nodes.scene.loading import parse
+from heavylift.nodes.scene.text.units import DURATION
+from heavylift.recordings import Recording, file_path
+from heavylift.recordings.format.text import clock, meant
+from heavylift.recordings.write.outputs import PART, beside
+from heavylift.recordings.write.sink import library
+from numpy.typing import NDArray
+
+from .resume import Beginning, Checked
+from .scene import run
+from .watch import Watch
+
+__all__ = ["Branch", "branch"]
+
+CHOSEN = ("fidelity", "method", "tolerance", "tensions_only", "step", "driven")  # of a plan, whatever comes later
+CHOOSING = ("fidelity", "method", "tolerance", "tolerance of", "step", "ask", "accuracy")  # keys that say otherwise
+NAMED = 3  # differences of two plans in a sentence
+STAGE, END = "stage ", "end of "
+CLOCK = re.compile(r"(?:(?:(\d+):)?(\d+):)?(\d+(?:\.\d+)?)")  # 1:02:03.5, 2:00, 120
+
+
+class _Point(NamedTuple):
+    """Where a branch leaves its recording: all before the tag is the past."""
+
+    tag: Tag
+    stage: str = ""
+
+    def __str__(self) -> str:
+        at = f"{self.tag.t * 1e-9:.3f} s"
+        return f"{at} (stage {self.stage})" if self.stage else at
+
+
+@dataclass(frozen=True)
+class Branch:
+    """What is to be run: the new scene, the recorded beginning, where they part."""
+
+    path: Path
+    scene: LoadedScene
+    begun: Beginning
+    at: _Point
+    run: RecordedRun
+
+    @classmethod
+    def of(cls, path: str | Path, at: str, settings: Sequence[str] = (), scene: str | Path | None = None) -> Branch:
+        """A branch of the recording `path`, `at` "stage NAME", "end of stage NAME", "120 s" or "2:00"; `scene`: an
+        edited one in place of that of the recording.  Raises RecordingError or SceneError."""
+        path = file_path(path)
+        if not settings and scene is None:
+            raise SceneError("nothing is to be different after the branch; give --set or an edited --scene")
+        run = RecordedRun(path)
+        if run.recording.library != library():
+            made = run.recording.library.partition(" mcap")[0]
+            raise RecordingError(
+                f"{path}: was made by {made}, this is {library().partition(' mcap')[0]}, which may compute otherwise; "
+                "run the scene again"
+            )
+        begun = Beginning.left(path, run, "run the scene again")
+        point = _point(run, at)
+        new = _new(begun, run.recording, settings, scene)
+        if new.plan.end is not None and ns(new.plan.end) <= point.tag.t:
+            raise SceneError(f"end {new.plan.end:g} s: lies before the branch at {point}; choose a later end")
+        return cls(path, new, begun, point, run)
+
+
+def branch(what: Branch, output: str | Path | None = None, watch: Watch | None = None, force: bool = False) -> Result:
+    """Run a branch, in this process, into `output` (default: <name>-branch.mcap); the recording stays as it is."""
+    target = file_path(output) if output else beside(what.path, "-branch.mcap")
+    if what.path in (target, target.with_name(target.name + PART)):
+        raise RecordingError(f"{target}: is the recording itself, which stays as it is; choose another name with -o")
+    watch, past = watch or Watch(), _past(what)
+    checked = _Watch(what, past, watch)
+    try:
+        result = run(
+            what.scene, target, in_process=True, watch=checked, commands=what.begun.commands, force=force, past=past
+        )
+        checked.end()
+    except HeavyliftError as error:
+        if past.parted is None:
+            raise
+        t_ns, column, recorded, now = past.parted
+        told = Deviation(t_ns, 0, column, recorded, now)
+        raise _refused(what, told) from error
+    watch.say(
+        f"equal to {what.path} up to {what.at}, proved: {checked.events} events and {past.samples} samples came again"
+    )
+    return result
+
+
+class _Watch(Checked):
+    """Compares what comes before the branch, and says whence the mechanics go on."""
+
+    def __init__(self, what: Branch, past: Past, watch: Watch) -> None:
+        self._events = [event for event in what.begun.events if event.tag < what.at.tag]
+        super().__init__(self._events, self._refuse, watch, what.at.tag)
+        self._what, self._past, self._at, self._told = what, past, what.at, False
+
+    def _refuse(self, found: Deviation) -> RecordingError:
+        self._past.over = False
+        return _refused(self._what, found)
+
+    @property
+    def events(self) -> int:
+        """Events before the branch."""
+        return len(self._events)
+
+    def event(self, event: Event) -> None:
+        """Before the branch it must be the next recorded one."""
+        self._pass(event.tag)
+        super().event(event)
+
+    def progress(self, t_ns: int) -> None:
+        """Passed on."""
+        self._pass(Tag(t_ns))
+        super().progress(t_ns)
+
+    def _pass(self, tag: Tag) -> None:
+        past = self._past
+        if not self._told:
+            self._told = True
+            why = past.why or "the recording has no checkpoint before the branch"
+            at = f"goes on from the checkpoint at {past.at.t * 1e-9:.3f} s"
+            self.say(at if past.used else f"simulates from the start: {why}")
+        past.over = past.over or tag >= self._at.tag
+
+
+def _refused(what: Branch, found: Deviation) -> RecordingError:
+    changed = _different(what.begun.scene.plan, what.scene.plan)
+    told = f"; in the scene that is {', '.join(changed)}" if changed else ""
+    return RecordingError(
+        f"{what.path}: the past before {what.at} would have been another, {found}{told}; change only what acts later, "
+        "or run the scene from the start"
+    )
+
+
+def _point(run: RecordedRun, text: str) -> _Point:
+    """The tag that a user means."""
+    said = [(e.tag, str(e.value.name)) for e in run.events if (e.source, e.port) == (COMMANDER, "stage")]  # type: ignore[attr-defined]
+    stages = [(tag, name) for tag, name in said if name]
+    whole = " ".join(text.split())
+    after = whole.startswith(END)
+    name = whole.removeprefix(END).removeprefix(STAGE)
+    if after or whole.startswith(STAGE):
+        found = [i for i, (_, stage) in enumerate(stages) if stage == name]
+        if len(found) != 1:
+            times = " and ".join(clock(stages[i][0].t * 1e-9) for i in found)
+            told = (
+                f"begins {len(found)} times, at {times}; give a time" if found else meant(name, [x for _, x in stages])
+            )
+            raise RecordingError(f"{run.path}: --at '{text}': stage {name}: {told}")
+        if not after:
+            return _inside(run, text, _Point(*stages[found[0]]))
+        if found[0] + 1 == len(stages):
+            raise RecordingError(f"{run.path}: --at '{text}': {name} is the last stage, nothing comes after it")
+        return _inside(run, text, _Point(*stages[found[0] + 1]))
+    try:
+        clocked = CLOCK.fullmatch(whole)
+        parts = [float(part or 0) for part in clocked.groups()] if clocked else []
+        seconds = 3600 * parts[0] + 60 * parts[1] + parts[2] if clocked else DURATION.read(whole)
+    except ValueError as error:
+        raise RecordingError(
+            f"{run.path}: --at '{text}': {error}; write 'stage NAME', 'end of stage NAME', or a time such as 2:00"
+        ) from None
+    return _inside(run, text, _Point(Tag(ns(seconds))))
+
+
+def _inside(run: RecordedRun, text: str, point: _Point) -> _Point:
+    end = float(run.recording.fact("sim_s", 0.0))
+    if not 0 < point.tag.t <= ns(end):
+        where = "nothing lies before it; run the scene instead" if point.tag.t <= 0 else f"the run ended at {end:.3f} s"
+        raise RecordingError(f"{run.path}: --at '{text}': {where}")
+    return point
+
+
+def _new(begun: Beginning, rec: Recording, settings: Sequence[str], scene: str | Path | None) -> LoadedScene:
+    """The scene with what is to be different, and with what the recorded run had chosen."""
+    old = begun.scene
+    if scene is not None:
+        found = load(scene, settings)
+    else:
+        whole = rec.attachments.get(MERGED, b"").decode()
+        found = parse(whole or old.text, str(old.path), settings)
+        found = replace(found, text=old.text, merged=found.merged or whole)
+    if any(setting.split("=")[0].split(".")[0].strip() in CHOOSING for setting in settings):
+        return found
+    kept = {name: getattr(old.plan, name) for name in CHOSEN}
+    return replace(found, plan=msgspec.structs.replace(found.plan, **kept))
+
+
+def _past(what: Branch) -> Past:
+    """What the recording knows before the branch."""
+    rec, tag = what.run.recording, what.at.tag
+    before = [Tag(*at) for at in rec.checkpoints if Tag(*at) <= tag]
+
+    def rows(signals: Sequence[str]) -> Iterator[tuple[list[int], NDArray[np.float64]]]:
+        for times, values in rec.blocks(signals):
+            n = int(np.searchsorted(times, tag.t))
+            yield times[:n], np.hstack(values)[:n]
+            if n < len(times):
+                return
+
+    return Past(
+        [event for event in what.begun.events if event.source == KERNEL],
+        {name: rec.columns(name) for name in rec.signals()},
+        rows,
+        [(round(t * 1e9), told) for t, told in rec.notes()],
+        before[-1] if before else Tag(0),
+        rec.checkpoint(before[-1]) if before else b"",
+        lambda: ((at, rec.checkpoint(at)) for at in before),
+        {
+            "branch": {
+                "of": what.path.name,
+                "digest": rec.result.get("digest", ""),
+                "t": tag.t / 1e9,
+                "stage": what.at.stage,
+            }
+        },
+    )
+
+
+def _different(old: Plan, new: Plan) -> list[str]:
+    """Where two plans differ, by path; the first few."""
+    found = list(_apart("", old, new))
+    return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
+
+
+def _apart(path: str, a: object, b: object) -> Iterator[str]:
+    if isinstance(a, msgspec.Struct) and type(a) is type(b):
+        for key in a.__struct_fields__:
+            if key not in ("where", "text"):
+                yield from _apart(f"{path}.{key}" if path else key, getattr(a, key), getattr(b, key))
+    elif isinstance(a, list | tuple) and isinstance(b, list | tuple) and len(a) == len(b):
+        for i, (x, y) in enumerate(zip(a, b, strict=True)):
+            yield from _apart(f"{path}[{i}]", x, y)
+    elif a != b:
+        short = [x if isinstance(x, str | float | int) else "..." for x in (a, b)]
+        yield f"{path} {short[0]} -> {short[1]}"

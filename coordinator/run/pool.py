@@ -1,0 +1,72 @@
+"""Processes of our own that run things side by side.
+
+They begin with a clean interpreter, so that no thread of this one is copied, leave Ctrl-C to it, end with it, and at an
+error do not finish what they have begun.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from types import ModuleType, TracebackType
+from typing import Any
+
+__all__ = ["Pool", "cores"]
+
+LOOK_s = 1.0  # between two looks whether the parent still lives
+
+
+def cores() -> int:
+    """Those that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class Pool(ProcessPoolExecutor):
+    """So many processes, as a context."""
+
+    def __init__(self, processes: int) -> None:
+        super().__init__(processes, get_context("spawn"), initializer=_begin, initargs=(os.getpid(),))
+
+    def submit(self, call: Callable[..., Any], /, *args: Any, **named: Any) -> Future[Any]:
+        """As an executor's; it may begin a process."""
+        with _apart():
+            return super().submit(call, *args, **named)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            for process in list((self._processes or {}).values()):
+                process.terminate()
+        self.shutdown(wait=kind is None, cancel_futures=True)
+
+
+@contextmanager
+def _apart() -> Iterator[None]:
+    """A process begun in here is born without Ctrl-C, and does not import the script that runs, which may have no guard
+    of its main part."""
+    main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        sys.modules["__main__"] = main
+
+
+def _begin(parent: int) -> None:
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+    def follow() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOK_s)
+        os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()

@@ -1,0 +1,132 @@
+"""Replications of a DEVS model: it runs once for each of many seeds, and each number of its results has a mean.
+
+    estimates = replicate("my_models:build", 30, until=ns(3600)).estimates
+    estimates["shop.sink.wait"].mean, estimates["shop.sink.wait"].half
+
+The interval mean +- half is that of Student's t: it covers the expectation with this confidence if the numbers of
+single runs are about normal (Law and Kelton, Simulation Modeling and Analysis, 9.4.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, Executor
+from contextlib import nullcontext
+from dataclasses import dataclass
+from math import isfinite, nan, sqrt
+from statistics import fmean, stdev
+
+import msgspec
+from heavylift.coordinator.participants.building import seeded
+from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, Stopped
+from heavylift.nodes.devs import NEVER, Coupled, Message
+from heavylift.nodes.devs.execution.rules import LIMIT
+
+from .arguments import whole
+from .models import referred, run_models
+from .pool import Pool, cores
+
+__all__ = ["Estimate", "Replications", "replicate"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Of a number over all replications: mean, half the width of its confidence interval, standard deviation; NaN where
+    there is none."""
+
+    mean: float
+    half: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class Replications:
+    """The seed of each run, the numbers of its results by "path.field", and what they estimate with a confidence."""
+
+    seeds: list[int]
+    values: dict[str, list[float]]
+    confidence: float = 0.95
+
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Of each number."""
+        return {name: _estimate(x, self.confidence) for name, x in self.values.items()}
+
+
+def replicate(
+    build: str | Callable[..., Coupled],
+    count: int,
+    seed: int = 1,
+    until: int = NEVER,
+    stop: str = "",
+    microsteps: int = LIMIT,
+    executor: Executor | None = None,
+    workers: int = 0,
+    confidence: float = 0.95,
+) -> Replications:
+    """Run a model so many times as `run_models` does in one process, each time with another `seed` of its function.
+
+    The seeds follow from `seed`, and nothing depends on `executor`: any of concurrent.futures, or else a pool of so
+    many processes (`workers`, default all cores).  Raises HeavyliftError that names the replication, Stopped on Ctrl-C.
+    """
+    if whole("--replications", count) < 1 or not 0 < confidence < 1:
+        raise ModelError(f"{count} replications, confidence {confidence}: give one run or more, and 0 < confidence < 1")
+    if executor is not None and not isinstance(executor, Executor):
+        raise ModelError(f"executor={executor!r}: give one of concurrent.futures, or a client's get_executor()")
+    reference, seeds = referred(build), _seeds(whole("--seed", seed), count)
+    tasks = [(number, seeded(reference, own), until, stop, microsteps) for number, own in enumerate(seeds, 1)]
+    runs: list[dict[str, float]] = []
+    try:
+        with nullcontext(executor) if executor else Pool(min(workers or cores(), count)) as pool:
+            runs += pool.map(_once, tasks)
+    except BrokenExecutor as error:
+        raise ProtocolError(
+            f"the executor has lost a worker ({error}); take fewer workers if memory is short"
+        ) from None
+    except KeyboardInterrupt:
+        raise Stopped(f"stopped before all of {count} replications were done; nothing is kept") from None
+    for number, run in enumerate(runs, 1):
+        if differing := sorted({*runs[0]} ^ {*run}):
+            raise ModelError(
+                f"replication {number} (seed {seeds[number - 1]}): {differing[0]} is a result of some replications "
+                "only; let the model have the same atomics for each seed"
+            )
+    return Replications(seeds, {name: [run[name] for run in runs] for name in runs[0]}, confidence)
+
+
+def _seeds(seed: int, count: int) -> list[int]:
+    """Far apart whatever the seed is, and the same for the first ones however many there are."""
+    from numpy.random import SeedSequence
+
+    return [int(child.generate_state(1, "u8")[0]) >> 1 for child in SeedSequence(seed).spawn(count)]
+
+
+def _once(task: tuple[int, str, int, str, int]) -> dict[str, float]:
+    """The numbers of one run, by "path.field"."""
+    number, reference, until, stop, microsteps = task
+    try:
+        run = run_models(reference, until, in_process=True, stop=stop, microsteps=microsteps)
+    except HeavyliftError as error:
+        raise type(error)(f"replication {number}, {reference}: {error}") from None
+    return {name: x for path, result in run.results.items() for name, x in _numbers(path, result)}
+
+
+def _numbers(path: str, result: Message | msgspec.Struct) -> Iterator[tuple[str, float]]:
+    for field in result.__struct_fields__:
+        x = getattr(result, field)
+        if isinstance(x, msgspec.Struct):
+            yield from _numbers(f"{path}.{field}", x)
+        elif isinstance(x, int | float):
+            yield f"{path}.{field}", float(x)
+
+
+def _estimate(x: list[float], confidence: float) -> Estimate:
+    if len(x) < 2:
+        return Estimate(x[0], nan, nan)
+    from scipy.special import stdtrit  # Student's t, inverted
+
+    if not all(map(isfinite, x)):  # of some run there was nothing to observe
+        return Estimate(nan, nan, nan)
+    mean = fmean(x)
+    deviation = stdev(x, mean)
+    return Estimate(mean, float(stdtrit(len(x) - 1, 0.5 + confidence / 2)) * deviation / sqrt(len(x)), deviation)

@@ -1,0 +1,252 @@
+"""The shortest timing of a lift within its limits: steps of `timing`, as far as the verdict stays green.
+
+First along the equilibrium path, which costs little: each step by itself, as bold as the checks of the scene and the
+limits at rest allow.  Then in runs: all of them at once, and where a run turns red, what is quicker in that stage or
+before it goes half way back, until a run is green; halves of what was lost are tried again.  Nothing is taken over
+that is not quicker.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+
+from heavylift.coordinator.run.in_memory import CUT, Played, play
+from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene.loading import parse
+from heavylift.nodes.scene.text.overlay import override
+from heavylift.nodes.scene.text.rewriting import rewritten
+from heavylift.nodes.scene.text.source import Data, Path, Source, read
+from heavylift.recordings.format.text import clock
+
+from .timetable import Parts, Planned, done, last_wait
+from .timing import Step, overlaps, ramps, speeds
+
+__all__ = ["planned"]
+
+WORTH_s = 0.5  # of a gain that counts
+HALVINGS = 5  # of a step that the path at rest does not allow whole
+LEAST = 0.2  # part of a step below which it is given up in runs
+
+
+def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = lambda told: None) -> Planned:
+    """The shortest timing of a scene that is found within so many seconds of wall time; raises SceneError."""
+    search = _Search(scene, time.monotonic() + budget, say)
+    try:
+        first = search.run(scene, "as it is written")
+    except HeavyliftError as error:
+        return Planned(scene, None, wrong=f"the scene as it is written makes no run: {error}")
+    if first.verdict.red:
+        return Planned(scene, first, wrong=f"red at the start, {first.verdict.line}: mend that first")
+    if why := search.at_rest():
+        return Planned(scene, first, wrong=f"the scene as it is written cannot be followed at rest: {why}")
+    found = search.in_runs(first)
+    if found is None:
+        told = "its budget is used up" if search.spent else "it is as quick as its limits and drives allow"
+        return Planned(scene, first, wrong=f"no quicker timing was found that is green: {told}")
+    return Planned(scene, first, *found, parts=dict(search.parts), why=dict(search.why))
+
+
+@dataclass(frozen=True)
+class _Outlook:
+    """A variant at rest: its scene, when its actions begin and all moves are done [s]; `why` it is none."""
+
+    scene: LoadedScene | None = None
+    begins: tuple[float, ...] = ()
+    done: float = 0.0
+    why: str = ""
+
+
+class _Search:
+    """`parts`: how far each step is taken; `why`: what limits it."""
+
+    def __init__(self, scene: LoadedScene, until: float, say: Callable[[str], None]) -> None:
+        self.scene, self.until, self.say = scene, until, say
+        self.text = _own_text(scene)
+        self.parts, self.why = Parts(), dict[Step, str]()
+
+    @property
+    def spent(self) -> bool:
+        return time.monotonic() >= self.until
+
+    # ---- along the path at rest -----------------------------------------------------------------------------
+
+    def at_rest(self) -> str:
+        """Take each step as far as the scene's checks and the limits at rest allow; why the scene itself is not."""
+        self.best = self.outlook(self.parts)
+        if self.best.why:
+            return self.best.why
+        for _, alternatives in groupby(speeds(self.scene), lambda step: step.action):
+            self._take(list(alternatives))
+        for _, alternatives in groupby(ramps(self.scene), lambda step: step.action):
+            self._take(list(alternatives), best=True)
+        for i in range(1, len(self.scene.plan.actions)):
+            lasts = [b - a for a, b in pairwise((*self.best.begins, self.best.done))]
+            self._take([step for step in overlaps(self.scene, lasts) if step.action == i])
+        return ""
+
+    def _take(self, alternatives: Sequence[Step], best: bool = False) -> None:
+        """The first of some steps that is quicker, whole or in part, or the quickest; all are of one action."""
+        others = {x: part for x, part in self.parts.items() if x not in alternatives}
+        for step in alternatives:
+            if self.spent:
+                return
+            part, found, why = self._taken(step, others)
+            if part and found.done < self.best.done - WORTH_s:
+                self.best, self.parts = found, {**others, step: part}
+                self.why = {x: told for x, told in self.why.items() if x not in alternatives} | {step: why}
+                self.say(f"at rest: {_named(self.scene, step)}: {clock(found.done)} until all moves are done")
+                if not best:
+                    return
+            elif not part and not best:
+                self.why[step] = why
+
+    def _taken(self, step: Step, others: Parts) -> tuple[float, _Outlook, str]:
+        """How far a step can be taken beside others, what comes of it, and what limits it."""
+        found = self.outlook({**others, step: 1.0})
+        if not found.why:
+            return 1.0, found, step.why
+        low, high, green, why = 0.0, 1.0, found, found.why
+        for _ in range(HALVINGS if step.halved else 0):
+            middle = 0.5 * (low + high)
+            found = self.outlook({**others, step: middle})
+            if found.why:
+                high, why = middle, found.why
+            else:
+                low, green = middle, found
+        return low, green, why
+
+    def outlook(self, parts: Mapping[Step, float]) -> _Outlook:
+        """A variant at rest."""
+        try:
+            scene = self.variant(parts)
+        except HeavyliftError as error:
+            return _Outlook(why=_sentence(str(error)))
+        red = next((f.sentence for f in scene.findings if f.severity == "red"), "")
+        if red or not scene.statics.known:
+            return _Outlook(why=red or scene.statics.why)
+        begins = tuple(x.t for x in scene.statics.acted)
+        last = last_wait(scene.plan.actions)
+        return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
+
+    def variant(self, parts: Mapping[Step, float]) -> LoadedScene:
+        """The scene with steps taken so far."""
+        return parse(self.written(parts), str(self.scene.path), passing=True)
+
+    def written(self, parts: Mapping[Step, float]) -> str:
+        """The same as text."""
+        source, texts = read(self.text, str(self.scene.path)), dict[Path, str]()
+        for step, part in parts.items():
+            for path in step.paths if part else ():
+                texts[path] = step.text(texts.get(path, str(source.at(path))), part)
+        return rewritten(self.text, str(self.scene.path), texts)
+
+    # ---- in runs --------------------------------------------------------------------------------------------
+
+    def run(self, scene: LoadedScene, told: str) -> Played:
+        """A run in what is left of the budget."""
+        began = time.monotonic()
+        found = play(scene.plan, max(0.0, self.until - began))
+        self.say(
+            f"run {told}: {clock(done(found))}, {found.verdict.line} ({time.monotonic() - began:.0f} s of wall time)"
+        )
+        return found
+
+    def in_runs(self, first: Played) -> tuple[LoadedScene, Played] | None:
+        """The quickest green variant, from what is possible at rest backwards; None if there is none."""
+        lost = Parts()
+        while self.parts and not self.spent:
+            found = self._green(lost)
+            if found is None:
+                continue
+            if done(found[1]) > done(first) - WORTH_s:
+                return None
+            return self._regained(found, lost)
+        return None
+
+    def _green(self, lost: Parts) -> tuple[LoadedScene, Played] | None:
+        """A run of the present variant; if it is not green, steps go back, and None comes back."""
+        try:
+            scene = self.variant(self.parts)
+            run = self.run(scene, f"with {len(self.parts)} steps")
+        except HeavyliftError as error:
+            if CUT not in str(error):
+                self.say(f"no run: {_sentence(str(error))}")
+                self._back({step: _sentence(str(error)) for step in _latest(self.parts)}, lost)
+            return None
+        if not run.verdict.red:
+            return scene, run
+        stages = {name: number for _, number, name in run.conduct.stages}
+        reds = [f for f in run.verdict.findings if f.severity == "red"]
+        guilty = dict[Step, str]()
+        for f in reds:
+            here = stages.get(f.stage, len(self.scene.plan.actions))
+            near = max((step.action for step in self.parts if step.action <= here), default=None)
+            guilty |= {step: f.sentence for step in self.parts if near is None or step.action == near}
+        self._back(guilty, lost)
+        return None
+
+    def _back(self, guilty: Mapping[Step, str], lost: Parts) -> None:
+        for step, told in guilty.items():
+            lost[step] = part = self.parts.pop(step)
+            self.why[step] = told
+            if step.kind != "ramp" and part / 2.0 >= LEAST:
+                self.parts[step] = part / 2.0
+
+    def _regained(self, found: tuple[LoadedScene, Played], lost: Parts) -> tuple[LoadedScene, Played]:
+        """Once more half of what was lost, if that is green."""
+        parts = dict(self.parts)
+        self.parts |= {step: 0.5 * (parts.get(step, 0.0) + part) for step, part in lost.items() if step.kind != "ramp"}
+        if lost and not self.spent:
+            again = self._green(Parts())
+            if again is not None and done(again[1]) < done(found[1]) - WORTH_s:
+                return again
+        self.parts = parts
+        return found
+
+
+def _own_text(scene: LoadedScene) -> str:
+    """The text of the scene's file with its settings in it; raises SceneError for what stands in no line of it."""
+    name, text = str(scene.path), scene.text
+    if "actions" not in read(text, name).data:
+        raise SceneError(f"{name}: has no action list of its own; plan the scene that it extends")
+    for setting in scene.settings:
+        source = read(text, name)
+        override(source, setting)
+        changes = dict(_changed(read(text, name), source.data, ()))
+        try:
+            text = rewritten(text, name, changes)
+        except SceneError:
+            raise SceneError(
+                f"--set '{setting}': stands in no line of {name} of its own; write it there first"
+            ) from None
+    return text
+
+
+def _changed(source: Source, data: Data, path: Path) -> Iterator[tuple[Path, str]]:
+    """Values that differ from those of a source."""
+    if isinstance(data, dict | list) and isinstance(source.at(path), type(data)):
+        for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+            yield from _changed(source, value, (*path, key))
+    elif data != source.at(path):
+        yield path, str(data)
+
+
+def _latest(parts: Parts) -> list[Step]:
+    """What may be to blame for a run that ends with an error: overlaps, or else all."""
+    return [step for step in parts if step.kind == "overlap"] or list(parts)
+
+
+def _sentence(error: str) -> str:
+    """The first sentence of an error, without its place and all that it is likewise of."""
+    first = error.splitlines()[0]
+    return re.sub(r"^.*?error: (actions\[[^:]*: )?", "", first).partition("; likewise")[0]
+
+
+def _named(scene: LoadedScene, step: Step) -> str:
+    action = scene.plan.actions[step.action]
+    return f"{step.kind} of '{action.stage or f'action {step.action + 1}'}'"

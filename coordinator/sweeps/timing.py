@@ -1,0 +1,108 @@
+"""What of an action list can be quicker: speeds of orders, ramps, the begin of moves while those before still go on.
+
+A step leads from what is written (0) to the boldest that can be tried (1); its texts are those of the language, at
+paths of the scene's data.  Waits stay as they are: people need them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.plan.actions import Landed, Lifted, Move, Slings, Turn
+from heavylift.nodes.plan.plan import driven
+from heavylift.nodes.plan.verbs import VERBS
+from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene.construction.yard import ramp_of
+from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.scene.text.units import NUMBER
+
+__all__ = ["Step", "overlaps", "ramps", "speeds"]
+
+TURNS = 4.0  # times the rate that is written: a turn has no limit of its own, but that of what follows it
+SPARE_s, LEAST_s = 2.0, 5.0  # by which a move begins and ends after the one that it overlaps; overlap worth it
+SPEED = re.compile(rf"^(\s*\w+\s+)({NUMBER})")
+RAMP = re.compile(r"\s+ramp\s.+?(?=\s(?:by|to|until)\s)")
+BEHIND_SPEED = re.compile(r"(?=\s(?:by|to|until)\s)")
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing that can be quicker, of an action (its number from 0), at paths of the scene, from `now` to `most`.
+
+    Speeds of an action go up together, by a factor; of a ramp `words` are what is written; of an overlap the numbers
+    are seconds.  `why`: what limits `most`; "" if only a trial can tell.
+    """
+
+    kind: Literal["speed", "ramp", "overlap"]
+    action: int
+    paths: tuple[Path, ...]
+    now: float
+    most: float
+    words: str = ""
+    why: str = ""
+
+    @property
+    def halved(self) -> bool:
+        """Whether a part of it makes sense where all of it is refused."""
+        return self.kind == "overlap" or not self.why
+
+    def value(self, part: float) -> float:
+        """Factor or seconds at a part of the way."""
+        return self.most if part >= 1.0 else self.now + (self.most - self.now) * part
+
+    def text(self, before: str, part: float) -> str:
+        """What is to be written at a path, in place of what stands there."""
+        x = self.value(part)
+        if self.kind == "overlap":
+            return f"after {x:.1f} s"
+        if self.kind == "ramp":
+            return BEHIND_SPEED.sub(f" ramp {self.words}", RAMP.sub("", before), count=1) if part else before
+        return SPEED.sub(lambda m: f"{m[1]}{float(m[2]) * x:.4g}", before, count=1)
+
+
+def speeds(scene: LoadedScene) -> Iterator[Step]:
+    """Orders up to the speeds of their drives, the boldest of an action first; a turn to a multiple of its rate."""
+    for i, action in enumerate(scene.scene.actions):
+        moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and o.model in scene.scene.cranes]
+        paths = tuple(("actions", i, target) for target, phrase in action.orders.items() if phrase.speed > 0.0)
+        if any(isinstance(o, Turn) for o in scene.plan.actions[i].orders):
+            yield Step("speed", i, paths, 1.0, TURNS)
+        elif len(moves) == len(scene.plan.actions[i].orders):
+            meets = any(isinstance(t, Slings | Lifted | Landed) for m in moves for t in terms(m.until))
+            for loaded in (True,) if meets else (False, True):  # what meets its load may have it before it stops
+                limits = {m: VERBS[m.verb].limit(scene.scene.cranes[m.model], loaded=loaded) or 0.0 for m in moves}
+                first = min(moves, key=lambda m: limits[m] / abs(m.speed))
+                factor = float(f"{limits[first] / abs(first.speed):.9g}")
+                load = " with a load" if loaded and VERBS[first.verb].sign else ""
+                if factor > 1.0:
+                    told = f"{driven(first.actuator)} can {limits[first] * 60.0:g} m/min{load}"
+                    yield Step("speed", i, paths, 1.0, factor, why=told)
+
+
+def ramps(scene: LoadedScene) -> Iterator[Step]:
+    """Ramps without swing for what travels and traverses: two pulses of the crane's own acceleration, or one swing."""
+    for i, action in enumerate(scene.scene.actions):
+        along = [(t, p) for t, p in action.orders.items() if VERBS[p.verb].along]
+        moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and VERBS[o.verb].along]
+        paths = tuple(("actions", i, target) for target, _ in along)
+        own = [ramp_of(scene.scene.cranes[m.model].ramp)[0] for m in moves]
+        for words in (f"{min(own):g} m/s2 in two pulses", "one swing") if own else ():
+            yield Step("ramp", i, paths, 0.0, 1.0, words, "the swing of what hangs there")
+
+
+def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
+    """Moves that may begin while those of the action before go on, so that they end after them; `lasts`: of each
+    action [s].  None of them meets the ground or a load."""
+    listed = scene.plan.actions
+    for i in range(1, min(len(listed), len(lasts))):
+        before, here = listed[i - 1].orders, listed[i].orders
+        moves = [o for o in (*before, *here) if isinstance(o, Move) and o.until is None]
+        alone = len({o.actuator for o in moves}) == len(moves) == len(before) + len(here)
+        soonest = max(SPARE_s, lasts[i - 1] - lasts[i] + SPARE_s)
+        if alone and here and before and not listed[i].when and lasts[i - 1] - soonest > LEAST_s:
+            told = f"'{listed[i - 1].stage or f'action {i}'}' is to begin and to end before it"
+            yield Step("overlap", i, (("actions", i, "when"),), lasts[i - 1], soonest, why=told)

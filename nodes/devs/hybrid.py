@@ -1,0 +1,216 @@
+"""A hybrid atomic: between its transitions a state of real numbers follows an ordinary differential equation.
+
+A guard that falls through zero is an event, located to the first whole nanosecond at which it is not positive. From
+one transition to the next nothing is kept but the state at the former, so that snapshots stay small: what lies between
+is integrated again, by the same steps. Nothing but IEEE arithmetic enters, so runs are equal to the last bit.
+
+Dormand-Prince 5(4) with dense output: Hairer, Norsett, Wanner, Solving ODEs I, II.4 to II.6.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from math import ceil, fsum, isfinite, sqrt
+from typing import NamedTuple
+
+from heavylift.kernel.algebra.elementary import power
+from heavylift.kernel.errors import ModelError
+from heavylift.kernel.methods.explicit import DormandPrince5
+
+from .models import Atomic
+from .ports import Bag
+
+__all__ = ["Hybrid", "State"]
+
+State = tuple[float, ...]
+Flow = Callable[[State], Sequence[float]]
+LOOKS = (0.25, 0.5, 0.75, 1.0)  # of a step, at which guards are looked at
+ALONE = 1e-14  # [s] steps that are shorter lead nowhere
+
+
+class Hybrid(Atomic):
+    """Override `start`, `flow`, and as wanted `guards`, `tell`, `fell`, `heard`; each of start, fell, heard calls `go`.
+
+    Two events of a guard within a quarter of a step are seen as none, unless the first one begins the step: `longest`
+    [s] bounds steps, `tolerance` the error of each, relative to 1 + |x|; `horizon` [s]: how far it looks ahead at once.
+    """
+
+    tolerance, longest, horizon = 1e-10, 0.1, 10.0
+
+    def _port_name(self, name: str) -> str:
+        if hasattr(Hybrid, name) or name in ("state", "ahead", "fallen"):
+            raise ModelError(f"{self.path}: a port cannot be called {name}: every hybrid model has that already")
+        return super()._port_name(name)
+
+    def flow(self, x: State) -> Sequence[float]:
+        """dx/dt [1/s]; where all of it is zero the state stays until something is heard."""
+        raise ModelError("the model defines no flow()")
+
+    def guards(self, x: State) -> Sequence[float]:
+        """Numbers each of which makes an event when it falls through zero; always as many."""
+        return ()
+
+    def tell(self, which: tuple[int, ...]) -> None:
+        """Send what an event says of the guards that have fallen; `ahead` is the state there."""
+
+    def fell(self, which: tuple[int, ...]) -> None:
+        """Take the event of these guards: `state` is that at it."""
+        raise ModelError("a guard fell, but the model defines no fell()")
+
+    def heard(self, x: Bag) -> None:
+        """Take what arrives: `state` is the present one."""
+        raise ModelError("an input arrived, but the model defines no heard()")
+
+    def go(self, *x: float) -> None:
+        """Go on from this state."""
+        if not all(map(isfinite, x)):
+            raise ModelError(f"go{x}: the state must be finite numbers")
+        self.state: State = tuple(map(float, x))
+        self.ahead, self.fallen, wait = self._next()
+        if wait:
+            self.hold_in(wait)
+        else:
+            self.passivate()
+
+    def at(self, e: int) -> State:
+        """The state e [ns] after the last transition, up to the next one."""
+        if e <= 0 or not any(self.flow(self.state)):
+            return self.state
+        for step in _steps(self.flow, self.state, self.tolerance, self.longest):
+            if e <= step.end:
+                return step.at(e)
+        raise AssertionError("steps have no end")
+
+    @property
+    def present(self) -> State:
+        """The state now, such as for `result`."""
+        return self.at(self.now.t - self._last)
+
+    def output(self) -> None:
+        """An event speaks by `tell`; where the look ahead ends nothing is said."""
+        if self.fallen:
+            self.tell(self.fallen)
+
+    def internal(self) -> None:
+        """An event is taken by `fell`; where the look ahead ends the next one begins."""
+        self.state, which = self.ahead, self.fallen
+        if which:
+            self.fell(which)
+        else:
+            self.go(*self.state)
+
+    def external(self, e: int, x: Bag) -> None:
+        """Inputs are taken by `heard`."""
+        self.state = self.at(e)
+        self.heard(x)
+
+    def _next(self) -> tuple[State, tuple[int, ...], int]:
+        """State, guards and time [ns] of the next event, or where the look ahead ends; 0 if there is none ever."""
+        before = list(self.guards(self.state))
+        if not before or not any(self.flow(self.state)):
+            return self.state, (), 0
+        last, end = 0, ceil(self.horizon * 1e9)
+        for step in _steps(self.flow, self.state, self.tolerance, self.longest):
+            for look in LOOKS:
+                t = min(end, max(last + 1, step.begin + ceil(look * step.h * 1e9)))
+                now = self.guards(step.at(t))
+                if fallen := self._falls(step, last, before, t, now):
+                    return step.at(fallen[0]), fallen[1], fallen[0]
+                last, before = t, list(now)
+                if t == end:
+                    return step.at(t), (), t
+        raise AssertionError("steps have no end")
+
+    def _falls(
+        self, step: "_Step", last: int, before: Sequence[float], t: int, now: Sequence[float]
+    ) -> tuple[int, tuple[int, ...]] | None:
+        """The first time [ns] in (last, t] at which guards have fallen, and which."""
+        if len(now) != len(before):
+            raise ModelError(f"guards() gave {len(before)} numbers and then {len(now)}; give always as many")
+        found = dict[int, int]()
+        for i, (a, b) in enumerate(zip(before, now, strict=True)):
+            low, high = last, t
+            while last == 0 and a <= 0 and b <= 0 and high > 1:  # it begins at zero: has it been above since?
+                low, high = high // 2, low if low > high else high
+                a = self.guards(step.at(low))[i]
+                if a <= 0:
+                    low, high = 0, low
+            if a > 0 >= b:
+                found[i] = self._first(step, i, low, high)
+        at = min(found.values(), default=0)
+        return (at, tuple(i for i in found if found[i] == at)) if found else None
+
+    def _first(self, step: "_Step", i: int, low: int, high: int) -> int:
+        """The time [ns] at which guard i is not positive any more: it is at `low`, not at `high`."""
+        while high - low > 1:
+            middle = (low + high) // 2
+            if self.guards(step.at(middle))[i] > 0:
+                low = middle
+            else:
+                high = middle
+        return high
+
+
+class _Step(NamedTuple):
+    """From t0 [s], so long, and what the dense output is made of; times begin at the last transition."""
+
+    t0: float
+    h: float
+    d: tuple[State, ...]
+
+    @property
+    def begin(self) -> int:
+        """[ns], rounded up."""
+        return ceil(self.t0 * 1e9)
+
+    @property
+    def end(self) -> int:
+        """[ns], rounded up."""
+        return ceil((self.t0 + self.h) * 1e9)
+
+    def at(self, t: int) -> State:
+        """The state at a time [ns]."""
+        u = (t * 1e-9 - self.t0) / self.h
+        w = 1.0 - u
+        return tuple(a + u * (b + w * (c + u * (d + w * e))) for a, b, c, d, e in zip(*self.d, strict=True))
+
+
+def _steps(flow: Flow, x: State, tolerance: float, longest: float) -> Iterator[_Step]:
+    """Accepted steps from x, without end."""
+    A, error, dense = DormandPrince5.tableau.A, DormandPrince5.tableau.error, DormandPrince5.dense
+    t, f = 0.0, _flowing(flow, x)
+    h = min(longest, 0.01 * _norm(x, [1.0] * len(x)) / max(_norm(f, [1.0] * len(x)), 1e-5))
+    h = max(h, min(longest, 1e-6))
+    while True:
+        k = [f]
+        for a in A[1:]:
+            y = tuple(xi + h * s for xi, s in zip(x, _combined(a, k), strict=True))
+            k.append(_flowing(flow, y))
+        size = [tolerance * (1.0 + max(abs(a), abs(b))) for a, b in zip(x, y, strict=True)]
+        wrong = _norm([h * e for e in _combined(error, k)], size)
+        if wrong <= 1.0:
+            d1 = tuple(b - a for a, b in zip(x, y, strict=True))
+            d2 = tuple(h * s - d for s, d in zip(f, d1, strict=True))
+            d3 = tuple(a - h * s - b for a, s, b in zip(d1, k[-1], d2, strict=True))
+            yield _Step(t, h, (x, d1, d2, d3, tuple(h * s for s in _combined(dense, k))))
+            t, x, f = t + h, y, k[-1]
+        factor = 0.9 * power(max(wrong, 1e-10), -0.2) if isfinite(wrong) else 0.1
+        h = min(longest, h * min(5.0, max(0.1, factor)))
+        if h < ALONE * max(1.0, t):
+            raise ModelError(f"the flow cannot be followed from {x}, {t:g} s on: it is stiff, jumps or is not finite")
+
+
+def _flowing(flow: Flow, x: State) -> State:
+    f = tuple(flow(x))
+    if len(f) != len(x):
+        raise ModelError(f"flow() gave {len(f)} numbers for a state of {len(x)}")
+    return f
+
+
+def _combined(weights: Sequence[float], k: Sequence[State]) -> Iterator[float]:
+    """Sums of the stages, each number by itself."""
+    return (sum(w * s for w, s in zip(weights, column, strict=False)) for column in zip(*k, strict=True))
+
+
+def _norm(x: Sequence[float], size: Sequence[float]) -> float:
+    """Root of the mean square; infinite if it is not finite."""
+    squares = [(a / b) * (a / b) for a, b in zip(x, size, strict=True)]
+    return sqrt(fsum(squares) / len(squares)) if all(map(isfinite, squares)) else float("inf")

@@ -1,0 +1,76 @@
+"""Statistics that an atomic gathers in its state, and the random numbers that it draws.
+
+    self.waits.add(seconds)                   Tally: of observations, each of which counts once
+    self.length.set(len(queue), self.now)     TimeWeighted: of what holds until it changes
+    self.random = stream(self.seed, self.path)
+
+Law and Kelton, Simulation Modeling and Analysis, 1.4; mean and variance in one pass after Welford (1962).
+"""
+
+from math import inf, isfinite, nan, sqrt
+from random import Random
+
+from heavylift.kernel.errors import ModelError
+
+from .tags import Tag
+
+__all__ = ["Tally", "TimeWeighted", "stream"]
+
+
+class Tally:
+    """Count, mean, least and most of observations; NaN and infinities while there are none."""
+
+    def __init__(self) -> None:
+        self.count, self.mean, self.least, self.most = 0, nan, inf, -inf
+        self._squares = 0.0  # of what lies between observations and their mean
+
+    def add(self, x: float) -> None:
+        """One more observation; ModelError if it is not finite."""
+        _finite(x)
+        self.count += 1
+        off = x - self.mean if self.count > 1 else 0.0
+        self.mean = self.mean + off / self.count if self.count > 1 else float(x)
+        self._squares += off * (x - self.mean)
+        self.least, self.most = min(self.least, x), max(self.most, x)
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the sample; NaN for fewer than two."""
+        return sqrt(self._squares / (self.count - 1)) if self.count > 1 else nan
+
+
+class TimeWeighted:
+    """A `value` that holds from `set` to `set`; its mean over time, least and most."""
+
+    def __init__(self, value: float = 0.0, since_ns: int = 0) -> None:
+        _finite(value)
+        self.value = self.least = self.most = value
+        self.since = self._changed = since_ns
+        self._area = 0.0  # [ns] times value
+
+    def set(self, value: float, now: Tag) -> None:
+        """It changes now; ModelError if it is not finite, or that is earlier than the last change."""
+        _finite(value)
+        self._area, self._changed = self._until(now), now.t
+        self.value = value
+        self.least, self.most = min(self.least, value), max(self.most, value)
+
+    def mean(self, now: Tag) -> float:
+        """From the beginning until now; NaN before time has passed."""
+        area = self._until(now)
+        return area / (now.t - self.since) if now.t > self.since else nan
+
+    def _until(self, now: Tag) -> float:
+        if now.t < self._changed:
+            raise ModelError(f"a mean over time cannot go back from {Tag(self._changed)} to {now}")
+        return self._area + self.value * (now.t - self._changed)
+
+
+def stream(seed: int, name: str) -> Random:
+    """A stream of random numbers of its own for each seed and name, such as the path of an atomic."""
+    return Random(f"{seed}/{name}")
+
+
+def _finite(x: float) -> None:
+    if not isfinite(x):
+        raise ModelError(f"{x} is no observation: give a finite number")

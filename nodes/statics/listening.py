@@ -1,0 +1,53 @@
+"""The action list at rest, with the small motions about the rest wherever a move begins to change its speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from heavylift.kernel.analysis.modes import Modes
+from heavylift.nodes.models.parts import messages as m
+from heavylift.nodes.plan.plan import Plan
+
+from .rehearsal import Rehearsal
+
+__all__ = ["At", "Heard", "Listening"]
+
+At = tuple[int, int]  # numbers of an action and of an order in it, from 0
+
+
+@dataclass
+class Heard:
+    """When a move begins and stops [ns], and the small motions there."""
+
+    times: list[int] = field(default_factory=list)
+    modes: list[Modes] = field(default_factory=list)
+    speed: float = 0.0
+
+
+class Listening(Rehearsal):
+    """Looks at the moves with these numbers of an action and an order in it, until the last stops; `heard`: what it
+    finds."""
+
+    def __init__(self, plan: Plan, moves: frozenset[At]) -> None:
+        super().__init__(plan)
+        self._moves = moves
+        self.heard: dict[At, Heard] = {}
+        self._known: tuple[int, Modes] | None = None  # when they were looked at last
+
+    def _obey(self, value: m.KernelInput) -> None:
+        if isinstance(value, m.SetProfile):
+            jobs = self.models.commander.actions.jobs
+            at = next((job.at for job in jobs if job.actor == value.actuator and job.at in self._moves), None)
+            if at is not None:
+                self._listen(self.heard.setdefault(at, Heard()), abs(value.speed))
+        super()._obey(value)
+
+    def _listen(self, heard: Heard, speed: float) -> None:
+        begins, stops = not heard.times, len(heard.times) == 1 and speed < heard.speed
+        if begins or stops:
+            heard.times.append(self.path.epoch)
+            if self._known is None or self._known[0] != self.path.epoch:
+                self._known = self.path.epoch, self.path.modes()
+            heard.modes.append(self._known[1])
+        heard.speed = speed
+        self.over = all(at in self.heard and len(self.heard[at].times) > 1 for at in self._moves)

@@ -1,0 +1,159 @@
+"""Ramps that leave no swing: for each move that has them, the period of what swings as it begins and as it stops.
+
+The action list is followed at rest; where such a move begins to change its speed, the small motions about the rest
+there are looked at.  Of all modes that one counts which the moved bodies swing in widest: that with the largest
+|sum d . p|^2 / w^4, d being the ways of the bodies along the move and p their momenta in the mode.  So ropes, hook,
+loader and block count as they hang, and a stiff servo does not.  Periods have five digits, which LAPACK's eigenvalues
+have on every processor alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import isclose
+from typing import TYPE_CHECKING
+
+import msgspec
+from heavylift.kernel.cache import remembered
+from heavylift.nodes.plan import plan, pulses
+from heavylift.nodes.plan.actions import Move
+from heavylift.nodes.plan.verbs import VERBS
+
+from .action_preview import at_rest, plan_key
+
+if TYPE_CHECKING:
+    from heavylift.kernel.analysis.modes import Modes
+
+    from .listening import At, Heard
+    from .state import StaticState
+
+__all__ = ["Choice", "swing_free"]
+
+PASSES = 4  # times that a list is followed until the periods are those of the moves with them
+SAME = 1e-3  # relative change of a period that makes no difference to what is left
+FAINT = 1e-3  # part of the largest momentum, squared, below which a mode does not count
+STILL = 1e-3  # [kg] of which that is made, or [m] of a way, that is none
+ALONG = {"x": 0, "y": 1}
+
+
+class Choice(msgspec.Struct, frozen=True):
+    """For a move: periods as it begins and as it stops [s], seconds between the two; or `why` it has none."""
+
+    periods: tuple[float, float] = (0.0, 0.0)
+    between: float = 0.0
+    why: str = ""
+
+
+def swing_free(built: plan.Plan, keep: bool = True) -> tuple[plan.Plan, list[tuple[str, str]]]:
+    """The plan with the periods of its ramps that leave no swing, and (where, sentence) of moves that have none.
+
+    A move that the scene ends before keeps its provisional acceleration.
+    """
+    orders = ((i, k, x) for i, action in enumerate(built.actions) for k, x in enumerate(action.orders))
+    moves = {(i, k): x for i, k, x in orders if isinstance(x, Move) and x.pulses}
+    if not moves:
+        return built, []
+    found = _chosen(built, moves, keep)
+    wrong = {moves[at].where: f"{moves[at].actuator}: {x.why}" for at, x in found.items() if x.why}
+    return _with(built, found), list(wrong.items())
+
+
+def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, Choice]:
+    """From the cache if it was found before."""
+    whole = at_rest(built)
+    if not keep:
+        return _sought(whole, moves)
+    return remembered(f"{plan_key(whole)}.swings", dict[tuple[int, int], Choice], lambda: _sought(whole, moves))
+
+
+def _sought(whole: plan.Plan, moves: Mapping[At, Move]) -> dict[At, Choice]:
+    """What swings at each move, which follows from when the moves begin, and so from what swings."""
+    found = _listened(_with(whole, dict.fromkeys(moves, Choice((1.0, 1.0)))), moves)
+    for _ in range(PASSES - 1):
+        if any(x.why for x in found.values()) or all(_near(*x.periods) for x in found.values()):
+            break
+        before, found = found, _listened(_with(whole, found), moves)
+        if all(_near(a, b) for at, x in found.items() for a, b in zip(before[at].periods, x.periods, strict=True)):
+            break
+    return found
+
+
+def _near(a: float, b: float) -> bool:
+    return isclose(a, b, rel_tol=SAME)
+
+
+def _with(built: plan.Plan, found: Mapping[At, Choice]) -> plan.Plan:
+    """The plan with the periods that were found."""
+    actions = tuple(
+        msgspec.structs.replace(
+            action,
+            orders=tuple(
+                _move(x, found.get((i, k), Choice()), built.gravity) if isinstance(x, Move) and x.pulses else x
+                for k, x in enumerate(action.orders)
+            ),
+        )
+        for i, action in enumerate(built.actions)
+    )
+    return msgspec.structs.replace(built, actions=actions)
+
+
+def _move(m: Move, x: Choice, gravity: float) -> Move:
+    if not x.periods[0]:
+        return msgspec.structs.replace(m, pulses=0)
+    speed, (first, last) = abs(m.speed), x.periods
+    accel = speed / first if m.pulses == 1 else m.accel
+    slope = (last - first) / x.between if x.between > 0.0 and not _near(first, last) else 0.0
+    left = 0.0
+    for period in x.periods if slope else ():
+        middle = period + 0.5 * slope * pulses.ramp(m.pulses, speed, accel, period)[-1][0]
+        left += pulses.residual(m.pulses, speed, accel, period, middle, gravity)
+    return msgspec.structs.replace(m, accel=accel, periods=x.periods, left=left)
+
+
+def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, Choice]:
+    """The periods of moves in a list that is followed at rest."""
+    from .listening import Listening  # compiles, which what is kept does not need
+
+    r = Listening(built, frozenset(moves))
+    r.walk()
+    found, why = {}, r.why or (r.cut if built.end is None else "")
+    for at, move in moves.items():
+        heard = r.heard.get(at)
+        if heard is not None:
+            found[at] = _choice(heard, _ways(move, r.states, heard.times[0]))
+        elif why:
+            found[at] = Choice(why=f"no length is known for this ramp, write an acceleration: {why}")
+    return found
+
+
+def _ways(move: Move, states: list[StaticState], begun: int) -> dict[str, list[float]]:
+    """How each body goes along a move that begins then, the longest way being 1; nothing if none goes anywhere."""
+    at = [x for x in states if x.t <= begun * 1e-9][-1]
+    went = (x for x in states if abs(x.references[move.actuator] - at.references[move.actuator]) > STILL)
+    later = next((x for x in went if x.t > at.t), at)
+    axis = ALONG.get(VERBS[move.verb].along)
+    counts = [axis in (None, i) for i in range(3)]
+    ways = {
+        body: [(q - p) * x for p, q, x in zip(pose[0], later.poses[body][0], counts, strict=True)]
+        for body, pose in at.poses.items()
+    }
+    longest = max(abs(x) for way in ways.values() for x in way)
+    return {body: [x / longest for x in way] for body, way in ways.items()} if longest else {}
+
+
+def _choice(heard: Heard, ways: Mapping[str, list[float]]) -> Choice:
+    periods = [_period(modes, ways) for modes in heard.modes]
+    if not all(periods):
+        return Choice(why="nothing swings that it moves: write an acceleration behind 'ramp'")
+    return Choice((periods[0], periods[-1]), (heard.times[-1] - heard.times[0]) * 1e-9)
+
+
+def _period(modes: Modes, ways: Mapping[str, list[float]]) -> float:
+    """Of what swings widest as bodies go these ways [s]; 0 if nothing does."""
+    moved = []
+    for mode in modes.oscillations:
+        p = abs(sum(d * p for body, way in ways.items() for d, p in zip(way, mode.momenta[body], strict=True)))
+        moved.append((p * p, mode.frequency))
+    least = max([FAINT * max((p for p, _ in moved), default=0.0), STILL])
+    swinging = [(p / (f * f * f * f), f) for p, f in moved if p > least]
+    return float(f"{1.0 / max(swinging)[1]:.5g}") if swinging else 0.0

@@ -1,0 +1,64 @@
+"""A ball that bounces: each bounce takes a part of its speed, until it rests; a hybrid atomic with one guard.
+
+Bounce n is at T (1 + 2 (e + e^2 + ... + e^(n-1))) with T = sqrt(2 height / g), so they pile up at T (1 + e) / (1 - e).
+"""
+
+from __future__ import annotations
+
+from heavylift.nodes.devs import Coupled, Message, Out
+from heavylift.nodes.devs.hybrid import Hybrid, State
+
+__all__ = ["Ball", "Bounce", "G", "bouncing"]
+
+G = 9.81  # [m/s2]
+
+
+class Bounce(Message):
+    """A bounce by number, and the speed after it [m/s]."""
+
+    number: int
+    speed: float
+
+
+class Ball(Hybrid):
+    """Falls from a height [m]; a bounce leaves the part e of its speed, and less than 1 mm/s leaves it at rest."""
+
+    bounce = Out(Bounce)
+
+    def __init__(self, name: str, height: float, e: float) -> None:
+        super().__init__(name)
+        self.height, self.e = height, e
+
+    def start(self) -> None:
+        """At its height, at rest."""
+        self.bounced, self.rests = 0, False
+        self.go(self.height, 0.0)
+
+    def flow(self, x: State) -> State:
+        """Of height and speed."""
+        return (0.0, 0.0) if self.rests else (x[1], -G)
+
+    def guards(self, x: State) -> State:
+        """The height."""
+        return (x[0],)
+
+    def tell(self, which: tuple[int, ...]) -> None:
+        """The bounce."""
+        self.bounce.send(Bounce(self.bounced + 1, -self.e * self.ahead[1]))
+
+    def fell(self, which: tuple[int, ...]) -> None:
+        """The speed turns round."""
+        speed = -self.e * self.state[1]
+        self.bounced, self.rests = self.bounced + 1, speed < 1e-3
+        self.go(0.0, 0.0 if self.rests else speed)
+
+    def result(self) -> Bounce:
+        """How often it has bounced, and its present speed."""
+        return Bounce(self.bounced, self.present[1])
+
+
+def bouncing(height: float = 10.0, e: float = 0.8) -> Coupled:
+    """One ball."""
+    model = Coupled("room")
+    model.add(Ball("ball", height, e))
+    return model

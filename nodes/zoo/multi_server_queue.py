@@ -1,0 +1,71 @@
+"""M/M/c with feedback: a queue before c servers, and what is served comes back with a probability.
+
+The simplest Jackson network (Jackson 1957): it sees arrivals / (1 - again), and is as long as an M/M/c of that rate.
+"""
+
+from bisect import insort
+
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tally, TimeWeighted, ns, stream
+from heavylift.nodes.zoo.queue import Job, PoissonGenerator
+
+__all__ = ["Measured", "Station", "mmc"]
+
+
+class Measured(Message):
+    """Jobs that have left, the mean of their times here [s], and of the jobs here over time."""
+
+    left: int
+    stay: float
+    length: float
+
+
+class Station(Atomic):
+    """One queue, c servers, each at a rate [1/s]; a job that is served joins the queue `again` with a probability."""
+
+    into, left = In(Job), Out(Job)
+
+    def __init__(self, name: str, c: int, rate: float, again: float, seed: int) -> None:
+        super().__init__(name)
+        self.c, self.rate, self.again, self.seed = c, rate, again, seed
+
+    def start(self) -> None:
+        """Empty."""
+        self.random, self.stays, self.length = stream(self.seed, self.path), Tally(), TimeWeighted()
+        self.queue, self.busy = list[tuple[int, Job]](), list[tuple[int, bool, tuple[int, Job]]]()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Jobs queue, each with the time [ns] at which it came."""
+        self.serve([(self.now.t, job) for job in x[self.into]])
+
+    def output(self) -> None:
+        """The job that is ready first, if it leaves."""
+        if self.busy[0][1]:
+            self.left.send(self.busy[0][2][1])
+
+    def internal(self) -> None:
+        """Its server is free."""
+        _, leaves, job = self.busy.pop(0)
+        if leaves:
+            self.stays.add((self.now.t - job[0]) / 1e9)
+        self.serve([] if leaves else [job])
+
+    def serve(self, more: list[tuple[int, Job]]) -> None:
+        """Free servers take jobs; when one will be ready, and whether it will leave then, is drawn now."""
+        self.queue += more
+        while self.queue and len(self.busy) < self.c:
+            ready = self.now.t + ns(self.random.expovariate(self.rate))
+            insort(self.busy, (ready, self.random.random() >= self.again, self.queue.pop(0)), key=lambda job: job[0])
+        self.length.set(len(self.queue) + len(self.busy), self.now)
+        self.hold_in(self.busy[0][0] - self.now.t) if self.busy else self.passivate()
+
+    def result(self) -> Measured:
+        """What was measured."""
+        return Measured(self.stays.count, self.stays.mean, self.length.mean(self.now))
+
+
+def mmc(c: int = 3, arrivals: float = 2.0, service: float = 1.2, again: float = 0.25, seed: int = 1) -> Coupled:
+    """Poisson arrivals [1/s] and the station."""
+    net = Coupled("net")
+    source, station = PoissonGenerator("source", arrivals, seed), Station("station", c, service, again, seed)
+    net.connect(net.add(source).job, net.add(station).into)
+    return net

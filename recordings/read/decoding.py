@@ -1,0 +1,42 @@
+"""Messages of several topics made numbers in one pass through the file, some thousand at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+from heavylift.recordings.format.template import Template
+from numpy.typing import NDArray
+
+from .container import Raw
+
+__all__ = ["Form", "Rows", "decoded"]
+
+BLOCK = 4096  # messages of a topic that are decoded together
+Form = tuple[Template, dict[str, slice]]  # of the messages of a topic, and where signals stand in their numbers
+Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signals
+
+
+def decoded(
+    stream: Callable[..., Iterator[tuple[str, Raw]]], forms: Mapping[str, Form], only: set[int] | None = None
+) -> Iterator[list[Rows]]:
+    """Rows of each of these topics, as many of one as of the others while there are any; `only`: of these numbers."""
+    waiting: dict[str, list[Raw]] = {topic: [] for topic in forms}
+    number = dict.fromkeys(forms, -1)
+    for topic, raw in stream(*forms):
+        number[topic] += 1
+        if only is not None and number[topic] not in only:
+            continue
+        waiting[topic].append(raw)
+        if len(waiting[topic]) >= BLOCK and all(len(some) >= BLOCK for some in waiting.values()):
+            yield [_rows(waiting[topic], *form) for topic, form in forms.items()]
+    if all(waiting.values()):
+        yield [_rows(waiting[topic], *form) for topic, form in forms.items()]
+
+
+def _rows(raws: list[Raw], form: Template, places: dict[str, slice]) -> Rows:
+    """The first messages that wait."""
+    block = raws[:BLOCK]
+    del raws[:BLOCK]
+    rows = form.decode([raw.data for raw in block])
+    return [raw.publish_time for raw in block], {name: rows[:, x].copy() for name, x in places.items()}

@@ -1,0 +1,266 @@
+"""What block, slings, lugs, stools and the corners of portals bore, sample by sample, from a recording alone.
+
+Tensions are the peaks since the sample before, where they are recorded; directions are those at the sample.  The four
+corners of a portal share what stands and hangs on it as a rigid frame on equal springs does: forces and both moments
+are in balance, masses are not accelerated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.viewer_messages import Rig, RopeLine, corners, turned
+from heavylift.recordings.read.reader import Recording
+from numpy.typing import NDArray
+
+__all__ = ["Borne", "Loads", "SlingUse", "loads_of"]
+
+CARRIES = 0.1  # of its largest tension: with less the angle of a sling matters to nobody
+Floats = NDArray[np.float64]
+
+
+class Borne(NamedTuple):
+    """The largest force [N] on something at a place [m], when [s], and its parts along three axes [N] or None."""
+
+    name: str
+    place: tuple[float, float, float] | None
+    force: float
+    when: float
+    parts: tuple[float, float, float] | None = None
+
+
+class SlingUse(NamedTuple):
+    """A sling: its lugs, angle to the vertical [rad] at its largest tension, and the largest one that it carries at."""
+
+    name: str
+    lugs: list[str]
+    angle: float
+    widest: float
+
+
+class Loads(NamedTuple):
+    """Of lugs (along the axes u, v, w of the block), stools and corners of portals (both in the world); slings; and
+    over time: t (n,) [s], tilt of the block (n,) [rad], its centre of mass (n, 3) and its lowest point (n,) [m]."""
+
+    lugs: list[Borne]
+    slings: list[SlingUse]
+    stools: list[Borne]
+    portals: list[Borne]
+    t: Floats
+    tilt: Floats
+    com: Floats
+    lowest: Floats
+
+
+class _Largest(dict[str, tuple[float, float, Floats]]):
+    """Of each name the largest value so far, when it was [s], and what was then."""
+
+    def see(self, name: str, t: Floats, values: Floats, beside: Floats) -> None:
+        """Values (n,) at times (n,) with `beside` (n, k) to remember."""
+        k = int(np.argmax(values))
+        if name not in self or values[k] > self[name][0]:
+            self[name] = float(values[k]), float(t[k]), np.array(beside[k])
+
+
+class _Stretch(NamedTuple):
+    """Samples while the same ropes hang: times [s], ropes, tensions and support forces by name, poses by signal."""
+
+    t: Floats
+    rig: Rig
+    tension: dict[str, Floats]
+    forces: dict[str, Floats]
+    poses: dict[str, Floats]
+
+
+def loads_of(rec: Recording, plan: dict[str, Any]) -> Loads:
+    """All of them, in one pass over the samples; empty for what a recording has not."""
+    rigging, course = _Rigging(plan), _Course(rec, plan)
+    supports = [s for s in rec.fact("supports", []) if POSE + s["body"] in rec.signals()]
+    portals = [_Portal(rec, plan, crane) for crane in plan.get("cranes", [])]
+    stools, feet = _Largest(), _Largest()
+    for x in _stretches(rec):
+        course.see(x)
+        rigging.see(x)
+        for s in (s for s in supports if s["name"] in x.forces):
+            stools.see(s["name"], x.t, x.forces[s["name"]], _end(s["body"], s["p"], x.poses))
+        if supports and x.forces:
+            stools.see("all together", x.t, np.sum([*x.forces.values()], axis=0), np.zeros((len(x.t), 0)))
+        for portal in portals:
+            for name, reaction, place in portal.reactions(x):
+                feet.see(name, x.t, reaction, place)
+    return Loads(rigging.lugs(), rigging.slings(), _placed(stools), _placed(feet), *course.joined())
+
+
+class _Course:
+    """Where the block was."""
+
+    def __init__(self, rec: Recording, plan: dict[str, Any]) -> None:
+        block: dict[str, Any] = plan.get("block") or {}
+        body = block.get("name", "block") if block else ""
+        self._pose = POSE + body
+        self._com = np.array(block["body"].get("com", (0.0, 0.0, 0.0)) if block else (0.0, 0.0, 0.0))
+        drawn = [corners(box) for box in rec.boxes() if body and box.body == body]
+        self._points = np.concatenate(drawn) if drawn else self._com[None]
+        self._parts = [(np.zeros(0), np.zeros(0), np.zeros((0, 3)), np.zeros(0))]
+
+    def see(self, x: _Stretch) -> None:
+        if self._pose in x.poses:
+            p, q = x.poses[self._pose][:, :3], x.poses[self._pose][:, 3:]
+            up = turned(q, np.broadcast_to([0.0, 0.0, 1.0], p.shape))[:, 2]
+            low = (p[:, None] + turned(q[:, None], self._points))[:, :, 2].min(axis=1)
+            self._parts.append((x.t, np.arccos(np.clip(up, -1.0, 1.0)), p + turned(q, self._com), low))
+
+    def joined(self) -> tuple[Floats, Floats, Floats, Floats]:
+        t, tilt, com, low = map(np.concatenate, zip(*self._parts, strict=True))
+        return t, tilt, com, low
+
+
+class _Rigging:
+    """What slings and lugs bore."""
+
+    def __init__(self, plan: dict[str, Any]) -> None:
+        block: dict[str, Any] = plan.get("block") or {}
+        self._pose = POSE + (block.get("name", "block") if block else "")
+        self._lugs = {tuple(lug["p"]): lug["name"] for lug in block.get("lugs", [])}
+        self._hooked: dict[str, list[str]] = {s["name"]: [] for s in plan.get("rig", {}).get("slings", [])}
+        self._angles: dict[str, list[tuple[Floats, Floats]]] = {name: [] for name in self._hooked}
+        self._at_sling, self._at_lug = _Largest(), _Largest()
+
+    def see(self, x: _Stretch) -> None:
+        forces: dict[str, Floats] = {}
+        for line in (line for line in x.rig.lines if line.rope in self._hooked and line.rope in x.tension):
+            pull, T = _pull(line, x.poses), x.tension[line.rope]
+            angle = np.arccos(np.clip(np.abs(pull[:, 2]), 0.0, 1.0))
+            self._at_sling.see(line.rope, x.t, T, angle[:, None])
+            self._angles[line.rope].append((T, angle))
+            lug = self._lugs.get(line.b)
+            if lug and self._pose in x.poses:
+                known = self._hooked[line.rope]
+                known += [lug] if lug not in known else []
+                back = x.poses[self._pose][:, 3:] * [-1.0, -1.0, -1.0, 1.0]
+                forces[lug] = forces.get(lug, 0.0) + T[:, None] * turned(back, pull)
+        for lug, force in forces.items():
+            self._at_lug.see(lug, x.t, np.linalg.norm(force, axis=1), force)
+
+    def lugs(self) -> list[Borne]:
+        places = {name: p for p, name in self._lugs.items()}
+        return [Borne(lug, places[lug], f, t, _vector(x)) for lug, (f, t, x) in self._at_lug.items()]
+
+    def slings(self) -> list[SlingUse]:
+        carried = {name: found for name, found in self._at_sling.items() if found[0] > 0.0}
+        return [
+            SlingUse(name, self._hooked[name], float(x[0]), self._widest(name, f))
+            for name, (f, _, x) in carried.items()
+        ]
+
+    def _widest(self, name: str, most: float) -> float:
+        """The largest angle at which a sling carries."""
+        return max(float(angle[CARRIES * most < T].max(initial=0.0)) for T, angle in self._angles[name])
+
+
+def _placed(found: _Largest) -> list[Borne]:
+    return [Borne(name, _vector(x), f, t) for name, (f, t, x) in found.items() if f > 0.0]
+
+
+def _vector(x: Floats) -> tuple[float, float, float] | None:
+    return (float(x[0]), float(x[1]), float(x[2])) if len(x) else None
+
+
+def _stretches(rec: Recording) -> Iterator[_Stretch]:
+    names = [x for x in ("rope/tension", "rope/peak", "support/force") if x in rec.signals() and rec.columns(x)]
+    poses = [x for x in rec.signals() if x.startswith(POSE)]
+    rigs = rec.rigs() or [Rig(0, [])]
+    if not poses:
+        return
+    for times, values in rec.blocks([*names, *poses]):
+        found = dict(zip([*names, *poses], values, strict=True))
+        pulls = found.get("rope/tension", np.zeros((len(times), 0)))
+        pulls = np.maximum(pulls, found.get("rope/peak", pulls))
+        ropes = rec.columns("rope/tension") if "rope/tension" in found else []
+        pads = rec.columns("support/force") if "support/force" in found else []
+        cuts = np.searchsorted(times, [rig.t_ns for rig in rigs], side="left")
+        cuts[0] = 0
+        for rig, (i, j) in zip(rigs, pairwise([*cuts, len(times)]), strict=True):
+            if j > i:
+                by_rope = {name: pulls[i:j, k] for k, name in enumerate(ropes)}
+                by_pad = {name: found["support/force"][i:j, k] for k, name in enumerate(pads)}
+                by_body = {name: found[name][i:j] for name in poses}
+                yield _Stretch(np.array(times[i:j]) / 1e9, rig, by_rope, by_pad, by_body)
+
+
+def _pull(line: RopeLine, poses: Mapping[str, Floats]) -> Floats:
+    """(n, 3) the direction from the lower end of a line to its upper one."""
+    way = _end(line.a_body, line.a, poses) - _end(line.b_body, line.b, poses)
+    out: Floats = way / np.maximum(np.linalg.norm(way, axis=1), 1e-12)[:, None]
+    return out
+
+
+def _end(body: str, p: tuple[float, float, float], poses: Mapping[str, Floats]) -> Floats:
+    """(n, 3) a point of a body in the world."""
+    if POSE + body not in poses:
+        n = len(next(iter(poses.values())))
+        return np.broadcast_to(np.array(p), (n, 3))
+    pose = poses[POSE + body]
+    out: Floats = pose[:, :3] + turned(pose[:, 3:], np.broadcast_to(np.array(p), pose[:, :3].shape))
+    return out
+
+
+class _Portal:
+    """A crane's portal on its legs, as far as they are drawn: shapes of its main body that are taller than wide."""
+
+    def __init__(self, rec: Recording, plan: dict[str, Any], crane: dict[str, Any]) -> None:
+        self._name, self._main = crane["name"], f"{crane['name']}.main"
+        self._gravity = float(plan.get("gravity", 9.80665))
+        bodies = [(self._main, crane.get("main"))]
+        bodies += [(f"{crane['name']}.{x}", crane[x]["body"]) for x in ("upper", "lower") if crane.get(x)]
+        self._masses = [
+            (body, x["mass"], tuple(x.get("com", (0.0, 0.0, 0.0))))
+            for body, x in bodies
+            if x and POSE + body in rec.signals()
+        ]
+        self._trolleys = {body for body, _, _ in self._masses}
+        legs = [box.centre for box in rec.boxes() if box.body == self._main and box.size[2] > 2 * max(box.size[:2])]
+        self._legs = np.array(legs if len(legs) == 4 and self._main in self._trolleys else []).reshape(-1, 3)
+        self._shares = {
+            rope["name"]: [line.get("share", 1.0) for line in rope.get("lines", [])]
+            for rope in plan.get("rig", {}).get("hook_ropes", [])
+        }
+
+    def reactions(self, x: _Stretch) -> Iterator[tuple[str, Floats, Floats]]:
+        """Name, reaction (n,) [N] and foot (n, 3) [m] of each corner."""
+        if not len(self._legs):
+            return
+        foot = x.poses[POSE + self._main][:, None, :3] * [1.0, 1.0, 0.0] + self._legs * [1.0, 1.0, 0.0]
+        middle = foot.mean(axis=1)
+        total, moment = (
+            np.zeros(len(middle)),
+            np.zeros((len(middle), 2)),
+        )  # weight; about the axes y and x of the middle
+        for where, force in self._loads(x):
+            arm = where - middle
+            total = total - force[:, 2]
+            moment = moment + np.column_stack(
+                [force[:, 0] * arm[:, 2] - force[:, 2] * arm[:, 0], force[:, 1] * arm[:, 2] - force[:, 2] * arm[:, 1]]
+            )
+        off = foot - middle[:, None]
+        for i in range(len(self._legs)):
+            sides = [moment[:, k] * off[:, i, k] / np.maximum((off[:, :, k] ** 2).sum(axis=1), 1e-9) for k in (0, 1)]
+            side = f"{'x-' if off[0, i, 0] < 0 else 'x+'}, {'y-' if off[0, i, 1] < 0 else 'y+'}"
+            yield f"{self._name}, corner at {side}", total / len(self._legs) + sides[0] + sides[1], foot[:, i]
+
+    def _loads(self, x: _Stretch) -> Iterator[tuple[Floats, Floats]]:
+        """Where (n, 3) [m] which forces (n, 3) [N] act on portal and trolleys."""
+        for body, mass, com in self._masses:
+            where = _end(body, com, x.poses)
+            yield where, np.broadcast_to([0.0, 0.0, -mass * self._gravity], where.shape)
+        seen: dict[str, int] = {}
+        for line in x.rig.lines:
+            number = seen[line.rope] = seen.get(line.rope, -1) + 1
+            shares = self._shares.get(line.rope, [])
+            if line.a_body in self._trolleys and line.rope in x.tension and number < len(shares):
+                force = -shares[number] * x.tension[line.rope][:, None] * _pull(line, x.poses)
+                yield _end(line.a_body, line.a, x.poses), force

@@ -1,0 +1,97 @@
+"""The data topics of a recording while a run goes on, for programs that draw them: thinned, and if somebody listens.
+
+`/samples`, `/poses` and `/ropes` have the bytes that the recording has, `/scene` and `/log` too.  What stands still is
+sent again each second, for who comes late.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import msgspec
+import numpy as np
+from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
+from google.protobuf.message import Message  # type: ignore[import-untyped]
+from heavylift.recordings.format.samples import SampleLayout
+from heavylift.recordings.format.viewer_messages import Box, Log, RopeLine, SceneUpdate, boxes_message, log_message
+from numpy.typing import NDArray
+
+from .rows import Rows
+from .spectator import Spectator
+
+__all__ = ["Broadcast", "Listener"]
+
+AGAIN_s = 1.0  # of the clock, after which what stands still is sent once more
+
+
+class Listener(Protocol):
+    """Who passes protobuf messages on; it never makes its caller wait."""
+
+    def announce(self, topic: str, descriptor: Descriptor) -> None:
+        """There will be messages of this kind on the topic."""
+
+    def listens(self) -> bool:
+        """Whether anybody would get a message."""
+
+    def put(self, topic: str, t_ns: int, data: bytes) -> None:
+        """A message of this simulation time."""
+
+
+class Broadcast(Spectator):
+    """Passes at most `hz` samples per simulated second to the listener."""
+
+    def __init__(self, listener: Listener, hz: float) -> None:
+        self._listener, self._every_ns, self._due = listener, round(1e9 / hz), 0
+        self._rows: Rows | None = None
+        self._boxes: bytes = b""
+        self._lines: Sequence[RopeLine] = ()
+        self._again = 0.0
+        self._topics: list[str] = []
+        self.mcap = self
+        """Where `Rows` writes."""
+
+    def protobuf(
+        self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
+    ) -> int:
+        """A channel, as a recording has it."""
+        self._topics.append(topic)
+        self._listener.announce(topic, getattr(message, "DESCRIPTOR", message))
+        return len(self._topics) - 1
+
+    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
+        """A message, as a recording gets it."""
+        self._listener.put(self._topics[channel], publish_ns, data)
+
+    def begin(
+        self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]
+    ) -> None:
+        self._rows, self._lines, self._boxes = Rows(self, layout, 0.0), lines, boxes_message(boxes)
+        self._scene, self._log = self.protobuf("/scene", SceneUpdate), self.protobuf("/log", Log)
+
+    def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:
+        if self._rows is not None and self._listener.listens():
+            said = msgspec.json.encode(msgspec.msgpack.decode(payload)).decode()
+            self.write(self._log, t_ns, t_ns, log_message(t_ns, "info", f"{source}.{port}", f"{type} {said}"))
+
+    def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
+        self._lines, self._again = lines, 0.0
+
+    def samples(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
+        if self._rows is None or not self._listener.listens():
+            return
+        wanted = []
+        for i, t_ns in enumerate(times):
+            if t_ns >= self._due:
+                self._due = t_ns + self._every_ns
+                wanted.append(i)
+        if not wanted:
+            return
+        at = [times[i] for i in wanted]
+        if time.monotonic() >= self._again:
+            self._again = time.monotonic() + AGAIN_s
+            self.write(self._scene, at[0], at[0], self._boxes)
+            if self._rows.bodies:
+                self._rows.hang(self._rows.ropes(self._lines))
+        self._rows.write(self._rows.encode(at, at, rows[wanted]), 0, len(at))

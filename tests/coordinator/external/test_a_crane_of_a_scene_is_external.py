@@ -1,0 +1,57 @@
+"""`heavylift run --external crane`: a program without mechanics plays a model of a scene; no byte changes."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator.participants import parts
+from heavylift.coordinator.participants.participant import Participant
+from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.run import run
+from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.placement import place
+from heavylift.coordinator.transport.session import Ticket
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.models import node_names
+from heavylift.nodes.plan.plan import encode
+from heavylift.nodes.scene import load
+
+LIFT = load("lift")
+
+
+def player(path: Path) -> None:
+    """Knows the plan from elsewhere, and says no more of itself than a program of another kind can."""
+    link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+
+    def send(payload: bytes) -> None:
+        said = m.decode(payload)
+        if isinstance(said, m.Hello):
+            said = msgspec.structs.replace(said, declaration=b"", version="wire 1", scene="")
+        link.send("crane", m.encode(said))
+
+    crane = Participant(["crane"], send, partial(link.sample, "crane"))
+    while not crane.over:
+        data = link.receive()[1]
+        welcome = m.decode(data)
+        if isinstance(welcome, m.Welcome):
+            told = msgspec.msgpack.decode(welcome.config)["models"]["crane"]
+            assert told["into"] == {"order": "Order", "state": "StateEvent"}
+            data = m.encode(m.Welcome(1, parts.encode(parts.ScenePart(encode(LIFT.plan)))))
+        crane.handle(data)
+    link.close()
+
+
+@pytest.mark.large
+def test_the_digest_is_that_of_a_run_without_it(guest, tmp_path: Path) -> None:
+    placement = place(node_names(LIFT.plan), {}, external=["crane"])
+    with guest(player, "crane.ticket"):
+        shared = run(LIFT, tmp_path / "shared.mcap", placement=placement)
+    assert shared.digest == run(LIFT, tmp_path / "alone.mcap", in_process=True).digest
+
+
+def test_the_mechanics_are_not() -> None:
+    with pytest.raises(SceneError, match="--external 'kernel': the mechanics are heavylift's own"):
+        place(node_names(LIFT.plan), {}, external=["kernel"])

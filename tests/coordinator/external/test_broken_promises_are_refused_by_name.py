@@ -1,0 +1,126 @@
+"""What a foreign node may not do: each broken rule ends the run with the node's name, whatever its language is."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator import run_models
+from heavylift.coordinator.participants.external import External
+from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.session import Ticket
+from heavylift.kernel.errors import HeavyliftError, ProtocolError
+from heavylift.nodes.devs import FOREVER, Event, Tag, ms
+from heavylift.nodes.zoo.queue import Job
+from heavylift.nodes.zoo.token_ring import ring
+
+RING = "heavylift.nodes.zoo.token_ring:ring(2, 1, 5_000_000)"
+TOKEN = b"\x81\xa6number\x00"
+HELLO = m.Hello(FOREVER, [], FOREVER, {"s1.out": 0}, version="wire 1")
+
+
+def event(t: int, port: str = "out", type_: str = "Token", payload: bytes = TOKEN) -> Event:
+    return Event(t, 0, "s1", port, 0, type_, payload)
+
+
+def done(spoken: list[Event], reached: int = ms(5), next_: Tag = FOREVER) -> m.Done:
+    return m.Done(1, Tag(reached, 1), spoken, next_, [], next_, b"")
+
+
+REFUSED = {  # what it says, and the sentence
+    "wrong version": (m.Hello(FOREVER, [], FOREVER, {"s1.out": 0}, version="wire 2"), "node s1 speaks 'wire 2', and"),
+    "an older program": (m.Hello(FOREVER, [], FOREVER, {"s1.out": 0}, version="0.1.0"), "speaks '0.1.0', and this"),
+    "no lookahead": (
+        m.Hello(FOREVER, [], FOREVER, {}, version="wire 1"),
+        "node s1 does not tell a lookahead of s1.out",
+    ),
+    "a port too many": (
+        m.Hello(FOREVER, [], FOREVER, {"s1.out": 0, "s1.in\n": 0}, version="wire 1"),
+        r"node s1 tells a lookahead of s1.in\\n; its out ports are s1.out",
+    ),
+    "wrong port": (done([event(ms(5), "exit")]), r"s1 at \(0.005 s, 0\) spoke on port exit: its out ports are out"),
+    "wrong type": (done([event(ms(5), type_=Job.__name__)]), "out carries Token, not Job"),
+    "unknown type": (done([event(ms(5), type_="Ufo")]), "port out: unknown message type 'Ufo'"),
+    "not the message": (done([event(ms(5), payload=b"\x01")]), "port out: message Token cannot be decoded"),
+    "a long number": (
+        done([event(ms(5), payload=b"\x81\xa6number\xcc\x00")]),
+        "bytes of its Token are not the canonical",
+    ),
+    "an unknown field": (done([event(ms(5), payload=b"\x82\xa6number\x00\xa1x\x00")]), "not the canonical ones"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_a_model_of_ours_could_not_say_is_refused(name: str) -> None:
+    message, sentence = REFUSED[name]
+    model = ring(stations=2, tokens=1, hold=ms(5))
+    with pytest.raises(ProtocolError, match=sentence):
+        External("s1", [model.children["s1"]], [], 10_000).check(message)
+
+
+def test_what_is_right_passes() -> None:
+    model = ring(stations=2, tokens=1, hold=ms(5))
+    external = External("s1", [model.children["s1"]], [], 10_000)
+    for message in (HELLO, done([event(ms(5))]), m.Bye(), m.Checkpoint(1)):
+        external.check(message)
+
+
+def speak(*answers: m.AnyMessage | bytes) -> Callable[[Path], None]:
+    """A guest that answers WELCOME and each GRANT with these."""
+
+    def play(path: Path) -> None:
+        link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+        for answer in answers:
+            link.receive()
+            link.send("s1", answer if isinstance(answer, bytes) else m.encode(answer))
+        link.receive()
+        link.close()
+
+    return play
+
+
+def unframed(path: Path) -> None:
+    link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+    link._senders["s1"]._out.put(b"good morning, everybody, how do you do?")
+    link.receive()
+    link.close()
+
+
+def of_tomorrow(path: Path) -> None:
+    link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+    sender = link._senders["s1"]
+    frame = sender._out_writer.frame(m.encode(HELLO))[4:].replace(b"HLF1", b"HLF2")
+    sender._out.put(zlib.crc32(frame).to_bytes(4, "little") + frame)
+    link.receive()
+    link.close()
+
+
+CASES = {
+    "garbage": (speak(b"\x93\xa5hello\xc1"), "node s1 sent what is not a message of the time protocol"),
+    "no frame": (unframed, "node s1, message 0 on 'out': 39 bytes arrived that are no heavylift message"),
+    "a frame of tomorrow": (of_tomorrow, "node s1, message 0 on 'out': a frame of wire version 2 arrived, and this"),
+    "a late answer": (
+        speak(HELLO, done([], ms(7))),
+        r"s1 has done all before \(0.007 s, 1\) and goes on at \(forever\)",
+    ),
+    "before its lookahead": (
+        speak(msgspec.structs.replace(HELLO, lookahead={"s1.out": ms(2)}), done([event(ms(5))])),
+        r"s1 spoke on port out at \(0.005 s, 0\), earlier than the \(0.007 s, 0\) that it had declared",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", [next(iter(CASES)), *(pytest.param(x, marks=pytest.mark.large) for x in [*CASES][1:])])
+def test_a_run_ends_by_the_name_of_who_broke_it(guest, name: str) -> None:
+    play, sentence = CASES[name]
+    with guest(play), pytest.raises(HeavyliftError, match=sentence):
+        run_models(RING, until=ms(101), external=["s1"])
+
+
+def test_a_program_of_another_wire_sees_it_in_its_ticket(tmp_path: Path) -> None:
+    assert "wire" in json.loads(Ticket("r", "p", {}, 1, "", "").to_text())

@@ -1,0 +1,154 @@
+"""Several models in one node: one simulator, one bag for what comes from inside and outside, the log of the flat run.
+
+Each mutant breaks one rule of the sharing; random models under random placements must tell it from the truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import pytest
+from clockwork import Clockwork
+from heavylift.coordinator.protocol import core as core_module
+from heavylift.coordinator.protocol import distance
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol.node_state import Known, together
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.devs import Model, Simulator, Tag
+from heavylift.nodes.devs.execution import flatten, lookahead
+from mutants import changed
+from random_models import Run, build, build_ring, distributed, flat
+from random_models import told as results
+
+MODELS = range(24)
+MANY = range(150)  # at most, for a mutant; most are told by the first few
+Patch = pytest.MonkeyPatch
+
+truth = cache(lambda seed: flat(seed, build=_build(seed)))
+apart = cache(lambda seed: distributed(seed, 1, build=_build(seed)))
+
+
+def _build(seed: int) -> Callable[[int], Any]:
+    return build_ring if seed % 4 else build
+
+
+def shared(seed: int) -> Run:
+    """A random placement, grants cut or tight or neither."""
+    return distributed(seed, seed, cut=seed % 2 > 0, tight=seed % 5 < 2, build=_build(seed), together=seed)
+
+
+def test_random_placements_show_the_log_of_the_flat_run_and_the_events_of_nodes_apart() -> None:
+    inside = 0
+    for seed in MODELS:
+        run = shared(seed)
+        assert run.logs == truth(seed), seed
+        assert run.events == apart(seed).events, seed
+        assert run.results == results(seed, build=_build(seed)), seed
+        inside += len(run.events)
+    assert inside > 1_000
+
+
+def told(seed: int) -> bool:
+    try:
+        run = shared(seed)
+    except HeavyliftError:
+        return True
+    return run.logs != truth(seed) or run.events != apart(seed).events
+
+
+def what_comes_from_outside_stands_last_in_a_bag(patch: Patch) -> None:
+    patch.setattr(flatten, "Model", lambda name: Model(f"zz{name}"))
+
+
+def what_others_hear_counts_as_inner(patch: Patch) -> None:
+    changed(patch, flatten, "_wired", lambda original, *wires: (original(*wires)[0], set()))
+
+
+def what_is_said_inside_is_not_noted(patch: Patch) -> None:
+    patch.setattr(Simulator, "among", lambda simulator: [])
+
+
+def an_event_is_heard_once_for_each_coupling(patch: Patch) -> None:
+    def hears(core: Coordinator, source: str, port: str, node: Known) -> None:
+        if source not in node.models:
+            core._receivers.setdefault((source, port), []).append(node)
+
+    patch.setattr(Coordinator, "_hears", hears)
+
+
+def events_leave_though_something_is_said_inside_before(patch: Patch) -> None:
+    def begin(original: Callable[..., None], core: Coordinator) -> None:
+        original(core)
+        for node in core._by_rank:
+            node.inner = frozenset()
+            core._note(node)
+
+    changed(patch, Coordinator, "_begin", begin)
+
+
+def no_way_leads_from_model_to_model_within_a_node(patch: Patch) -> None:
+    def between(original: Callable[..., Any], nodes: Any, couplings: list[Coupling], *more: Any) -> Any:
+        crossing = [c for c in couplings if not any({c.source, c.target} <= {*models} for models in nodes)]
+        return original(nodes, crossing, *more)
+
+    changed(patch, core_module, "distances", between)
+
+
+def only_the_first_model_of_a_node_hears(patch: Patch) -> None:
+    def reached(original: Callable[..., Any], begin: dict[int, Any], *more: Any) -> Any:
+        heard = begin and all(delay == distance.ZERO for delay in begin.values())
+        return original({min(begin): distance.ZERO} if heard else begin, *more)
+
+    changed(patch, distance, "_reached", reached)
+
+
+def a_node_is_quiet_for_ever_if_its_next_tag_is(patch: Patch) -> None:
+    patch.setattr(lookahead.Border, "quiet", lambda border, tag: Tag(2**63 - 1))
+
+
+MUTANTS = [
+    what_comes_from_outside_stands_last_in_a_bag,
+    what_others_hear_counts_as_inner,
+    what_is_said_inside_is_not_noted,
+    an_event_is_heard_once_for_each_coupling,
+    events_leave_though_something_is_said_inside_before,
+    only_the_first_model_of_a_node_hears,
+    a_node_is_quiet_for_ever_if_its_next_tag_is,
+]
+
+
+@pytest.mark.parametrize("mutant", MUTANTS)
+def test_mutant(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
+    mutant(monkeypatch)
+    found = (seed for seed in MANY if told(seed))
+    assert [next(found, None) is not None for _ in range(2)] == [True] * 2
+
+
+def relayed() -> list[tuple[Tag, int]]:
+    """What the last of four models hears: the first says it, the two between share a node and have no delay."""
+    first, *between, last = Clockwork("a", [5]), Clockwork("b", delay=0), Clockwork("c", delay=0), Clockwork("d", [9])
+    wires = [("a", "out", "b", "into"), ("b", "out", "c", "into"), ("c", "out", "d", "into")]
+    nodes = {"a": [first], "b": between, "d": [last]}
+    core = Coordinator(nodes, wires, models={name: [m.name for m in models] for name, models in nodes.items()})
+    run_in_memory(core, [Node(name, Simulator(models, wires=wires)) for name, models in nodes.items()])
+    return last.heard
+
+
+def test_what_a_node_passes_on_inside_is_waited_for(monkeypatch: Patch) -> None:
+    assert relayed() == [(Tag(5, 2), 100)]
+    no_way_leads_from_model_to_model_within_a_node(monkeypatch)
+    with pytest.raises(
+        HeavyliftError, match=r"^d at \(0.000000009 s, 0\): late message c.out for \(0.000000005 s, 2\)"
+    ):
+        relayed()
+
+
+def test_a_sentence_names_some_of_many_models() -> None:
+    assert together(["a"]) == "a"
+    assert together(["a", "b", "c", "d"]) == "a, b, c, d"
+    assert together([f"m{i}" for i in range(1024)]) == "m0, m1, m2 and 1021 others"

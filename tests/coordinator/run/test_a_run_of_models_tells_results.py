@@ -1,0 +1,137 @@
+"""What atomics tell in the end is read back from wherever they ran, as it was meant, and stands in the recording."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from heavylift.coordinator import run_models
+from heavylift.coordinator.protocol.core import Outcome
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Atomic, Coupled, Message, Model, Out, Simulator, ns
+from heavylift.nodes.zoo.queue import Counted, workshop
+from heavylift.recordings import Recording
+
+HERE = {"in_process": True}
+ENDS = {"no end": {}, "a bound": {"until": ns(5)}, "a port": {"stop": "processor.done"}}
+
+
+class Till(Message):
+    seconds: float
+    names: tuple[str, ...] = ("a", "b")
+
+
+class Clock(Atomic):
+    """Ends a silent run."""
+
+    def start(self) -> None:
+        self.hold_in(ns(7))
+
+    def internal(self) -> None:
+        self.passivate()
+
+    def result(self) -> Till:
+        return Till(self.now.t / 1e9)
+
+
+def work() -> Coupled:
+    model = workshop(ns(1), ns(2.5), ns(10))
+    model.add(Coupled("room")).add(Clock("clock"))
+    return model
+
+
+def silent() -> Coupled:
+    model = Coupled("silent")
+    model.add(Clock("clock"))
+    model.add(Clock("late")).start = lambda: model.children["late"].hold_in(ns(9))  # type: ignore[attr-defined]
+    return model
+
+
+def flat(model: Model, until: int = 2**63 - 1, end: int = 0) -> dict[str, Message]:
+    simulator = Simulator(model)
+    simulator.start()
+    simulator.run(until)
+    return simulator.results(end)
+
+
+TRUTH = {
+    "no end": (Outcome.QUIET, 11, 4, 11.5),
+    "a bound": (Outcome.BOUND, 5, 1, 5.0),
+    "a port": (Outcome.FINISHED, 3, 1, 2.500000001),
+}
+
+
+@pytest.mark.parametrize("where", [HERE, {}, {"places": ["frame,processor=yard"]}], ids=["here", "apart", "placed"])
+@pytest.mark.parametrize("end", ENDS)
+def test_results_do_not_depend_on_where_a_model_ran(end: str, where: dict[str, Any], tmp_path: Path) -> None:
+    outcome, arrivals, solutions, seconds = TRUTH[end]
+    run = run_models(work, output=tmp_path / "run.mcap", **ENDS[end], **where)
+    assert run.outcome is outcome
+    assert run.results == {
+        "workshop.frame.transducer": Counted(arrivals, solutions),
+        "workshop.room.clock": Till(seconds),
+    }
+    recorded = Recording(tmp_path / "run.mcap").results()
+    assert recorded["workshop.room.clock"] == {"type": "Till", "value": {"seconds": seconds, "names": ["a", "b"]}}
+    assert recorded["workshop.frame.transducer"]["value"] == {"arrivals": arrivals, "solutions": solutions}
+
+
+def test_a_flat_simulator_tells_the_same_and_goes_on() -> None:
+    assert flat(work()) == run_models(work, **HERE).results
+    assert flat(work(), ns(5), ns(5)) == run_models(work, until=ns(5), **HERE).results
+    simulator = Simulator(work())
+    simulator.start()
+    simulator.run(ns(5))
+    assert simulator.results(ns(5)) == simulator.results(ns(5))
+    simulator.run()
+    assert simulator.results() == flat(work())
+
+
+def spoiled(result: Any) -> Coupled:
+    class Spoiled(Clock):
+        out = Out(Till)
+
+    Spoiled.result = result  # type: ignore[method-assign]
+    model = Coupled("yard")
+    model.add(Spoiled("one"))
+    return model
+
+
+@pytest.mark.parametrize(
+    ("result", "sentence"),
+    [
+        (lambda m: 3.5, "result() returned float 3.5; it must return a Message or None"),
+        (lambda m: 1 / 0, "result() raised ZeroDivisionError: division by zero"),
+        (lambda m: m.hold_in(5), "result() must not change the model: do that in a transition"),
+        (lambda m: m.parent.remove("one"), "result() must not change the model: do that in a transition"),
+        (lambda m: m.out.send(Till(1.0)), "port out was sent to outside output(): only output() may speak"),
+        (lambda m: Till("x"), "its result: message Till, field seconds: the str 'x' does not travel as float"),
+    ],
+)
+def test_a_result_that_breaks_a_rule_is_told_by_path(result: Any, sentence: str) -> None:
+    with pytest.raises(ModelError) as told:
+        flat(spoiled(result))
+    assert str(told.value).startswith(f"yard.one at (7 s, 0): {sentence}")
+
+
+def test_a_port_that_cannot_stop_a_run() -> None:
+    for stop in ("processor.into", "frame.transducer.stop", "done"):
+        with pytest.raises(ModelError, match=rf"^--stop {stop}: no child of workshop has this out port; "):
+            run_models(work, stop=stop, **HERE)
+
+
+def test_a_script_defines_messages_and_runs_its_model(tmp_path: Path) -> None:
+    script = tmp_path / "study.py"
+    script.write_text(
+        "from heavylift.coordinator import run_models\n"
+        "from heavylift.nodes.devs import Atomic, Coupled, Message\n"
+        "class Answer(Message):\n    value: int\n"
+        "class Wise(Atomic):\n    def result(self):\n        return Answer(42)\n"
+        "def build():\n    model = Coupled('top')\n    model.add(Wise('one'))\n    return model\n"
+        "if __name__ == '__main__':\n    print(run_models(build, until=100).results)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "{'top.one': Answer(value=42)}\n"

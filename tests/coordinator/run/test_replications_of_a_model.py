@@ -1,0 +1,122 @@
+"""A model for many seeds: means as queueing theory says, the same on any executor, faults told by replication."""
+
+from __future__ import annotations
+
+import ast
+import json
+from concurrent.futures import ThreadPoolExecutor
+from math import factorial, isnan, sqrt
+from pathlib import Path
+from random import Random
+
+import pytest
+from command import finish
+from heavylift import replicate
+from heavylift.coordinator.run.replications import Replications
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Atomic, Coupled, Message, ns
+from heavylift.nodes.zoo import bouncing_ball, multi_server_queue
+
+MMC = "heavylift.nodes.zoo.multi_server_queue:mmc"
+
+
+def in_theory(c: int, arrivals: float, service: float, again: float) -> tuple[float, float]:
+    """Mean number and sojourn time [s] of an M/M/c with feedback (Jackson 1957, Erlang C, Little)."""
+    a = arrivals / (1 - again) / service
+    waits = a**c / factorial(c) / (1 - a / c)
+    waits /= sum(a**k / factorial(k) for k in range(c)) + waits
+    length = a + waits * a / c / (1 - a / c)
+    return length, length / arrivals
+
+
+@pytest.mark.parametrize("parameters", [(3, 2.0, 1.2, 0.25), (1, 0.5, 2.0, 0.5)])
+def test_a_jackson_network_is_as_long_as_in_theory(parameters: tuple[int, float, float, float]) -> None:
+    with ThreadPoolExecutor(1) as executor:
+        found = replicate(f"{MMC}{parameters}", 6, 5, until=ns(400), executor=executor).estimates
+    length, stay = in_theory(*parameters)
+    assert abs(found["net.station.length"].mean - length) < 2 * found["net.station.length"].half < 0.8 * length
+    assert abs(found["net.station.stay"].mean - stay) < 2 * found["net.station.stay"].half < 0.8 * stay
+
+
+def test_nothing_depends_on_the_executor_and_few_seeds_are_the_first_of_many() -> None:
+    with ThreadPoolExecutor(2) as threads:
+        some = replicate(MMC, 3, 7, until=ns(20), executor=threads)
+        other = replicate(MMC, 3, 8, until=ns(20), executor=threads)
+    assert replicate(MMC, 2, 7, until=ns(20), workers=1).values == {k: x[:2] for k, x in some.values.items()}
+    assert not {*some.seeds} & {*other.seeds}
+
+
+def test_the_interval_is_students() -> None:
+    found = Replications([1, 2, 3], {"a.x": [1.0, 2.0, 3.0], "a.y": [1.0, float("nan"), 1.0]}).estimates
+    assert found["a.x"].half == pytest.approx(4.302652729911275 / sqrt(3), rel=1e-9)
+    assert (found["a.x"].mean, found["a.x"].deviation) == (2.0, 1.0)
+    assert isnan(found["a.y"].mean)
+    alone = Replications([1], {"a.x": [4.0]}).estimates["a.x"]
+    assert (alone.mean, isnan(alone.half)) == (4.0, True)
+
+
+def test_the_command_tells_means_and_what_they_are_made_of(tmp_path: Path) -> None:
+    asked = ("devs", MMC, "--until", "20s", "--json")
+    told = json.loads(finish(tmp_path, *asked, "--replications", "2", "--processes", "1", "--seed", "7")[1])
+    with ThreadPoolExecutor(1) as executor:
+        here = replicate(MMC, 2, 7, until=ns(20), executor=executor)
+    assert (told["seeds"], told["values"]) == (here.seeds, here.values)
+    once = json.loads(finish(tmp_path, *asked, "--in-process", "--seed", str(here.seeds[1]))[1])
+    result = once["results"]["net.station"]
+    assert {f"net.station.{name}": x for name, x in result.items()} == {k: x[1] for k, x in here.values.items()}
+
+
+class Drawn(Message):
+    x: float
+
+
+class Drawing(Atomic):
+    def __init__(self, name: str, seed: int) -> None:
+        super().__init__(name)
+        self.seed = seed
+
+    def result(self) -> Drawn:
+        return Drawn(1 / (self.seed % 2))
+
+
+def drawing(seed: int) -> Coupled:
+    model = Coupled("top")
+    model.add(Drawing("even" if Random(seed).random() < 0.5 else "odd", seed | 1))
+    return model
+
+
+def failing(seed: int) -> Coupled:
+    model = Coupled("top")
+    model.add(Drawing("one", seed))
+    return model
+
+
+@pytest.mark.parametrize(
+    ("build", "sentence"),
+    [
+        (drawing, r"^replication \d+ \(seed \d+\): top\.\w+\.x is a result of some replications only; "),
+        (failing, r"^replication \d+, .*failing\(seed=\d+\): top.one at \(1 s, 0\): result\(\) raised ZeroDivision"),
+        ("heavylift.nodes.zoo.token_ring:ring(3, 1, 5)", r"ring\(\) takes no seed, so that all runs are equal; "),
+        (f"{MMC}(seed=4)", r"the seed is given twice; leave it out of the brackets$"),
+    ],
+)
+def test_what_cannot_be_replicated_is_told(build: object, sentence: str) -> None:
+    with ThreadPoolExecutor(1) as executor, pytest.raises(ModelError, match=sentence):
+        replicate(build, 6, until=ns(1), executor=executor)  # type: ignore[arg-type]
+
+
+def test_what_makes_no_sense_beside_replications_is_refused(tmp_path: Path) -> None:
+    code, _, said = finish(tmp_path, "devs", MMC, "--until", "2s", "--replications", "2", "-o", "x.mcap")
+    assert (code != 0, "leave out -o" in " ".join(said.split())) == (True, True)
+
+
+@pytest.mark.parametrize(("module", "most"), [(multi_server_queue, 40), (bouncing_ball, 35)])
+def test_these_models_are_short(module: object, most: int) -> None:
+    """Lines of code, without docstrings and blank lines."""
+    text = Path(str(module.__file__)).read_text()  # type: ignore[attr-defined]
+    documented = set[int]()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
+            documented |= {*range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1)}
+    code = [n for n, line in enumerate(text.splitlines(), 1) if line.strip() and n not in documented]
+    assert len(code) <= most

@@ -1,0 +1,73 @@
+"""A load falls into slack ropes: where an implicit method has no solution up to the moment that one comes taut, it goes
+there in shorter steps, and the run goes on."""
+
+from itertools import count
+from random import Random
+
+import pytest
+from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.simulation.integrator import Integrator
+from small_scenes import SECOND, G, cube, hand_over, started
+
+UNSOLVED = 0, 22  # seeds of which `sdirk2` at 1 % solves some step to an event in halves alone
+IMPLICIT = {"radau5": 1e-5, "ros34pw2": 1e-5, "sdirk2": 1e-4, "sdirk3": 1e-4}
+
+
+def falling(seed: int) -> System:
+    """One to four bodies beneath each other, the last the heaviest, on ropes slack or stretched at random."""
+    r = Random(seed)
+    load, EA, length = r.uniform(1e3, 5e4), 10 ** r.uniform(7.0, 9.5), r.uniform(2.0, 20.0)
+    n, z, above = r.randint(1, 4), 0.0, "world"
+    bodies, joints, ropes = [], [], []
+    for i in range(n):
+        z -= length / n * r.uniform(0.3, 1.2)
+        mass = load if i == n - 1 else load * 10 ** r.uniform(-3.0, -0.5)
+        bodies.append(Body(f"b{i}", mass, inertia=cube(mass, 1.0)))
+        joints.append(Joint(f"b{i}", "free", "world", f"b{i}", q0=(r.uniform(-1.0, 1.0), 0.0, z, 0.0, 0.0, 0.0, 1.0)))
+        line = Line(Point(above), Point(f"b{i}"))
+        ropes.append(Rope(f"r{i}", (line,), EA, length / n, damping=EA * r.choice([0.0, 0.001, 0.01])))
+        above = f"b{i}"
+    return System(tuple(bodies), tuple(joints), ropes=tuple(ropes), gravity=G)
+
+
+def counted(monkeypatch, refused=lambda: False) -> list[bool]:
+    """What becomes of each step to an event; `refused`: whether it has no solution whatever the method says."""
+    forced, solved, told = Integrator.forced, Integrator._solved, []
+
+    def seen(self, t):
+        told.append(forced(self, t))
+        return told[-1]
+
+    monkeypatch.setattr(Integrator, "forced", seen)
+    monkeypatch.setattr(Integrator, "_solved", lambda self, t: not refused() and solved(self, t))
+    return told
+
+
+@pytest.mark.parametrize("seed", UNSOLVED)
+def test_what_has_no_solution_is_approached_in_halves(seed, monkeypatch):
+    told = counted(monkeypatch)
+    hand_over(started(falling(seed), method="sdirk2", tolerance=0.01, tensions_only=True), 5 * SECOND)
+    assert not all(told)
+
+
+def first_events(method: str, tolerance: float) -> list[int]:
+    """When ropes first come taut or slack [ns]."""
+    s = started(falling(1), method=method, tolerance=tolerance)
+    hand_over(s, SECOND // 2)
+    return [t for t, _ in s.log][:4]
+
+
+@pytest.mark.parametrize("method", IMPLICIT)
+def test_a_step_that_is_refused_leads_to_the_same_event_in_shorter_ones(method, monkeypatch):
+    """Whatever the method: of eight attempts three are refused, and no event is lost."""
+    times, refusals = first_events(method, IMPLICIT[method]), count()
+    told = counted(monkeypatch, lambda: next(refusals) % 8 < 3)
+    assert first_events(method, IMPLICIT[method]) == pytest.approx(times, rel=1e-3)
+    assert told.count(False) > 0
+
+
+def test_steps_that_are_never_solved_end_in_one_sentence(monkeypatch):
+    counted(monkeypatch, lambda: True)
+    with pytest.raises(KernelError, match="method 'radau5' finds no solution of its equations"):
+        hand_over(started(falling(1), method="radau5"), 2 * SECOND)

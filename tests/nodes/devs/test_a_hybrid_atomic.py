@@ -1,0 +1,154 @@
+"""Between transitions a differential equation, at them a located event: beside closed forms, to the nanosecond."""
+
+from itertools import pairwise
+from math import ceil, cos, exp, log, pi, sin
+
+import pytest
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Bag, Coupled, In, Message, Out, Simulator, Tag, ns
+from heavylift.nodes.devs.hybrid import Hybrid, State
+from heavylift.nodes.testing import drive
+from heavylift.nodes.zoo.bouncing_ball import Ball, Bounce, G
+
+SECOND = 10**9
+
+
+class Passed(Message):
+    which: tuple[int, ...]
+    state: tuple[float, ...]
+
+
+class Ask(Message):
+    push: float = 0.0
+
+
+class Observed(Hybrid):
+    """Tells its events, and its state when asked; each ask pushes the first number."""
+
+    ask, said = In(Ask), Out(Passed)
+
+    def tell(self, which: tuple[int, ...]) -> None:
+        self.said.send(Passed(which, self.ahead))
+
+    def fell(self, which: tuple[int, ...]) -> None:
+        self.go(*self.state)
+
+    def heard(self, x: Bag) -> None:
+        self.go(self.state[0] + x[self.ask][0].push, *self.state[1:])
+
+
+class Pendulum(Observed):
+    def start(self) -> None:
+        self.go(1.0, 0.0)
+
+    def flow(self, x: State) -> State:
+        return x[1], -x[0]
+
+    def guards(self, x: State) -> State:
+        return x[0], -x[0], x[1]
+
+
+def test_each_guard_falls_once_a_period_where_theory_says() -> None:
+    said = [(tag, m) for tag, _, m in drive(Pendulum("p"), until=ns(13)) if isinstance(m, Passed)]
+    falls = [(0, pi / 2), (1, 3 * pi / 2), (2, 2 * pi), (0, 5 * pi / 2), (1, 7 * pi / 2), (2, 4 * pi)]
+    assert [m.which for _, m in said] == [(which,) for which, _ in falls]
+    for (tag, m), (_, t) in zip(said, falls, strict=True):
+        assert tag.t == pytest.approx(t * SECOND, abs=5)
+        assert m.state == pytest.approx((cos(tag.t / SECOND), -sin(tag.t / SECOND)), abs=5e-9)
+
+
+class Cooling(Observed):
+    """Falls to 20 with the rate 1/s; hears pushes."""
+
+    def start(self) -> None:
+        self.go(100.0)
+
+    def flow(self, x: State) -> State:
+        return (20.0 - x[0],)
+
+    def guards(self, x: State) -> State:
+        return (x[0] - 30.0,)
+
+    def result(self) -> Passed:
+        return Passed((), self.present)
+
+
+def test_the_first_nanosecond_is_met_and_an_input_moves_the_event() -> None:
+    alone = [(tag, m) for tag, _, m in drive(Cooling("c"), until=ns(30))]
+    assert [tag for tag, _ in alone] == [Tag(ceil(log(8) * SECOND))]
+    pushed = drive(Cooling("c"), [(ns(1), "ask", Ask(40.0))], ns(30))
+    start = 20 + 80 * exp(-1) + 40
+    assert pushed[0][0].t == pytest.approx((1 + log((start - 20) / 10)) * SECOND, abs=2)
+
+
+def test_two_inputs_change_nothing_but_by_what_they_push() -> None:
+    asked = [(ns(0.1 * i), "ask", Ask()) for i in range(1, 20)]
+    (tag, _, _), *_ = drive(Cooling("c"), asked, ns(30))
+    assert tag.t == pytest.approx(log(8) * SECOND, abs=3)
+
+
+def test_the_state_at_the_end_is_a_result() -> None:
+    simulator = Simulator(Cooling("c"))
+    simulator.start()
+    simulator.run(ns(1.5))
+    (told,) = simulator.results(ns(1.5)).values()
+    assert isinstance(told, Passed)
+    assert told.state == pytest.approx((20 + 80 * exp(-1.5),), rel=1e-9)
+
+
+def test_a_snapshot_goes_on_to_the_last_bit() -> None:
+    whole, cut = Simulator(Ball("ball", 3.0, 0.7)), Simulator(Ball("ball", 3.0, 0.7))
+    for simulator in (whole, cut):
+        simulator.start()
+    whole.run(ns(9))
+    cut.run(ns(2))
+    other = Simulator(Ball("ball", 3.0, 0.7))
+    other.start()
+    other.restore(cut.snapshot())
+    other.run(ns(9))
+    assert other.snapshot() == whole.snapshot()
+
+
+@pytest.mark.parametrize(("height", "e"), [(10.0, 0.8), (2.0, 0.5), (0.3, 0.9)])
+def test_a_ball_bounces_when_its_closed_form_says_and_comes_to_rest(height: float, e: float) -> None:
+    model = Coupled("room")
+    ball = model.add(Ball("ball", height, e))
+    model.connect(ball.bounce, model.add_out("bounce", Bounce))
+    said = [(tag.t, m) for tag, _, m in drive(model) if isinstance(m, Bounce)]
+    first, fall = (2 * height / G) ** 0.5, G * (2 * height / G) ** 0.5
+    for n, (t, bounce) in enumerate(said, 1):
+        assert bounce.number == n
+        assert t == pytest.approx(first * (1 + 2 * (e - e**n) / (1 - e)) * SECOND, abs=2 + 10 * n)
+        assert bounce.speed == pytest.approx(fall * e**n, rel=1e-4)
+    assert len(said) == ceil(log(1e-3 / fall) / log(e))
+    assert all(a < b for (a, _), (b, _) in pairwise(said))
+
+
+@pytest.mark.parametrize("name", ["state", "at", "tell", "start"])
+def test_its_own_words_name_no_port(name: str) -> None:
+    with pytest.raises(ModelError, match=rf"^m: a port cannot be called {name}: every "):
+        Pendulum("m").add_in(name, Ask)
+
+
+class Odd(Cooling):
+    def __init__(self, name: str, flow: object, guards: object = lambda x: (x[0],), start: float = 1.0) -> None:
+        super().__init__(name)
+        self.flow, self.guards, self.first = flow, guards, start  # type: ignore[assignment, method-assign]
+
+    def start(self) -> None:
+        self.go(self.first)
+
+
+@pytest.mark.parametrize(
+    ("model", "sentence"),
+    [
+        (Odd("m", lambda x: (1.0, 2.0)), "flow() gave 2 numbers for a state of 1"),
+        (Odd("m", lambda x: (x[0] ** 2 * 1e3,)), "the flow cannot be followed from"),
+        (Odd("m", lambda x: (-1.0,), lambda x: (x[0],) * (1 + (x[0] < 0.5))), "guards() gave 1 numbers and then 2"),
+        (Odd("m", lambda x: (1.0,), start=float("nan")), "go(nan,): the state must be finite numbers"),
+    ],
+)
+def test_what_cannot_be_followed_is_told(model: Odd, sentence: str) -> None:
+    with pytest.raises(ModelError) as told:
+        drive(model, until=ns(5))
+    assert str(told.value).startswith(f"m at (0 s, 0): {sentence}")

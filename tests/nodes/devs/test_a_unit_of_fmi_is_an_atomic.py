@@ -1,0 +1,130 @@
+"""A co-simulation unit in a DEVS network: inputs held, a fixed step as lookahead, the same digest however it is run."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import fmpy
+import pytest
+from heavylift.coordinator import run_models
+from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.supervision import failover
+from heavylift.kernel.errors import ModelError
+from heavylift.kernel.trust import allowed
+from heavylift.nodes.devs import Event, Simulator, Tag, ms
+from heavylift.nodes.fmi import Fmu, Signals
+from heavylift.nodes.testing import drive
+from pythonfmu import FmuBuilder
+
+HERE = Path(__file__).parent
+STATE = ("canGetAndSetFMUstate", "canSerializeFMUstate")
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["stateless", "with state"])
+def unit(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory):
+    folder = tmp_path_factory.mktemp("units")
+    FmuBuilder.build_FMU(HERE / "spring.py", dest=folder, **dict.fromkeys(STATE, request.param))
+    before = os.environ.get("HEAVYLIFT_CACHE")
+    os.environ["HEAVYLIFT_CACHE"] = str(tmp_path_factory.mktemp("cache"))
+    with allowed([str(folder)]):
+        yield folder / "Spring.fmu", request.param
+    os.environ.pop("HEAVYLIFT_CACHE")
+    if before is not None:
+        os.environ["HEAVYLIFT_CACHE"] = before
+
+
+def stepped(file: Path, pushes: dict[int, float], steps: int) -> list[float]:
+    """x after each step of FMPy alone, the input changed at the begin of these steps."""
+    told = fmpy.read_model_description(str(file))
+    number = {v.name: v.valueReference for v in told.modelVariables}
+    one = fmpy.instantiate_fmu(fmpy.extract(str(file)), told, "CoSimulation")
+    one.setupExperiment(startTime=0.0)
+    one.setReal([number["m"]], [0.5])
+    one.enterInitializationMode()
+    one.exitInitializationMode()
+    found = [one.getReal([number["x"]])[0]]
+    for i in range(steps):
+        if i in pushes:
+            one.setReal([number["f"]], [pushes[i]])
+        one.doStep(i * 0.01, 0.01)
+        found.append(one.getReal([number["x"]])[0])
+    return found
+
+
+def test_an_input_holds_from_the_step_that_begins_with_it_or_after_it(unit) -> None:
+    inputs = [(ms(20), "u", Signals((("f", 3.0),))), (ms(33), "u", Signals((("f", -1.0),)))]
+    said = drive(Fmu("spring", unit[0], ms(10), ["x", "steps"], {"m": 0.5}), inputs, until=ms(101))
+    assert [tag for tag, _, _ in said] == [Tag(ms(10 * i)) for i in range(11)]
+    values = [dict(signals.values) for _, _, signals in said]
+    assert [at["x"] for at in values] == stepped(unit[0], {2: 3.0, 4: -1.0}, 10)
+    assert [at["steps"] for at in values] == list(range(11))
+
+
+def test_its_step_is_its_lookahead(unit) -> None:
+    simulator = Simulator(Fmu("spring", unit[0], ms(10), ["x"]))
+    simulator.start()
+    assert simulator.lookahead == {"spring.y": ms(10)}
+
+
+def test_from_a_snapshot_it_goes_on_unchanged_or_says_that_it_has_none(unit) -> None:
+    file, keeps = unit
+    simulator = Simulator(Fmu("spring", file, ms(10), ["x"]))
+    simulator.start()
+    simulator.run(ms(55))
+    if not keeps:
+        with pytest.raises(ModelError, match=r"spring: no snapshot can be taken \(Spring.fmu cannot save its state\)"):
+            simulator.snapshot()
+        return
+    kept = simulator.snapshot()
+    simulator.run(ms(205))
+    truth = simulator.outputs()
+    other = Simulator(Fmu("spring", file, ms(10), ["x"]))
+    other.start()
+    other.restore(kept)
+    other.run(ms(205))
+    assert other.outputs() == truth
+
+
+@pytest.mark.large(beyond=1)
+@pytest.mark.parametrize("late", [0, ms(3)])
+def test_the_digest_is_the_same_in_one_process_and_in_two_and_after_a_kill(unit, monkeypatch, late: int) -> None:
+    monkeypatch.syspath_prepend(HERE)
+    monkeypatch.setattr(failover, "KEEP_s", 0.0)
+    monkeypatch.setattr(failover, "KEEP_GRANTS", 4)
+    build = f"{HERE}/unit_network.py:network({str(unit[0])!r}, {late})"
+    told: list[str] = []
+    crews: list[dict[str, int]] = []
+
+    class Killing(Watch):
+        def say(self, sentence: str) -> None:
+            told.append(sentence)
+
+        def event(self, event: Event) -> None:
+            if event.t >= ms(500) and crews:
+                os.kill(crews.pop()["spring"], signal.SIGKILL)
+
+    began = failover.Processes.start
+    monkeypatch.setattr(
+        failover.Processes, "start", lambda crew, *more: (began(crew, *more), crews.append(crew.pids))[0]
+    )
+    shared = run_models(build, until=ms(1001), watch=Killing())
+    assert shared.digest == run_models(build, until=ms(1001), in_process=True).digest
+    assert any(sentence.startswith("node spring is replaced") for sentence in told)
+    assert any("replayed from the start if it were lost: " in sentence for sentence in told) is not unit[1]
+
+
+def test_what_is_wrong_with_a_unit_is_told_by_name(unit, tmp_path: Path) -> None:
+    other = tmp_path / "other.fmu"
+    other.write_bytes(b"no archive")
+    with pytest.raises(ModelError, match=rf"^p: '{other}' is code in a folder that you have not trusted"):
+        Fmu("p", other, ms(1), ["x"])
+    with allowed([str(tmp_path)]), pytest.raises(ModelError, match=r"^p: .* is no unit that can be read"):
+        Fmu("p", other, ms(1), ["x"])
+    with pytest.raises(ModelError, match=r"^p: Spring.fmu has no variable z; it has f, x, steps, m$"):
+        Fmu("p", unit[0], ms(1), ["z"])
+    with pytest.raises(ModelError, match="must be an int > 0 in ns"):
+        Fmu("p", unit[0], 0.01, ["x"])  # type: ignore[arg-type]
+    with pytest.raises(ModelError, match=r"^p at \(0.003 s, 0\): p: Spring.fmu has no variable g"):
+        drive(Fmu("p", unit[0], ms(1), ["x"]), [(ms(3), "u", Signals((("g", 1.0),)))], until=ms(9))

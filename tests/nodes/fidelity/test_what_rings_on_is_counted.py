@@ -1,0 +1,65 @@
+"""Ropes that damp nothing ring on to the end of a list, and corners under light hooks part in an order of their own."""
+
+import json
+
+import pytest
+from heavylift.nodes.fidelity.case import case_of
+from heavylift.nodes.fidelity.method import METHODS
+from heavylift.nodes.fidelity.rules import chance, hinges, overshoot
+from heavylift.nodes.scene import parse
+from lifts_of_kinds import lift_of_kinds
+
+ONE_TO_THREE = 2, 3, 16  # seeds of lifts of so many hooks, moved and hoisted
+ASIDE, LEVEL = 9, 12  # lifts of four hooks: one that is let go beside them
+LIGHT = {"hook block": "2.5 t"}, {"upper mass": "1 t", "lower mass": "1 t"}
+MIRRORED, OTHERS = (2, 16, 30), (8, 15, 29)
+
+
+def altered(seed, cranes, loaders):
+    """A lift as it is drawn, and with other cranes and loaders; both as cases, with their fidelity."""
+    scene = json.loads(lift_of_kinds(seed).text)
+    found = [parse(json.dumps(scene))]
+    for crane in scene["cranes"].values():
+        crane |= cranes
+    for loader in scene["rig"]["loaders"].values():
+        loader |= loaders
+    found.append(parse(json.dumps(scene)))
+    return [(case_of(x.plan, x.followed), x.plan.fidelity) for x in found]
+
+
+@pytest.mark.parametrize("seed", ONE_TO_THREE)
+def test_steps_miss_more_of_a_bounce_that_nothing_damps(seed):
+    (damped, at), (bare, _) = altered(seed, {"rope damping": 0}, {})
+    assert (damped.damped, bare.damped) == (True, False)
+    for name in ("dopri5", "dop853", "radau5"):
+        errors = [METHODS[name](case, at, 1e-4).errors["rope tension"] for case in (damped, bare)]
+        assert errors[1] > 1.5 * errors[0]
+    assert [METHODS["sdirk2"](case, at, 1e-2).allowed for case in (damped, bare)] == [True, False]
+
+
+@pytest.mark.parametrize("seed", ONE_TO_THREE)
+def test_the_phases_of_undamped_bounces_are_nobodys_promise(seed):
+    (damped, _), (bare, _) = altered(seed, {"rope damping": 0}, {})
+    rings = max(overshoot(bare, h, girder=True) for h in bare.hooks)
+    assert chance(bare)["rope tension"] - chance(damped)["rope tension"] > 0.1 * rings > 1e-3
+
+
+def test_corners_under_light_hooks_part_in_an_order_of_their_own():
+    """That moves the swing of a load that comes aside as it parts, by more than a finer rung mends."""
+    (heavy, _), (light, _) = altered(ASIDE, *LIGHT)
+    assert chance(heavy)["swing"] < 0.01 < 0.04 < chance(light)["swing"]
+    (_, _), (level, _) = altered(LEVEL, *LIGHT)
+    assert chance(level)["swing"] < 0.01
+
+
+@pytest.mark.parametrize(("seeds", "allowed"), [(MIRRORED, True), (OTHERS, False)])
+def test_hinges_are_locked_where_both_ends_of_a_beam_are_alike(seeds, allowed):
+    for seed in seeds:
+        scene = parse(lift_of_kinds(seed).text)
+        assert hinges(case_of(scene.plan, scene.followed), scene.plan.fidelity).allowed == allowed
+
+
+def test_nothing_is_promised_of_what_rings_as_a_hook_is_taken_away():
+    for seed, damped in ((1, True), (32, False)):
+        found = parse(lift_of_kinds(seed).text, overrides=["ask=[swing]", "accuracy=10 %"]).verdict
+        assert any("its ropes damp nothing of what that sets ringing" in note for note in found.notes) != damped

@@ -1,0 +1,193 @@
+"""`ramp one swing` and `ramp 0.1 m/s2 in two pulses`: chosen by the period of what swings, they leave it at rest."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run.in_memory import play
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.fidelity.response import Knot, answer
+from heavylift.nodes.models.parts.messages import Done
+from heavylift.nodes.plan.actions import Move
+from heavylift.nodes.plan.pulses import profile, ramp, residual, way
+from heavylift.nodes.scene import LoadedScene, check, load, parse
+from heavylift.nodes.scene.inputs import inputs
+from heavylift.nodes.scene.operator_command import spoken
+
+G = 9.80665
+PENDULUM = """
+heavylift: 1
+name: crab
+accuracy: 1e-4 %
+samples: 20 Hz
+mechanism:
+  bodies:
+    trolley: {{mass: 4 t}}
+    load: {{mass: 10 t, com: [0, 0, -{length} m]}}
+  joints:
+    rail: {{type: prismatic, child: trolley, axis: [1, 0, 0]}}
+    pivot: {{type: revolute, parent: trolley, child: load, axis: [0, 1, 0]}}
+  drives:
+    crab: {{joint: rail, type: prescribed, ramp: {ramp}}}
+actions:
+  - crab: drive 12 m/min {way}
+  - wait: 30 s
+"""
+LIFT = "actions[3].trolleys=traverse 20 m/min ramp {} by 8 m"
+
+
+def crab(ramp: str, length: float = 24.0, way: str = "by 7 m") -> LoadedScene:
+    """A trolley with a point mass on a link."""
+    return parse(PENDULUM.format(length=length, ramp=ramp, way=way))
+
+
+def move_of(scene: LoadedScene) -> Move:
+    """Its first move without swing."""
+    orders = (order for action in scene.plan.actions for order in action.orders)
+    return next(order for order in orders if isinstance(order, Move) and order.pulses)
+
+
+def swing(scene: LoadedScene) -> tuple[float, float]:
+    """Amplitude of the pendulum once the trolley stands [rad], and where it stands [m]."""
+    run = play(scene.plan)
+    done = next(e for e in run.events if isinstance(e.value, Done))
+    poses = run.past.part(0, len(run.t)).poses
+    x = (poses["load"][:, 3:] ** 2)[run.t > done.t / 1e9 + 0.1]  # quaternion x y z w: y is the sine of half the angle
+    return 2.0 * sqrt(x[:, 1].max()), done.value.position
+
+
+@pytest.mark.parametrize("length", [6.0, 24.0])
+@pytest.mark.parametrize("ramp", ["one swing", "0.3 m/s2 in two pulses", "0.03 m/s2 in two pulses"])
+def test_a_pendulum_of_constant_length_is_left_at_rest(length: float, ramp: str) -> None:
+    """Against the closed form: a plain ramp of acceleration a leaves up to 2 a / g, these a thousandth of that."""
+    scene = crab(ramp, length)
+    assert move_of(scene).periods == pytest.approx(2 * [2 * pi * sqrt(length / G)], rel=5e-5)
+    left, stands = swing(scene)
+    plain, _ = swing(crab("0.3 m/s2", length))
+    assert left < 1e-3 * plain
+    assert stands == pytest.approx(7.0, abs=1e-12)
+
+
+def test_so_is_one_that_is_halted_by_a_condition_and_one_that_does_not_reach_its_speed() -> None:
+    plain, _ = swing(crab("0.3 m/s2"))
+    left, stands = swing(crab("one swing", way="until after 25 s"))
+    assert left < 1e-3 * plain
+    assert stands == pytest.approx(0.2 * 25.0, abs=1e-9)  # a ramp to start, and one as long behind the 25 s
+    left, stands = swing(crab("one swing", way="by 1 m"))
+    assert left < 1e-3 * plain
+    assert stands == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("ramp", ["one swing", "0.3 m/s2 in two pulses"])
+def test_in_a_lift_a_few_hundredths_are_left(ramp: str) -> None:
+    """Of what it would leave to begin and to stop at once, v / w each; some of it is there since the block was lifted.
+    Three hooks with loaders hang below trolleys on servos."""
+    scene = load("lift", [LIFT.format(ramp), "end=115 s"])
+    run = play(scene.plan)
+    y = run.past.part(0, len(run.t)).poses["block"][:, 1]
+    assert np.ptp(y[run.t > 95.0]) < 0.02 * 4.0 * 20 / 60 * move_of(scene).periods[0] / (2 * pi)
+
+
+def test_check_tells_what_was_chosen() -> None:
+    told = str(check(load("lift", [LIFT.format("one swing")])))
+    trolleys = "the upper trolley of crane, the lower trolley of crane"
+    assert f"  sideways: {trolleys}: 0.01847 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in told
+    told = str(check(load("trolley", ["mechanism.drives.drive.ramp=0.2 m/s2 in two pulses"])))
+    assert "  back, quickly: drive: 0.2 m/s2 in two pulses, 7.41 s (a swing of 9.83 s), to start and to stop" in told
+
+
+def test_a_way_that_is_short_for_its_swing_is_gone_slower() -> None:
+    told = str(check(load("lift", ["cranes.crane.ramp=one swing"])))
+    assert "0.006142 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in told  # 2 m / (18.05 s)^2
+
+
+def test_a_crane_may_have_it_for_its_drives_and_an_order_has_its_own() -> None:
+    scene = load("lift", ["cranes.crane.ramp=one swing"])
+    up, sideways = scene.plan.actions[2].orders[0], scene.plan.actions[3].orders[0]
+    assert isinstance(up, Move)
+    assert isinstance(sideways, Move)
+    assert (up.pulses, up.accel) == (0, 0.05)  # winches keep what a crane has by itself
+    assert (sideways.pulses, sideways.accel) == (1, pytest.approx(20 / 60 / sideways.periods[0]))
+    scene = load("lift", ["cranes.crane.ramp=one swing", LIFT.format("0.1 m/s2")])
+    assert all(not m.pulses for action in scene.plan.actions for m in action.orders if isinstance(m, Move))
+
+
+def test_each_ramp_is_chosen_for_the_length_as_it_begins() -> None:
+    """Hoisting while it traverses: the ropes are shorter as it stops, and what that leaves is said."""
+    scene = load(
+        "lift",
+        [
+            "end=120 s",
+            "actions[2].all hooks=hoist 3 m/min by 3 m",
+            "actions[3].when=after 30 s",
+            LIFT.format("one swing"),
+        ],
+    )
+    move = move_of(scene)
+    first, last = move.periods
+    hoisted = G * (first**2 - last**2) / (4 * pi * pi)
+    begins, stops = 30.0, 30.0 + 8.0 / (20 / 60)
+    assert hoisted == pytest.approx(0.05 * (stops - begins), rel=0.1)
+    assert 0.0 < move.left < 0.05 * move.accel / G
+    assert "as lengths change, about" in str(check(scene))
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        (["actions[2].all hooks=hoist 3 m/min ramp one swing by 1 m"], "to hoist makes nothing swing"),
+        (["actions[3].trolleys=traverse 20 m/min ramp one swin by 1 m"], "after 'ramp one' 'swing' must follow"),
+        (["actions[3].trolleys=traverse 20 m/min ramp 1 m/s2 in one pulse by 1 m"], "after 'in' 'two' must follow"),
+        (["cranes.crane.ramp=-1 m/s2 in two pulses"], "must be greater than zero"),
+        (["cranes.crane.ramp=one"], "'swing' must follow"),
+    ],
+)
+def test_what_cannot_be_is_said(settings: list[str], sentence: str) -> None:
+    with pytest.raises(SceneError, match=sentence):
+        load("lift", settings)
+
+
+def test_where_nothing_swings_or_no_length_is_known_that_is_said() -> None:
+    text = PENDULUM.format(length=24, ramp="one swing", way="by 7 m")
+    with pytest.raises(SceneError, match="crab: nothing swings that it moves: write an acceleration behind 'ramp'"):
+        parse(text.replace("type: revolute", "type: fixed").replace(", axis: [0, 1, 0]}\n  dr", "}\n  dr"))
+    late = text.replace("  - crab:", "  - wait: 1 s\n  - when: position of rail >= 5 m\n    crab:")
+    with pytest.raises(SceneError, match="no length is known for this ramp, write an acceleration: still waiting for"):
+        parse(late)
+    turn = "actions[5].block=turn 0.15 deg/s ramp one swing to 90 deg"
+    with pytest.raises(SceneError, match="the hooks follow a turn on arcs"):
+        load("turnover", [turn])
+
+
+def test_it_is_no_quantity_and_no_operator_can_order_it() -> None:
+    with pytest.raises(SceneError, match=r"input cranes.crane.ramp: is no quantity"):
+        inputs(load("lift", ["cranes.crane.ramp=one swing"]), ["cranes.crane.ramp"])
+    with pytest.raises(SceneError, match="what swings is known of the action list only: say an acceleration"):
+        spoken(load("lift"), "trolleys: traverse 20 m/min ramp one swing by 1 m")
+
+
+@pytest.mark.parametrize("pulses", [1, 2])
+@pytest.mark.parametrize("accel", [0.02, 0.07, 0.4])
+def test_what_is_left_is_that_of_the_linear_oscillator(pulses: int, accel: float) -> None:
+    speed, chosen, period = 0.5, 12.0, 11.0
+    rows = ramp(pulses, speed, accel, chosen)
+    slopes = [(w - v) / (t - s) for (s, v), (t, w) in pairwise(rows)]
+    knots = [Knot(t, b - a) for (t, _), a, b in zip(rows, [0.0, *slopes], [*slopes, 0.0], strict=True)]
+    (size,) = answer(knots, 2 * pi / period, 0.0, [50.0]).sizes
+    left = residual(pulses, speed, accel, chosen, period, G)
+    assert left == pytest.approx(size * (2 * pi / period) ** 2 / G, rel=1e-9)
+    assert residual(pulses, speed, accel, chosen, chosen, G) < 1e-12
+
+
+@pytest.mark.parametrize("distance", [-1e-6, 0.3, 4.0, 120.0, -33.3])
+@pytest.mark.parametrize("pulses", [1, 2])
+def test_speeds_lead_exactly_where_they_shall(pulses: int, distance: float) -> None:
+    rows = profile(pulses, distance, 0.5, 0.1, (15.0, 13.0), 7)
+    assert way(rows) == pytest.approx(distance, rel=1e-15)
+    assert rows[0] == (7, 0.0)
+    assert rows[-1][1] == 0.0
+    assert max(abs(v) for _, v in rows) <= 0.5 * (1 + 1e-8)
+    assert all(a < b for (a, _), (b, _) in pairwise(rows))

@@ -1,0 +1,111 @@
+"""A recording of a DEVS model has events and no samples: people look at them all the same, and other programs."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator import run_models
+from heavylift.kernel.errors import RecordingError, SignalError
+from heavylift.nodes.devs import Atomic, Coupled, Message, Out, ms
+from heavylift.recordings import curves, export, info, info_data, plot
+
+
+class Inner(Message):
+    level: float
+
+
+class Told(Message):
+    n: int
+    name: str
+    inner: Inner
+    pair: tuple[int, int] = (1, 2)
+    maybe: float | None = None
+
+
+class Bell(Message):
+    pass
+
+
+class Clock(Atomic):
+    told, bell = Out(Told), Out(Bell)
+
+    def start(self) -> None:
+        self.n = 0
+        self.hold_in(ms(1))
+
+    def output(self) -> None:
+        self.told.send(Told(self.n, f"tick {self.n}", Inner(self.n / 4), maybe=0.5 if self.n else None))
+        self.bell.send(Bell())
+
+    def internal(self) -> None:
+        self.n += 1
+        self.hold_in(0 if self.n == 1 else ms(2))
+
+    def result(self) -> Told:
+        return Told(self.n, "end", Inner(0.25))
+
+
+def clocks(count: int = 1) -> Coupled:
+    model = Coupled("shop")
+    for i in range(count):
+        model.add(Clock(f"clock{i}"))
+    return model
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("devs") / "run.mcap"
+    run_models(clocks, until=ms(6), output=path, in_process=True)
+    return path
+
+
+def test_info_tells_the_model_its_results_and_its_events(recorded: Path) -> None:
+    text = info(recorded)
+    assert f"  model     {clocks.__module__}:clocks\n" in text
+    assert "shop.clock0  Told  n 4, name end, inner {'level': 0.25}, pair [1, 2], maybe None" in text
+    assert "clock0       8  told 4, bell 4" in text
+    told = info_data(recorded)["result"]["results"]["shop.clock0"]
+    assert (told["type"], told["value"]["n"]) == ("Told", 4)
+
+
+def test_the_events_are_a_table_with_a_column_for_each_field(recorded: Path, tmp_path: Path) -> None:
+    with export(recorded, tmp_path / "run.csv").open(newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head[:6] == ["time [s]", "microstep", "model", "port", "index", "type"]
+    assert head[6:] == ["n", "name", "inner.level", "pair", "maybe"]
+    assert rows[0] == ["0.001", "0", "clock0", "bell", "0", "Bell", "", "", "", "", ""]
+    assert rows[1] == ["0.001", "0", "clock0", "told", "0", "Told", "0", "tick 0", "0.0", "[1,2]", ""]
+    assert [row[:2] for row in rows[1::2]] == [["0.001", "0"], ["0.001", "1"], ["0.003", "0"], ["0.005", "0"]]
+
+
+def test_ports_and_fields_are_chosen_and_parquet_has_the_same(recorded: Path, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = parquet.read_table(export(recorded, tmp_path / "run.parquet", ["clock0/told/n", "clock0/*level"]))
+    assert table.column_names[6:] == ["n", "inner.level"]
+    assert table["inner.level"].to_pylist() == [0.0, 0.25, 0.5, 0.75]
+    with pytest.raises(SignalError, match=r"run.mcap: no port matches 'clock0/tolled'; did you mean clock0/told"):
+        export(recorded, tmp_path / "none.csv", ["clock0/tolled"])
+    assert not (tmp_path / "none.csv").exists()
+
+
+def test_ports_are_drawn_each_in_a_panel(recorded: Path, tmp_path: Path) -> None:
+    assert plot(recorded, tmp_path / "run.png").stat().st_size > 10_000
+    page = curves(recorded, ["clock0/told/n", "clock0/bell"], tmp_path / "run.html").read_text()
+    for name in ("clock0/told", "clock0/bell", '"name":"n"', '"name":"count"'):
+        assert name in page
+    assert "inner.level" not in page
+
+
+def test_too_many_ports_and_none_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "many.mcap"
+    run_models(f"{Path(__file__)}:clocks(9)", until=ms(2), output=path, in_process=True)
+    with pytest.raises(RecordingError, match=r"18 ports in one figure; name some of them, such as 'clock0/bell', '"):
+        plot(path, tmp_path / "many.png")
+    run_models(clocks, until=ms(1), output=tmp_path / "none.mcap", in_process=True)
+    with pytest.raises(RecordingError, match=r"has no events to draw; let the run last longer$"):
+        plot(tmp_path / "none.mcap", tmp_path / "none.png")
+    assert export(tmp_path / "none.mcap", tmp_path / "none.csv").read_text().startswith("time [s],microstep,model")
+    assert json.dumps(info_data(tmp_path / "none.mcap"))

@@ -1,0 +1,153 @@
+"""Lugs, slings, stools and wheels in the planner's document: each from statics, and the document as a workbook."""
+
+from __future__ import annotations
+
+import sys
+from math import degrees, radians
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.scene import load
+from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
+from heavylift.recordings.report import Facts, Issue, facts
+from heavylift.recordings.report.workbook import number
+from small_run import POSE, SECOND
+
+G = 9.80665
+
+
+@pytest.fixture(scope="module")
+def lift(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("lift") / "lift.mcap"
+    run(load("lift", ["end=60 s"]), path, in_process=True)
+    return path
+
+
+@pytest.fixture(scope="module")
+def found(lift: Path) -> Facts:
+    return facts(Recording(lift))
+
+
+def test_a_lug_bears_what_its_sling_pulls(found: Facts) -> None:
+    peaks = {rope.name: rope.peak for rope in found.ropes}
+    hooked = {lug: sling.name for sling in found.slings for lug in sling.lugs}
+    assert hooked == {f"{lug}{i}": f"loader-{n}.sling-{i}" for n, lug in ((1, "P"), (2, "Q"), (3, "R")) for i in (1, 2)}
+    for lug in found.lugs:
+        assert lug.force == pytest.approx(peaks[hooked[lug.name]], rel=1e-9)
+        assert lug.parts is not None
+        assert np.linalg.norm(lug.parts) == pytest.approx(lug.force)
+        assert lug.parts[2] > 0.999 * lug.force, "upwards"
+
+
+def test_stools_carry_the_block_and_wheels_all_of_it(lift: Path, found: Facts) -> None:
+    stools = {x.name: x.force for x in found.stools}
+    weight = 300e3 * G
+    assert stools["all together"] == pytest.approx(weight, rel=1e-3), "before the ropes are taut"
+    assert stools["block.lower-1"] == pytest.approx(weight / 4, rel=1e-3)
+    corners = {x.name: x for x in found.portals}
+    assert [*corners] == [f"crane, corner at x{x}, y{y}" for x, y in ("--", "-+", "+-", "++")]
+    plan = load("lift").plan.cranes[0]
+    hung = 300e3 + 3 * (35e3 + 10e3)
+    mass = plan.main.mass + plan.upper.body.mass + plan.lower.body.mass + hung
+    assert sum(x.force for x in corners.values()) == pytest.approx(mass * G, rel=5e-3), "at up to four instants"
+    assert corners["crane, corner at x-, y-"].place == pytest.approx((27.0, 0.0, 0.0))
+    assert corners["crane, corner at x-, y-"].force == pytest.approx(corners["crane, corner at x+, y-"].force, rel=1e-6)
+
+
+def test_each_stage_tells_where_the_block_was(found: Facts) -> None:
+    first, *_, last = found.stages
+    assert first.com == pytest.approx((40.0, 75.0, 5.995), abs=0.01)
+    assert last.com is not None
+    assert last.com[2] == pytest.approx(7.03, abs=0.02)
+    assert last.tilt is not None
+    assert 0.0 < degrees(last.tilt[1]) < 0.2
+    assert dict(found.block)["centre of gravity at u, v, w"] == "0, 0, 0 m"
+
+
+def turned_block(folder: Path, angle: float) -> Path:
+    """A block that is turned about x by an angle and hangs on one sling at 30 degrees to the vertical; no peak between
+    its samples is recorded."""
+    names = ["sling"]
+    layout = SampleLayout(
+        [SampleChannel("rope/tension", names, "N", 0, 1), SampleChannel("rope/peak", names, "N", 1, 2)]
+        + [SampleChannel(f"pose/{body}", POSE, "m", 2 + 7 * i, 9 + 7 * i) for i, body in enumerate(("block", "beam"))]
+    )
+    c, s = np.cos(angle / 2), np.sin(angle / 2)
+    lug = np.array([0.0, -np.sin(angle) * 2.0, np.cos(angle) * 2.0])  # (0, 0, 2) in the block
+    beam = lug + 10.0 * np.array([0.5, 0.0, np.cos(radians(30))])
+    row = np.array([1e5, 0, 0, 0, 0, s, 0, 0, c, *beam, 0, 0, 0, 1])
+    plan = {
+        "gravity": G,
+        "block": {"body": {"mass": 9e3, "com": [0, 0, 1], "moments": [1, 1, 1]}, "pose": [0, 0, 0, 0, 0, 0, 1],
+                  "lugs": [{"name": "L", "p": [0.0, 0.0, 2.0]}], "pads": []},
+        "loaders": [], "rig": {"slings": [{"name": "sling", "lug": "L"}]},
+    }  # fmt: skip
+    with Recorder(folder / "turned.mcap", {"scene": "turned"}, {"resolved.json": msgspec.json.encode(plan)}) as rec:
+        rec.layout(layout)
+        rec.ropes(0, [RopeLine("sling", "beam", (0, 0, 0), "block", (0.0, 0.0, 2.0))])
+        rec.samples(msgspec.msgpack.encode([0, [0, SECOND], np.stack([row, row]).tobytes()]))
+        return rec.close()
+
+
+@pytest.mark.parametrize("turn", [0, 40, 90, 180])
+def test_the_force_on_a_lug_is_told_along_the_axes_of_a_turned_block(tmp_path: Path, turn: int) -> None:
+    found = facts(Recording(turned_block(tmp_path, radians(turn))))
+    (lug,), (sling,) = found.lugs, found.slings
+    up = 1e5 * np.cos(radians(30))
+    assert lug.parts == pytest.approx((5e4, up * np.sin(radians(turn)), up * np.cos(radians(turn))), abs=1.0)
+    assert degrees(sling.angle) == degrees(sling.widest) == pytest.approx(30.0, abs=1e-6)
+
+
+def test_the_workbook_holds_numbers(lift: Path, tmp_path: Path) -> None:
+    from openpyxl import load_workbook
+
+    book = load_workbook(report(lift, tmp_path / "lift.xlsx", issue=Issue("B", "=1+1")))
+    assert {"Issue", "Block", "Cranes", "Ropes", "Slings", "Lugs", "Stools", "Wheel reactions"} <= set(book.sheetnames)
+    head, first = list(book["Ropes"].values)[:2]
+    assert head[:4] == ("rope", "peak", None, "at")
+    assert first[:2] == ("crane.H1", pytest.approx(1194.7))
+    assert book["Ropes"]["B2"].number_format == '0.0" kN"'
+    assert book["Ropes"]["G2"].value == pytest.approx(0.28)
+    cells = [cell for row in book["Issue"].iter_rows() for cell in row]
+    assert [cell.data_type for cell in cells if cell.value == "=1+1"] == ["s"], "a name is no formula"
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "form"),
+    [
+        ("1226.4 kN", 1226.4, '0.0" kN"'),
+        ("95 %", 0.95, "0%"),
+        ("-3.5 t m2", -3.5, '0.0" t m2"'),
+        ("1:04:24.1", (3600 + 4 * 60 + 24.1) / 86400, "[h]:mm:ss.0"),
+        ("0:07.0", 7 / 86400, "[h]:mm:ss.0"),
+        ("0.5°", 0.5, '0.0"°"'),
+        ("4 min 05 s", "4 min 05 s", "General"),
+        ("1.00, 2.00, 3.00 m", "1.00, 2.00, 3.00 m", "General"),
+        ("H1", "H1", "General"),
+    ],
+)
+def test_cells_that_read_as_numbers_are_numbers(text: str, value: str | float, form: str) -> None:
+    assert number(text) == (pytest.approx(value) if isinstance(value, float) else value, form)
+
+
+def test_without_the_library_the_way_out_is_said(lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    with pytest.raises(RecordingError, match=r"a workbook needs openpyxl: pip install 'heavylift\[xlsx\]'"):
+        report(lift, tmp_path / "lift.xlsx")
+    assert not (tmp_path / "lift.xlsx").exists()
+
+
+def test_the_document_says_who_issued_it_and_has_room_for_signatures(
+    lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules[report.__module__], "_picture", lambda *_: [])
+    text = report(lift, tmp_path / "lift.html", issue=Issue("B", "A. <b>Planner")).read_text()
+    assert "<td>revision</td><td>B</td>" in text
+    assert "<td>prepared</td><td>A. &lt;b&gt;Planner</td>" in text
+    assert "<td>approved</td><td></td><td></td><td></td>" in text
+    assert "size: A4" in text
+    assert "counter(page)" in text
