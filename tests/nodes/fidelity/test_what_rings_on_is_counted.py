@@ -31,10 +31,11 @@ def altered(seed, cranes, loaders):
 def test_steps_miss_more_of_a_bounce_that_nothing_damps(seed):
     (damped, at), (bare, _) = altered(seed, {"rope damping": 0}, {})
     assert (damped.damped, bare.damped) == (True, False)
-    for name in ("dopri5", "dop853", "radau5"):
+    for name in ("dopri5", "dop853"):
         errors = [METHODS[name](case, at, 1e-4).errors["rope tension"] for case in (damped, bare)]
         assert errors[1] > 1.5 * errors[0]
-    assert [METHODS["sdirk2"](case, at, 1e-2).allowed for case in (damped, bare)] == [True, False]
+    for name in ("sdirk2", "radau5"):  # steps that damp: 1.5 % of a peak at 3e-5 in one lift
+        assert [METHODS[name](case, at, 1e-3).allowed for case in (damped, bare)] == [True, False]
 
 
 @pytest.mark.parametrize("seed", ONE_TO_THREE)
