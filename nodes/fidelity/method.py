@@ -4,7 +4,7 @@ they add to the error of each quantity; `stepped` takes the cheapest of those th
     steps per second   explicit: what stability asks (`cost.attempts`); all: accuracy, c tol^(-1/p); at least 10
     rope tension       phi' min(1, (w h)^2 / 12), w: of the load on its hook, whose peak a step h must follow;
                        explicit methods at the edge of stability let stiff modes rattle: c tol^q over the stretch
-    other quantities   0.03 sqrt(tol) of swing and position, 0.1 sqrt(tol) of the time of lift-off
+    other quantities   0.03 sqrt(tol) of swing and position, tol if that is more, 0.1 sqrt(tol) of the time of lift-off
 
 phi' is the dynamic factor less 1 (`rules`).  The constants are measured on lifts at random (STEPS.md).
 """
@@ -28,6 +28,7 @@ __all__ = ["METHODS", "Stepped", "stepped"]
 TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) for k in range(4, 25))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
+BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest
 RINGS = 3e-3, 0.15  # of the tensions by `sdirk2`, what is damped away: at usual tolerances, and over sqrt(tol) at most
 RESOLVED = 1e-4  # tolerance of `sdirk2` below which swings are followed, for which others are better
 DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
@@ -184,7 +185,9 @@ def _errors(
     are where the load bounces."""
     bends = at.girder == "elastic"
     root = sqrt(tolerance)
-    errors: dict[Asked, float] = {"swing": SMOOTH * root, "position": SMOOTH * root, "lift-off time": EVENT * root}
+    smooth = max(SMOOTH * root, tolerance)
+    away = smooth * max(1.0, BOTH_SIDES * case.swings.most / case.way)
+    errors: dict[Asked, float] = {"swing": smooth, "position": away, "lift-off time": EVENT * root}
     if at.ropes == "rigid":
         errors["rope tension"] = RIGID * root
         return errors
