@@ -38,10 +38,8 @@ SURE: tuple[Asked, ...] = ("rope tension",)  # what does not depend on when an e
 SELDOM = 0.3  # part of the accuracy that is set aside at most for what seldom happens
 PLAIN = 1e-6  # tolerance of a run without a question
 STARTING = 6e7  # evaluations times states in the time that a process takes to start, about
-DEAREST, PRICED = (
-    1.4,
-    3e-3,
-)  # over the run without a question, of accuracies down to this; less than 1.5: it is predicted
+# over the run without a question, of accuracies down to this; less than 1.5, for it is predicted
+DEAREST, PRICED = 1.4, 3e-3
 EXPLICIT = ("dopri5", "dop853")  # that no stiff part of a mechanism takes by surprise
 
 
