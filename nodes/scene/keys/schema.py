@@ -6,7 +6,6 @@ Python. Defaults of a crane and a loader are those of a credible 900 t yard; a s
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Annotated, Literal
 
 from heavylift.kernel.description.mechanics import MethodName
@@ -18,7 +17,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
-from .mechanics import Mechanism, Ramp
+from .machines import Machine, Rigging, SlingType
+from .mechanics import Chart, Mechanism, Ramp
 from .placement import Process
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -48,13 +48,6 @@ def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
-def _rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    for (one, _), (next_, _) in pairwise(chart):
-        if next_ <= one:
-            raise ValueError(f"the places of a chart rise, but {next_:g} m comes after {one:g} m")
-    return chart
-
-
 def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
     twice = next((quantity for i, quantity in enumerate(asked) if quantity in asked[:i]), None)
     if twice:
@@ -64,7 +57,6 @@ def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
 
 Range = Annotated[tuple[u.Length, u.Length], AfterValidator(_ordered)]
 MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
-Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValidator(_rising)]
 OffLead = u.Swing | Literal["unknown"]
 
 
@@ -145,16 +137,6 @@ class Block(Base):
     inertia: tuple[u.Inertia, u.Inertia, u.Inertia] | None = None  # left out: a uniform box
     lugs: dict[Name, Place]
     supports: Supports
-
-
-class SlingType(Base):
-    """The slings: 96 mm wire, design factor 5."""
-
-    EA: u.Force = u.FORCE.read("445 MN")
-    breaking: u.Force = u.FORCE.read("6.43 MN")
-    factor: u.Factor = 5.0  # breaking force over its tension at rest, EN 13414-1
-    partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 3.17 by 0027/ND 7.3.1
-    damping: u.Ratio = 0.05  # of critical, with half of its loader; assumed
 
 
 class Loader(Base):
@@ -244,6 +226,8 @@ class Scene(Base):
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()
     mechanism: Mechanism | None = None
+    machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
+    rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)
 
