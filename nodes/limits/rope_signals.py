@@ -29,8 +29,9 @@ def hook_of(plan: Plan, rope: str) -> Hoist | None:
 
 def block_mass(plan: Plan, rope: str) -> float:
     """Mass of the hook block on a rope [kg]."""
-    hooks = (hook for machine in (*plan.cranes, *plan.mechanisms) for hook in machine.hooks)
-    return next((hook.block_mass for hook in hooks if hook.rope == rope), 0.0)
+    goliaths = {hook.rope: hook.block_mass for crane in plan.cranes for hook in crane.hooks}
+    other = hook_of(plan, rope)
+    return goliaths.get(rope, other.block_mass if other else 0.0)
 
 
 def rope_length(signals: Signals, rope: HookRope) -> Column:

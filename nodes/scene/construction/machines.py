@@ -6,6 +6,7 @@ Names are resolved here and defaults become numbers; loaders hang and the block 
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import msgspec
 from heavylift.nodes.plan import plan
@@ -17,7 +18,9 @@ from heavylift.nodes.scene.text.source import Path, Source
 from .hooks import hook_of
 from .loaders import add_loader
 from .stools import build_block
-from .yard import HOOKS, LOWER, UPPER, Level, Yard, box, ramp_of, trolley_start
+from .yard import LOWER, UPPER, Level, Yard, box, parts_of, ramp_of, trolley_start
+
+Drive = Literal["gantry", "upper", "lower"]
 
 
 def build_machines(source: Source, scene: schema.Scene) -> Yard:
@@ -86,7 +89,7 @@ def _check_rigging(source: Source, scene: schema.Scene) -> None:
 
 def _hang(yard: Yard, rig: schema.Rig) -> None:
     """Which loader hangs on which hook."""
-    known = [f"{crane} {hook}" for crane in yard.scene.cranes for hook in HOOKS]
+    known = [f"{crane} {hook}" for crane, given in yard.scene.cranes.items() for hook in parts_of(given).hooks]
     taken: dict[str, str] = {}
     for name, loader in rig.loaders.items():
         path: Path = ("rig", "loaders", name, "hook")
@@ -114,20 +117,23 @@ def _hang(yard: Yard, rig: schema.Rig) -> None:
 
 
 def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.Crane:
-    where = yard.source.where(("cranes", name))
-    omega = 2 * math.pi * crane.servo_frequency
+    where, parts = yard.source.where(("cranes", name)), parts_of(crane)
     accel, pulses = ramp_of(crane.ramp)
 
-    def axis(start: float, ends: tuple[float, float], mass: float) -> plan.Axis:
-        kp, kv = mass * omega * omega, 2 * crane.servo_damping * mass * omega
+    def axis(start: float, ends: tuple[float, float], drive: Drive) -> plan.Axis:
+        servo, omega = parts.drives[drive], 2 * math.pi * parts.drives[drive].frequency
+        mass = sum(parts.bodies[moved].mass for moved in servo.moves)
+        kp, kv = mass * omega * omega, 2 * servo.damping * mass * omega
         return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=accel, kp=kp, kv=kv, pulses=pulses)
 
-    def trolley(which: Level, mass: float, height: float, capacity: float) -> plan.Trolley:
-        size = (2 * crane.hook_spacing, crane.trolley_length, 4.0)
-        body = plan.Inertia(mass=mass, com=(0.0, 0.0, height), moments=box(mass, size))
-        y = trolley_start(yard, name, crane, which)
+    def inertia(which: Literal["main", "upper", "lower"]) -> plan.Inertia:
+        body = parts.bodies[which]
+        return plan.Inertia(mass=body.mass, com=body.com, moments=box(body.mass, body.box))
+
+    def trolley(which: Level, capacity: float) -> plan.Trolley:
+        moved = axis(trolley_start(yard, name, crane, which), crane.girder, which)
         place = yard.source.where(("cranes", name, f"{which} trolley"))
-        return plan.Trolley(name=which, body=body, axis=axis(y, crane.girder, mass), capacity=capacity, where=place)
+        return plan.Trolley(name=which, body=inertia(which), axis=moved, capacity=capacity, where=place)
 
     if crane.drum_ends and crane.falls % crane.drum_ends:
         message = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
@@ -140,7 +146,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
                 plan.Hook(
                     name=hook,
                     rope=f"{name}.{hook}",
-                    trolley=HOOKS[hook][0],
+                    trolley=parts.hooks[hook].on,
                     accel=accel,
                     shortest=crane.shortest_rope,
                     drum=crane.drum,
@@ -150,15 +156,12 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
                     where=place,
                 )
             )
-    portal = (crane.width, crane.span, crane.upper_exit)
-    middle = (0.0, crane.span / 2, 0.7 * crane.upper_exit)
-    moving = crane.main_mass + crane.upper_mass + crane.lower_mass
     return plan.Crane(
         name=name,
-        main=plan.Inertia(mass=crane.main_mass, com=middle, moments=box(crane.main_mass, portal)),
-        gantry=axis(crane.at, crane.rails, moving),
-        upper=trolley(UPPER, crane.upper_mass, crane.upper_exit, crane.upper_capacity),
-        lower=trolley(LOWER, crane.lower_mass, crane.lower_exit, crane.lower_capacity),
+        main=inertia("main"),
+        gantry=axis(crane.at, crane.rails, "gantry"),
+        upper=trolley(UPPER, crane.upper_capacity),
+        lower=trolley(LOWER, crane.lower_capacity),
         hooks=tuple(sorted(hooks, key=lambda hook: hook.name)),
         capacity=crane.capacity * (crane.tandem if tandem else 1.0),
         girder=plan.Girder(

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, Field
 
-from .base import Base, part_name
+from .base import Base, Name, Place, part_name
 from .contacts import Contact
 from .forces import Force
 from .joints import Joint
 from .mechanics import Body, Brake, Drive, Hook, Lock, Mechanism, Rope, Spring, Stop, Support
 
-__all__ = ["Machine", "Rigging", "SlingType"]
+__all__ = ["GoliathParts", "Machine", "Rigging", "SlingType"]
 
 PartName = Annotated[str, AfterValidator(part_name)]  # `west.boom` of the machine `west`
 
@@ -36,6 +36,37 @@ class Rigging(Base):
     length: u.Extent | list[u.Extent]  # of each sling
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of the one that is tightest at the start
     sling: SlingType = SlingType()
+
+
+class GoliathBody(Base):
+    """A body of a goliath: `main`, `upper` or `lower` trolley."""
+
+    mass: u.Mass
+    com: Place
+    box: tuple[u.Extent, u.Extent, u.Extent]
+
+
+class GoliathDrive(Base):
+    """The servo of `gantry`, `upper` or `lower` trolley, with the bodies whose mass it moves."""
+
+    moves: list[Literal["main", "upper", "lower"]]
+    frequency: u.Frequency
+    damping: u.Ratio
+
+
+class GoliathHook(Base):
+    """Where the ropes of a hook leave their trolley."""
+
+    on: Literal["upper", "lower"]
+    at: Place
+
+
+class GoliathParts(Base):
+    """What the type of a goliath makes of its parameters."""
+
+    bodies: dict[Literal["main", "upper", "lower"], GoliathBody]
+    drives: dict[Literal["gantry", "upper", "lower"], GoliathDrive]
+    hooks: dict[Name, GoliathHook]
 
 
 class Machine(Mechanism):

@@ -6,18 +6,18 @@ Python. Defaults of a crane and a loader are those of a credible 900 t yard; a s
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from heavylift.kernel.description.mechanics import MethodName
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.question import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_validator
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
-from .machines import Machine, Rigging, SlingType
+from .machines import GoliathParts, Machine, Rigging, SlingType
 from .mechanics import Chart, Mechanism, Ramp
 from .placement import Process
 
@@ -61,9 +61,12 @@ OffLead = u.Swing | Literal["unknown"]
 
 
 class Crane(Base):
-    """A goliath crane: portal on rails along x; upper trolley (H1, H2) and lower trolley (H3) along y."""
+    """A goliath crane: portal on rails along x; upper trolley (H1, H2) and lower trolley (H3) along y.
 
-    type: Literal["goliath-900"]
+    What is left out its type says, `parts` it makes; the defaults are those of goliath-900.
+    """
+
+    type: str  # goliath-900, or a file of that family
     at: u.Length  # x of its centre
     upper_trolley: u.Length | None = None  # y; left out: where its lugs are
     lower_trolley: u.Length | None = None
@@ -115,6 +118,20 @@ class Crane(Base):
     mechanism_group: MechanismGroup = "M6"  # of the hoists: gives the rope factor by ISO 4308-1
     rope_factor: u.Factor | None = None  # breaking force over its most loaded part; left out: by the mechanism group
     rope_partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 2.77, EN 13001-3-2
+    parts: GoliathParts | None = None  # made by the type, not to be written
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _of_its_type(cls, data: Any, handler: ModelWrapValidatorHandler[Crane]) -> Crane:
+        """Parameters of the type stand for keys that are left out, and do not count as set."""
+        theirs = data.get("parameters") if isinstance(data, dict) else None
+        if not isinstance(theirs, dict):
+            return handler(data)
+        own = {key: value for key, value in data.items() if key != "parameters"}
+        crane = handler({**theirs, **own})
+        kept = {name for name, field in cls.model_fields.items() if {name, field.alias} & {*own}}
+        object.__setattr__(crane, "__pydantic_fields_set__", kept)
+        return crane
 
 
 class Supports(Base):

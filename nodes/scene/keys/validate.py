@@ -41,8 +41,8 @@ _PLAIN = {
 def validate(source: Source) -> Scene | None:
     """The scene, machines as their types make them, or None with its errors added to the faults of the source; its data
     keep nominal values."""
-    expand(source)
     stated = uncertainties(source)
+    expand(source)
     try:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:

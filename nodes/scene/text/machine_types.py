@@ -26,9 +26,9 @@ from .source import Data, Path, Source, read
 
 __all__ = ["MachineType", "expand", "gather", "library", "machine_type"]
 
-HEADER = {"heavylift type", "name", "about", "capacity", "source", "parameters"}
+HEADER = {"heavylift type", "family", "name", "about", "capacity", "source", "parameters"}
 VERSION = 1
-GOLIATH = "goliath-900"
+GOLIATH = "goliath"  # family of cranes whose keys are read by their own rules
 NAMED = (  # sections whose keys are names of parts
     *("bodies", "joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts"),
     "hooks",
@@ -108,15 +108,19 @@ def expand(source: Source) -> None:
     inline = own if isinstance(own, dict) else {}
     for name, crane in _cranes(source):
         word = crane.get("type")
-        if not isinstance(word, str) or word == GOLIATH:
+        if not isinstance(word, str):
             continue
         try:
             kind = _inline(source, word, inline[word]) if word in inline else machine_type(word)
         except SceneError:
-            known = [GOLIATH, *library(), *inline]
-            source.fault(("cranes", name, "type"), f"there is no machine type '{word}'", closest(word, known))
+            source.fault(("cranes", name, "type"), f"'{word}' is not known here", closest(word, [*library(), *inline]))
+            del source.data["cranes"][name]  # type: ignore[union-attr, call-overload, arg-type]
             continue
-        _Expansion(source, name, crane, kind).run()
+        expansion = _Expansion(source, name, crane, kind)
+        if kind.data.get("family") == GOLIATH:
+            expansion.lay_under(crane)
+        else:
+            expansion.run()
 
 
 def _inline(source: Source, name: str, data: Data) -> MachineType:
@@ -139,6 +143,10 @@ class _Expansion:
     def __init__(self, source: Source, name: str, crane: Mapping[str, Data], kind: MachineType) -> None:
         self.source, self.name, self.kind = source, name, kind
         self.given = {key: value for key, value in crane.items() if key != "type"}
+        self.base: Path = ("machines", name)
+        self.prefix = f"{name}."
+        self.bodies: set[str] = set()
+        self.joints: set[str] = set()
         self.known: dict[str, Value | None] = {}
         self.busy: list[str] = []
 
@@ -167,9 +175,22 @@ class _Expansion:
             self.source.fault(("cranes", self.name), told, on_key=True)
         machines[self.name] = machine
         del cranes[self.name]
-        here: Path = ("machines", self.name)
-        self.source.keys[here] = self.source.mark(("cranes", self.name), on_key=True)
-        self.source.values[here] = self.source.mark(("cranes", self.name))
+        self.source.keys[self.base] = self.source.mark(("cranes", self.name), on_key=True)
+        self.source.values[self.base] = self.source.mark(("cranes", self.name))
+
+    def lay_under(self, crane: dict[str, Data]) -> None:
+        """Parameters of a goliath's type and what it makes of them, below the keys of the crane."""
+        self.base, self.prefix = ("cranes", self.name, "parts"), ""
+        theirs = self.kind.parameters
+        self.given = {key: x for key, x in self.given.items() if key in theirs and _alike(x, theirs[key])}
+        parts: dict[str, Data] = {}
+        for section, data in self.kind.data.items():
+            if section not in HEADER:
+                parts[section] = self._made(data, (section,), (section,))
+        crane["parameters"], crane["parts"] = dict(theirs), parts
+        for key in theirs:
+            if key not in crane and (mark := self.kind.source.values.get(("parameters", key))):
+                self.source.values["cranes", self.name, key] = mark
 
     def _names(self, section: str) -> list[str]:
         found = self.kind.data.get(section)
@@ -179,10 +200,10 @@ class _Expansion:
         """Data of the type at `path`, as they stand at `to` of the machine."""
         self._mark(path, to)
         if isinstance(data, dict):
-            prefix = len(path) == 1 and path[0] in NAMED
+            prefix = self.prefix if len(path) == 1 and path[0] in NAMED else ""
             made: dict[str, Data] = {}
             for key, value in data.items():
-                name = f"{self.name}.{key}" if prefix else key
+                name = f"{prefix}{key}"
                 made[name] = self._made(self._resolved(key, value), (*path, key), (*to, name))
             return made
         if isinstance(data, list):
@@ -194,7 +215,7 @@ class _Expansion:
     def _resolved(self, key: str, value: Data) -> Data:
         """A reference to a part of the machine, by its whole name."""
         local = self.bodies if key in BODIES else self.joints if key in JOINTS else ()
-        return f"{self.name}.{value}" if isinstance(value, str) and value in local else value
+        return f"{self.prefix}{value}" if isinstance(value, str) and value in local else value
 
     def _computed(self, text: str, path: Path, to: Path) -> Data:
         word = " ".join(text[1:].split())
@@ -208,7 +229,7 @@ class _Expansion:
             blank = len(text[1:]) - len(text[1:].lstrip())
             own = f"in the crane '{self.name}' of type {self.kind.name}"
             column = 1 + max(error.column, blank)
-            self.source.fault(("machines", self.name, *to), str(error), own, column=column)
+            self.source.fault((*self.base, *to), str(error), own, column=column)
             return None
 
     def _raw(self, word: str) -> Data:
@@ -247,8 +268,16 @@ class _Expansion:
 
     def _mark(self, path: Path, to: Path) -> None:
         """Where the text at `path` stands: in the type, or in the scene if it is a parameter that is given there."""
-        here, theirs = ("machines", self.name, *to), self.kind.source
+        here, theirs = (*self.base, *to), self.kind.source
         if path in theirs.keys:
             self.source.keys[here] = theirs.keys[path]
         if path in theirs.values:
             self.source.values[here] = theirs.values[path]
+
+
+def _alike(given: Data, default: Data) -> bool:
+    """Whether a value is of the kind of another one, so that arithmetic can be done with it."""
+    if isinstance(given, list) and isinstance(default, list):
+        return len(given) == len(default) and all(map(_alike, given, default))
+    one, two = value_of(given), value_of(default)
+    return one is not None and two is not None and one.exponents == two.exponents
