@@ -78,7 +78,8 @@ def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) ->
     angular = turning(machine)
     for actuator in machine.actuators:
         kind: Kind = "drive" if actuator.name in drives else "winch"
-        table[actuator.name] = (_driven(kind, machine.name, actuator.name, actuator, actuator.name in angular),)
+        actor = _driven(kind, machine.name, actuator.name, actuator, actuator.name in angular)
+        table[actuator.name] = table[actuator.name.replace(f"{machine.name}.", f"{machine.name} ", 1)] = (actor,)
     for rope in (rope for rope in machine.system.straight_ropes if not rope.winch):
         table[rope.name] = (Actor("rope", machine.name, rope.name),)
     for brake in machine.system.brakes:
@@ -88,7 +89,6 @@ def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) ->
     moved = [table[a.name][0] for a in machine.actuators if a.verb and a.name in drives]
     hooks = tuple(table[hook.rope][0] for hook in machine.hooks)
     for hook in machine.hooks:
-        table[hook.rope.replace(".", " ", 1)] = table[hook.rope]
         for name, slings in hook.slings.items():
             table[name] = tuple(table[sling][0] for sling in slings)
     if moved or hooks:

@@ -42,7 +42,8 @@ def validate(source: Source) -> Scene | None:
     """The scene, machines as their types make them, or None with its errors added to the faults of the source; its data
     keep nominal values."""
     stated = uncertainties(source)
-    expand(source)
+    if not expand(source):
+        return None
     try:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:

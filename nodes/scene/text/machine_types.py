@@ -102,8 +102,12 @@ def gather(source: Source) -> bool:
     return bool(found)
 
 
-def expand(source: Source) -> None:
-    """Each crane of a scene as what its type makes of it; what is wrong is added to the faults of the source."""
+def expand(source: Source) -> bool:
+    """Each crane of a scene as what its type makes of it; what is wrong is added to the faults of the source.
+
+    Returns whether the data can be read further: all arithmetic has a result.
+    """
+    computed = True
     own = source.data.pop("types", None)
     inline = own if isinstance(own, dict) else {}
     for name, crane in _cranes(source):
@@ -114,13 +118,15 @@ def expand(source: Source) -> None:
             kind = _inline(source, word, inline[word]) if word in inline else machine_type(word)
         except SceneError:
             source.fault(("cranes", name, "type"), f"'{word}' is not known here", closest(word, [*library(), *inline]))
-            del source.data["cranes"][name]  # type: ignore[union-attr, call-overload, arg-type]
+            del source.data["cranes"][name]  # type: ignore[union-attr, arg-type]
             continue
         expansion = _Expansion(source, name, crane, kind)
         if kind.data.get("family") == GOLIATH:
             expansion.lay_under(crane)
         else:
             expansion.run()
+        computed &= expansion.computed
+    return computed
 
 
 def _inline(source: Source, name: str, data: Data) -> MachineType:
@@ -147,6 +153,7 @@ class _Expansion:
         self.prefix = f"{name}."
         self.bodies: set[str] = set()
         self.joints: set[str] = set()
+        self.computed = True
         self.known: dict[str, Value | None] = {}
         self.busy: list[str] = []
 
@@ -156,10 +163,15 @@ class _Expansion:
             told = f"'{self.kind.name}' is no machine type: it begins with 'heavylift type: {VERSION}'"
             self.source.fault(("cranes", self.name, "type"), told)
             return
-        for key in self.given:
-            if key not in self.kind.parameters:
+        known = self.kind.parameters
+        for key, value in self.given.items():
+            if key not in known:
                 message = f"the type {self.kind.name} has no parameter '{key}'"
-                self.source.fault(("cranes", self.name, key), message, closest(key, self.kind.parameters), on_key=True)
+                self.source.fault(("cranes", self.name, key), message, closest(key, known), on_key=True)
+            elif value_of(known[key]) is not None and not _alike(value, known[key]):
+                told = f"'{value}' does not fit"
+                self.source.fault(("cranes", self.name, key), told, f"in the type: {known[key]}")
+        self.given = {key: x for key, x in self.given.items() if key in known and _fits(x, known[key])}
         local = {section: self._names(section) for section in NAMED}
         self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}
         machine: dict[str, Data] = {}
@@ -230,6 +242,7 @@ class _Expansion:
             own = f"in the crane '{self.name}' of type {self.kind.name}"
             column = 1 + max(error.column, blank)
             self.source.fault((*self.base, *to), str(error), own, column=column)
+            self.computed = False
             return None
 
     def _raw(self, word: str) -> Data:
@@ -251,20 +264,7 @@ class _Expansion:
             computed = isinstance(raw, str) and raw.startswith("=") and whole not in self.given
             self.known[word] = evaluated(str(raw)[1:], self._parameter) if computed else value_of(raw)
             self.busy.pop()
-            self._fits(whole, self.known[word])
         return self.known[word]
-
-    def _fits(self, name: str, value: Value | None) -> None:
-        """A parameter that a scene overrides measures what it measured."""
-        if name not in self.given:
-            return
-        default = value_of(self.kind.parameters[name])
-        if value is None or (default is not None and default.exponents != value.exponents):
-            self.source.fault(
-                ("cranes", self.name, name),
-                f"'{self.given[name]}' does not fit",
-                f"in the type: {self.kind.parameters[name]}",
-            )
 
     def _mark(self, path: Path, to: Path) -> None:
         """Where the text at `path` stands: in the type, or in the scene if it is a parameter that is given there."""
@@ -273,6 +273,11 @@ class _Expansion:
             self.source.keys[here] = theirs.keys[path]
         if path in theirs.values:
             self.source.values[here] = theirs.values[path]
+
+
+def _fits(given: Data, default: Data) -> bool:
+    """Whether a value can stand for a parameter's own; what is computed there tells nothing of it."""
+    return value_of(default) is None or _alike(given, default)
 
 
 def _alike(given: Data, default: Data) -> bool:
