@@ -33,7 +33,8 @@ class Actor:
     def obeys(self, verb: Verb) -> bool:
         """Whether it can be given the verb."""
         own = self.verb in ("", verb.name) or self.kind == "winch" or verb.name == "drive"
-        return self.kind in verb.kinds and own
+        fits = self.kind != "drive" or verb.units == ("turning" if self.turns else "sliding") or verb.units == "either"
+        return self.kind in verb.kinds and own and fits
 
 
 def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[Actor, ...]]:
