@@ -13,8 +13,8 @@ from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import LoadedScene, check, load, parse
 from heavylift.recordings import Recording
 
-FOOT, BOOM, RING, FALLS, DRUM = 2.0, 40.0, 20.0, 6, (-2.0, 3.0)  # of jib-60: lengths and where its drum is [m]
-HOOK, MODULE, EA = 2e3, 20e3, 6 * 28.1e6
+FOOT, BOOM, RING, FALLS, DRUM = 2.0, 40.0, 20.0, 8, (-2.0, 3.0)  # of jib-60: lengths and where its drum is [m]
+HOOK, MODULE, EA = 2e3, 20e3, FALLS * 28.1e6
 ANGLE = acos((20.0 - FOOT) / BOOM)  # of the boom at the start
 MOVE, STILL = ("through the hall", "still"), ("still", "down")  # stages of the hall
 STOPPED = 2e-3  # what swings after ramps without swing, of 40 m [m]

@@ -157,7 +157,7 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
         accel, pulses = ramp_of(drive.ramp)
         found.append(
             plan.Actuator(
-                name=name, start=start, accel=accel, lower=lower, upper=upper, pulses=pulses, verb=drive.verb,
+                name=name, start=start, accel=accel, lower=lower, upper=upper, pulses=pulses, verb=drive.verb or "",
                 speed=drive.speed, where=where,
             )
         )  # fmt: skip

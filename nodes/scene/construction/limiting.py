@@ -236,7 +236,7 @@ def _rig(yard: Yard) -> Iterator[Limit]:
 
 
 def _hooks(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
-    """Hooks of a machine made of parts: its capacity or chart, its slings; of its rope nothing is judged."""
+    """Hooks of a machine made of parts: capacity or chart, rope, slings."""
     for hook in machine.hooks:
         given = _given(yard, machine, hook.rope)
         at = {"subject": hook.rope, "unit": "kg", "elements": (hook.rope,), "where": hook.where, "source": "its type"}
@@ -246,8 +246,19 @@ def _hooks(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
         else:
             note = "" if given.capacity else "give its hook a 'capacity'"
             yield Limit(quantity="hook load", value=given.capacity, note=note, **at)  # type: ignore[arg-type]
+        yield _fall(given, at)
         for name, slings in hook.slings.items():
             yield from _slings(yard, name, slings)
+
+
+def _fall(given: Hook, at: dict[str, Any]) -> Limit:
+    """The rope of a hook at rest, all falls together, of which the one at the drum is loaded most; friction assumed."""
+    at = {**at, "unit": "N", "quantity": "rope tension"}
+    if not given.fall_breaking:
+        return Limit(note="give its hook a 'fall breaking'", **{**at, "source": ""})
+    factor, ends = ROPE_FACTORS[given.mechanism_group], drum_ends(given.falls, None)
+    most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, ROLLING)
+    return Limit(value=most, factor=factor, **{**at, "source": f"{ISO_4308}, {given.mechanism_group}"})
 
 
 def _given(yard: Yard, machine: plan.Mechanism, rope: str) -> Hook:

@@ -57,6 +57,7 @@ Moments = Annotated[
 ]
 
 
+MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
 Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValidator(rising)]
 
 
@@ -188,7 +189,7 @@ class Drive(Base):
     ramp: StrokeRamp  # or without swing: `one swing`, `0.1 m/s2 in two pulses`
     range: tuple[u.Stroke, u.Stroke] | None = None
     coordinate: str = ""
-    verb: Literal["travel", "traverse", "slew", "luff", ""] = ""
+    verb: Literal["travel", "traverse", "slew", "luff"] | None = None
     speed: u.StrokeSpeed | None = None  # the highest that orders may give it
 
 
@@ -210,6 +211,8 @@ class Hook(Base):
     capacity_chart: Chart | None = None  # (radius, mass with hook block and rigging): the next longer radius counts
     radius_from: str = ""  # body from whose origin the radius of the chart is measured
     fall_EA: u.Force
+    fall_breaking: u.Force | None = None  # left out: the rope is not judged
+    mechanism_group: MechanismGroup = "M6"  # gives the rope factor by ISO 4308-1
     damping: u.Ratio = 0.03  # of critical, with what it carries at the start
     speed: u.Speed
     ramp: u.Ramp

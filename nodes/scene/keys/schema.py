@@ -18,7 +18,7 @@ from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_val
 from .actions import Action
 from .base import Base, Name, Place, keys_of
 from .machines import GoliathParts, Machine, Rigging, SlingType
-from .mechanics import Chart, Mechanism, Ramp
+from .mechanics import Chart, Mechanism, MechanismGroup, Ramp
 from .placement import Process
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -56,7 +56,6 @@ def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
 
 
 Range = Annotated[tuple[u.Length, u.Length], AfterValidator(_ordered)]
-MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
 OffLead = u.Swing | Literal["unknown"]
 
 
@@ -237,7 +236,7 @@ class Scene(Base):
     seed: Annotated[int, Field(ge=0)] = 0
     microsteps: Annotated[int, Field(ge=1, le=2**31 - 1)] = LIMIT  # so many steps in no time are a loop
     end: u.Duration | None = None
-    cranes: dict[Name, Crane] = Field(default_factory=dict)
+    cranes: dict[Name, Crane] = Field(default_factory=dict)  # of other types than goliaths: their parameters
     block: Block | None = None
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
