@@ -26,7 +26,7 @@ from .source import Data, Path, Source, read
 
 __all__ = ["MachineType", "expand", "gather", "library", "machine_type"]
 
-HEADER = {"heavylift type", "family", "name", "about", "capacity", "source", "parameters"}
+HEADER = {"machine type", "family", "name", "about", "capacity", "source", "parameters"}
 VERSION = 1
 GOLIATH = "goliath"  # family of cranes whose keys are read by their own rules
 NAMED = (  # sections whose keys are names of parts
@@ -159,8 +159,8 @@ class _Expansion:
 
     def run(self) -> None:
         """The machine, below `machines` of the scene's data."""
-        if self.kind.data.get("heavylift type") != VERSION:
-            told = f"'{self.kind.name}' is no machine type: it begins with 'heavylift type: {VERSION}'"
+        if self.kind.data.get("machine type") != VERSION:
+            told = f"'{self.kind.name}' is no machine type: it begins with 'machine type: {VERSION}'"
             self.source.fault(("cranes", self.name, "type"), told)
             return
         known = self.kind.parameters

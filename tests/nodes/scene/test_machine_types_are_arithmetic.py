@@ -49,7 +49,7 @@ cranes:
   crane: {type: crane.yaml, boom: 12 m}
 """
 TYPE = """\
-heavylift type: 1
+machine type: 1
 name: small
 parameters: {boom: 10 m, mass: =0.2 t/m*boom}
 bodies:
@@ -109,7 +109,7 @@ def test_a_setting_overrides_a_parameter(tmp_path: Path) -> None:
         (TYPE.replace("child: boom", "child: beam"), SCENE, "crane.yaml:7:33: error"),
         (TYPE.replace("mass: =mass", "mass: =boom"), SCENE, "crane.yaml:5:16: error"),
         (TYPE.replace("=0.2 t/m*boom", "=2*mass"), SCENE, "the parameter 'mass' depends on itself"),
-        (TYPE.replace("heavylift type: 1", "heavylift: 1"), SCENE, "own.yaml:5:17: error"),
+        (TYPE.replace("machine type: 1", "heavylift: 1"), SCENE, "own.yaml:5:17: error"),
         (
             TYPE,
             SCENE.replace("boom: 12 m", "boom: 12 t"),
