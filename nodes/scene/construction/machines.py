@@ -6,12 +6,12 @@ Names are resolved here and defaults become numbers; loaders hang and the block 
 from __future__ import annotations
 
 import math
-from typing import Literal
 
 import msgspec
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.planar import groups_of, planar
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.machines import GoliathBody, GoliathDrive
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
@@ -19,8 +19,6 @@ from .hooks import hook_of
 from .loaders import add_loader
 from .stools import build_block
 from .yard import LOWER, UPPER, Level, Yard, box, parts_of, ramp_of, trolley_start
-
-Drive = Literal["gantry", "upper", "lower"]
 
 
 def build_machines(source: Source, scene: schema.Scene) -> Yard:
@@ -53,7 +51,10 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
         there = " and ".join(key for key in parts if key not in missing)
         source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
     names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
-    if scene.mechanism and scene.mechanism.name in names:
+    for name in scene.machines:
+        if name in names:
+            source.fault(("machines", name), f"the name '{name}' is given twice: another machine has it", on_key=True)
+    if scene.mechanism and scene.mechanism.name in {*names, *scene.machines}:
         message = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
         source.fault(("mechanism", "name"), message)
     _check_ends(source, scene)
@@ -120,20 +121,19 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
     where, parts = yard.source.where(("cranes", name)), parts_of(crane)
     accel, pulses = ramp_of(crane.ramp)
 
-    def axis(start: float, ends: tuple[float, float], drive: Drive) -> plan.Axis:
-        servo, omega = parts.drives[drive], 2 * math.pi * parts.drives[drive].frequency
-        mass = sum(parts.bodies[moved].mass for moved in servo.moves)
+    def axis(start: float, ends: tuple[float, float], servo: GoliathDrive) -> plan.Axis:
+        omega = 2 * math.pi * servo.frequency
+        mass = sum(getattr(parts.bodies, moved).mass for moved in servo.moves)
         kp, kv = mass * omega * omega, 2 * servo.damping * mass * omega
         return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=accel, kp=kp, kv=kv, pulses=pulses)
 
-    def inertia(which: Literal["main", "upper", "lower"]) -> plan.Inertia:
-        body = parts.bodies[which]
+    def inertia(body: GoliathBody) -> plan.Inertia:
         return plan.Inertia(mass=body.mass, com=body.com, moments=box(body.mass, body.box))
 
-    def trolley(which: Level, capacity: float) -> plan.Trolley:
-        moved = axis(trolley_start(yard, name, crane, which), crane.girder, which)
+    def trolley(which: Level, body: GoliathBody, servo: GoliathDrive, capacity: float) -> plan.Trolley:
+        moved = axis(trolley_start(yard, name, crane, which), crane.girder, servo)
         place = yard.source.where(("cranes", name, f"{which} trolley"))
-        return plan.Trolley(name=which, body=inertia(which), axis=moved, capacity=capacity, where=place)
+        return plan.Trolley(name=which, body=inertia(body), axis=moved, capacity=capacity, where=place)
 
     if crane.drum_ends and crane.falls % crane.drum_ends:
         message = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
@@ -158,10 +158,10 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
             )
     return plan.Crane(
         name=name,
-        main=inertia("main"),
-        gantry=axis(crane.at, crane.rails, "gantry"),
-        upper=trolley(UPPER, crane.upper_capacity),
-        lower=trolley(LOWER, crane.lower_capacity),
+        main=inertia(parts.bodies.main),
+        gantry=axis(crane.at, crane.rails, parts.drives.gantry),
+        upper=trolley(UPPER, parts.bodies.upper, parts.drives.upper, crane.upper_capacity),
+        lower=trolley(LOWER, parts.bodies.lower, parts.drives.lower, crane.lower_capacity),
         hooks=tuple(sorted(hooks, key=lambda hook: hook.name)),
         capacity=crane.capacity * (crane.tandem if tandem else 1.0),
         girder=plan.Girder(

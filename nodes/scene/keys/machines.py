@@ -61,11 +61,27 @@ class GoliathHook(Base):
     at: Place
 
 
+class GoliathBodies(Base):
+    """The portal with its girder, the upper and the lower trolley."""
+
+    main: GoliathBody
+    upper: GoliathBody
+    lower: GoliathBody
+
+
+class GoliathDrives(Base):
+    """The servos of the gantry on its rails and of the trolleys on the girder."""
+
+    gantry: GoliathDrive
+    upper: GoliathDrive
+    lower: GoliathDrive
+
+
 class GoliathParts(Base):
     """What the type of a goliath makes of its parameters."""
 
-    bodies: dict[Literal["main", "upper", "lower"], GoliathBody]
-    drives: dict[Literal["gantry", "upper", "lower"], GoliathDrive]
+    bodies: GoliathBodies
+    drives: GoliathDrives
     hooks: dict[Name, GoliathHook]
 
 

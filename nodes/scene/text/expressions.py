@@ -185,6 +185,8 @@ class _Reader:
             raise ExpressionError(f"the values of '{name}' are of different kinds", at)
         if name in ("min", "max"):
             return Value((min if name == "min" else max)(value.number for value in values), exponents)
+        if not all(math.isfinite(value.number) for value in values):
+            raise ExpressionError(f"'{name}' needs finite numbers", at)
         if name == "atan2":
             return Value(float(atan2(first, values[1].number)), ANGLE)
         if name == "sqrt":

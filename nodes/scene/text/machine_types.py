@@ -108,8 +108,10 @@ def expand(source: Source) -> bool:
     Returns whether the data can be read further: all arithmetic has a result.
     """
     computed = True
-    own = source.data.pop("types", None)
+    own = source.data.pop("types", {})
     inline = own if isinstance(own, dict) else {}
+    if inline is not own:
+        source.fault(("types",), "a mapping of names to types is needed here")
     for name, crane in _cranes(source):
         word = crane.get("type")
         if not isinstance(word, str):
@@ -180,8 +182,8 @@ class _Expansion:
                 machine[section] = self._made(data, (section,), (section,))
         machines = self.source.data.setdefault("machines", {})
         cranes = self.source.data["cranes"]
-        assert isinstance(machines, dict)
-        assert isinstance(cranes, dict)
+        if not isinstance(machines, dict) or not isinstance(cranes, dict):
+            return  # which is reported elsewhere
         if self.name in machines:
             told = f"the name '{self.name}' is given twice: a machine has it, too"
             self.source.fault(("cranes", self.name), told, on_key=True)
@@ -194,6 +196,8 @@ class _Expansion:
         """Parameters of a goliath's type and what it makes of them, below the keys of the crane."""
         self.base, self.prefix = ("cranes", self.name, "parts"), ""
         theirs = self.kind.parameters
+        for key in {"parameters", "parts"} & {*crane}:
+            self.source.fault(("cranes", self.name, key), f"unknown key '{key}'", on_key=True)
         self.given = {key: x for key, x in self.given.items() if key in theirs and _alike(x, theirs[key])}
         parts: dict[str, Data] = {}
         for section, data in self.kind.data.items():
