@@ -179,7 +179,7 @@ def types(
         typer.echo(json.dumps(found))
         return
     for each, said in found.items():
-        typer.echo(f"{each:14} {said['about']}\n{'':14} capacity {said['capacity']}\n{'':14} source: {said['source']}")
+        typer.echo(f"{each}: {said['about']}\n    capacity: {said['capacity']}\n    source: {said['source']}")
 
 
 @app.command()

@@ -49,6 +49,13 @@ def hang(
             checks.known((*path, "radius from"), hook.radius_from)
         if name in checks.bodies:
             checks.fault(path, f"the name '{name}' is given twice: a body has it, too", on_key=True)
+        try:
+            radius = bool(hook.chart)
+        except ValueError as error:
+            radius = True
+            checks.fault((*path, "capacity charts"), str(error), on_key=True)
+        if radius and not hook.radius_from:
+            checks.fault(path, "a chart by radius needs 'radius from', the body that slews", on_key=True)
         if hook.shortest >= hook.longest:
             checks.fault((*path, "longest"), "the longest rope must be longer than the shortest")
         mine = {key: given for key, given in rigging.items() if hook_of(given) == name}

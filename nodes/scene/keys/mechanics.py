@@ -6,6 +6,7 @@ whether their units are those of a sliding or a turning one.
 
 from __future__ import annotations
 
+from math import inf
 from typing import Annotated, Any, Literal
 
 from heavylift.nodes.scene.language.grammar import read_ramp
@@ -57,6 +58,7 @@ Moments = Annotated[
 ]
 
 
+ROUNDING = 1e-9  # relative, of lengths and masses that are the same
 MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
 Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValidator(rising)]
 
@@ -193,6 +195,14 @@ class Drive(Base):
     speed: u.StrokeSpeed | None = None  # the highest that orders may give it
 
 
+class BoomChart(Base):
+    """What may hang on a boom of a length with a counterweight, by radius."""
+
+    boom: u.Extent
+    counterweight: u.Mass | None = None
+    chart: Chart
+
+
 class Hook(Base):
     """A hook on the falls of a winch; the elastic rope from the body `on` to the hook block is all of its falls.
 
@@ -209,6 +219,9 @@ class Hook(Base):
     height: u.Extent = u.LENGTH.read("2 m")  # of the hook block, from its ropes down to the slings
     capacity: u.Mass | None = None  # of what hangs below the hook block
     capacity_chart: Chart | None = None  # (radius, mass with hook block and rigging): the next longer radius counts
+    capacity_charts: list[BoomChart] = Field(default_factory=list)  # instead, by boom length and counterweight
+    boom: u.Extent | None = None  # of which the chart is looked up: that of the next longer one
+    counterweight: u.Mass | None = None  # of which the chart is looked up: that of the next lighter one
     radius_from: str = ""  # body from whose origin the radius of the chart is measured
     fall_EA: u.Force
     fall_breaking: u.Force | None = None  # left out: the rope is not judged
@@ -221,6 +234,18 @@ class Hook(Base):
     longest: u.Extent
     highest: u.Length | None = None  # z of the hook where the upper limit switch trips
     hangs: u.Extent | None = None  # below `at` at the start; left out: as its rigging asks, else as short as can be
+
+    @property
+    def chart(self) -> list[tuple[float, float]] | None:
+        """The chart that counts: of the same boom or the next longer one, of the same counterweight or the next lighter
+        one; raises ValueError where there is none."""
+        if not self.capacity_charts:
+            return self.capacity_chart
+        boom, heavy = (self.boom or inf) * (1.0 - ROUNDING), (self.counterweight or 0.0) * (1.0 + ROUNDING)
+        fit = [x for x in self.capacity_charts if x.boom >= boom and (x.counterweight or 0.0) <= heavy]
+        if not fit:
+            raise ValueError("there is no chart for a boom so long, with such a counterweight")
+        return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0))).chart
 
 
 class Mechanism(Base):
