@@ -104,7 +104,7 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
             return abs(2.0 * value - low - high) / (high - low)
         bound = self.at(x)
         if not bound:
-            return inf
+            return inf * value if value else 0.0
         return bound / value if self.least else value / bound
 
 

@@ -85,6 +85,8 @@ def _hang_one(
     along = at[hook.on][1][:, 1]
     yaw = 0.5 * float(atan2(-float(along[0]), float(along[1])))
     length = _plumb(checks, path, hook, tip, block, rigging, at)
+    if checks.source.faults:
+        return
     pose = (tip[0], tip[1], tip[2] - length, 0.0, 0.0, float(sin(yaw)), float(cos(yaw)))
     size = (hook.height / 2, max(hook.apart, hook.height / 2), hook.height)
     middle = (0.0, 0.0, -hook.height / 2)
