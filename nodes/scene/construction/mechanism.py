@@ -54,7 +54,7 @@ def build_mechanism(
 
 class _Assembly(Checking):
     def build(self, gravity: float, block: plan.Block | None, rigging: dict[str, Rigging]) -> plan.Mechanism:
-        given, name = self.given, str(self.base[-1]) if len(self.base) > 1 else self.given.name
+        given, called = self.given, str(self.base[-1]) if len(self.base) > 1 else self.given.name
         for key in ("bodies", "joints"):
             if not (getattr(given, key) or self.carried):
                 self.fault(self.base, f"the key '{key}' is missing: there is nothing else to act on", on_key=True)
@@ -90,7 +90,7 @@ class _Assembly(Checking):
             self.checked(self.base, self._resisting, whole)
         taut, closed = self._carrying(system, kinematics.poses(whole)) if not self.source.faults else ((), ())
         return plan.Mechanism(
-            name=name,
+            name=called,
             system=system,
             actuators=(*actuators(self), *hung.actuators),
             taut=taut,

@@ -120,7 +120,8 @@ def expand(source: Source) -> bool:
             kind = _inline(source, word, inline[word]) if word in inline else machine_type(word)
         except SceneError:
             source.fault(("cranes", name, "type"), f"'{word}' is not known here", closest(word, [*library(), *inline]))
-            del source.data["cranes"][name]  # type: ignore[union-attr, arg-type]
+            if not word.startswith(GOLIATH):  # of which the other keys are known
+                del source.data["cranes"][name]  # type: ignore[union-attr, arg-type]
             continue
         expansion = _Expansion(source, name, crane, kind)
         if kind.data.get("family") == GOLIATH:
