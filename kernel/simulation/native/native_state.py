@@ -131,14 +131,13 @@ class NativeState:
                 blocks.append(self.M)
             if name in ("advance", "sample", "look"):
                 blocks.append(self.table)
-            self._bind(name, *blocks)
+            self._calls[name] = self.bound(name, *blocks)
         self._calls[name]()
 
-    def _bind(self, name: str, *blocks: np.ndarray) -> None:
-        """Let `_calls` have a function on blocks that stay where they are."""
+    def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
+        """A native function on these blocks, to be run again and again; the caller keeps them."""
         code = self.code
-        bound = code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
-        self._calls[name] = bound
+        return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
     # ---- state --------------------------------------------------------------------------------------------
 
@@ -242,7 +241,7 @@ class NativeState:
         if "rate" not in self._calls:
             self._given = np.zeros(2), np.zeros(len(y))
             self._rates = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}
-            self._bind("rate", *self._given, self.P, *self._rates.values())
+            self._calls["rate"] = self.bound("rate", *self._given, self.P, *self._rates.values())
         self._given[0][:], self._given[1][:] = (t, among), y
         self._calls["rate"]()
         return self._rates["dy"].copy(), self._rates["T"].copy()
