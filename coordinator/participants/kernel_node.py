@@ -31,7 +31,7 @@ from .parts import KernelConfig
 
 __all__ = ["KernelConfig", "KernelNode"]
 
-BATCH = 64  # samples in one message, but for those of a rest, which are one row
+BATCH = 256  # samples in one message, but for those of a rest, which are one row
 SILENT = 2**30  # microstep of silent tags
 
 
