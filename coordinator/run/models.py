@@ -103,6 +103,8 @@ def run_models(
     Patience(microsteps)  # complains before anything begins
     if type(until) is not int or until < 0:
         raise ModelError(f"until={until!r}: the end of a run must be an int >= 0 in ns, use ns(seconds)")
+    if in_process and (processes or places or remote or external):
+        raise ModelError("in_process: all models run in this process; leave out processes, places, remote and external")
     reference = referred(build)
     model = built(reference)
     if in_process and not fixed() and (some := loose(model)):

@@ -189,3 +189,8 @@ def test_a_limit_of_microsteps_that_is_none(limit: Any) -> None:
 
 def test_an_end_that_is_no_time() -> None:
     assert run("chain(3)", until=1.5) == "until=1.5: the end of a run must be an int >= 0 in ns, use ns(seconds)"  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("more", [{"processes": 2}, {"places": ["a=b"]}, {"remote": ["a"]}, {"external": ["a"]}])
+def test_one_process_and_others_are_not_both_meant(more: dict[str, Any]) -> None:
+    assert run("chain(3)", in_process=True, **more).startswith("in_process: all models run in this process; leave out")
