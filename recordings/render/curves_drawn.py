@@ -67,7 +67,9 @@ def picture(figure: Figure, out: Path, force: bool = False) -> Path:
         for axes, panel in zip(grid, figure.panels, strict=True):
             _stages(axes, figure, last, named=axes is grid[0])
             _panel(axes, panel)
-        grid[-1].set_xlim(min(float(c.t[0]) for p in figure.panels for c in p.curves if len(c.t)), last)
+        first = min(float(c.t[0]) for p in figure.panels for c in p.curves if len(c.t))
+        if first < last:  # all may be said at one instant
+            grid[-1].set_xlim(first, last)
         timed(grid[-1])
         return save(canvas, out, force)
 
