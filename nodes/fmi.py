@@ -17,7 +17,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -27,7 +27,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.kernel.trust import refusal
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out
 
-__all__ = ["Fmu", "Signals"]
+__all__ = ["Fmu", "Signals", "Stepped"]
 
 KINDS = {  # type of a variable in either standard -> the end of its getter and setter, and how Python has it
     "Real": ("Real", float),
@@ -46,10 +46,8 @@ class Signals(Message):
     values: tuple[tuple[str, float], ...]
 
 
-class Fmu(Atomic):
-    """The unit of a file, stepped by `step` [ns]."""
-
-    u, y = In(Signals), Out(Signals)
+class Stepped(Atomic):
+    """The unit of a file, stepped by `step` [ns]; who derives from it has the ports and says what was `said`."""
 
     def __init__(
         self,
@@ -66,7 +64,6 @@ class Fmu(Atomic):
             raise ModelError(f"{name}: step={step!r} must be an int > 0 in ns, use ms(10)")
         self.unit = Unit(Path(file).resolve(), name, tuple(outputs), dict(parameters or {}))
         self.step, self.number = step, 0
-        self.y.lookahead = step
 
     def start(self) -> None:
         """At t = 0 it says what it has after its initialisation."""
@@ -75,19 +72,10 @@ class Fmu(Atomic):
         self.said = Signals(self.unit.outputs())
         self.hold_in(0)
 
-    def external(self, e: int, x: Bag) -> None:
-        """Hold the inputs; of two for one variable the later one."""
-        for signals in x[self.u]:
-            self.unit.hold(signals.values)
-
     def confluent(self, x: Bag) -> None:
         """What arrives when a step begins belongs to that step."""
         self.external(0, x)
         self.internal()
-
-    def output(self) -> None:
-        """The outputs at this time."""
-        self.y.send(self.said)
 
     def internal(self) -> None:
         """Do the next step now: its result is what will be said at its end."""
@@ -95,6 +83,32 @@ class Fmu(Atomic):
         self.number += 1
         self.said = Signals(self.unit.outputs())
         self.hold_in(self.step)
+
+
+class Fmu(Stepped):
+    """The unit of a file, stepped by `step` [ns]; its port y has that lookahead."""
+
+    u, y = In(Signals), Out(Signals)
+
+    def __init__(
+        self,
+        name: str,
+        file: str | Path,
+        step: int,
+        outputs: Sequence[str],
+        parameters: Mapping[str, float] | None = None,
+    ) -> None:
+        super().__init__(name, file, step, outputs, parameters)
+        self.y.lookahead = step
+
+    def external(self, e: int, x: Bag) -> None:
+        """Hold the inputs; of two for one variable the later one."""
+        for signals in x[self.u]:
+            self.unit.hold(signals.values)
+
+    def output(self) -> None:
+        """The outputs at this time."""
+        self.y.send(self.said)
 
 
 class Unit:
@@ -114,8 +128,7 @@ class Unit:
         self._variables = {v.name: v for v in told.modelVariables}
         unit = told.coSimulation
         self.keeps = bool(unit.canGetAndSetFMUstate and unit.canSerializeFMUstate)
-        for name in (*self.said, *self.parameters):
-            self._kind(name)
+        self.check((*self.said, *self.parameters))
 
     def _kind(self, name: str) -> tuple[Any, str, Any]:
         """Reference, name and Python type of a variable."""
@@ -126,6 +139,11 @@ class Unit:
         if found.type not in KINDS:
             raise ModelError(f"{self.name}: variable {name} of {self.file.name} is a {found.type}, and no number")
         return found.valueReference, *KINDS[found.type]
+
+    def check(self, names: Iterable[str]) -> None:
+        """ModelError if one of these is no variable."""
+        for name in names:
+            self._kind(name)
 
     def begin(self) -> None:
         """A new instance, initialised at time 0 with the parameters."""

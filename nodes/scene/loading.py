@@ -32,6 +32,7 @@ from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.limiting import build_limits
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
 from heavylift.nodes.scene.construction.mechanism import build_mechanism
+from heavylift.nodes.scene.construction.own_models import build_models, check_models
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.placement import placement_faults
@@ -101,8 +102,9 @@ class LoadedScene:
     def answering(self, question: Question) -> Verdict:
         """What would be modelled if that were asked."""
         scene, followed = self.scene, self._as_written.followed
-        if followed is None:
-            return unpromised(question, self.plan.fidelity, "a mechanism is modelled as it is written")
+        if followed is None or self.plan.models:
+            what = "a scene with models of its own" if self.plan.models else "a mechanism"
+            return unpromised(question, self.plan.fidelity, f"{what} is modelled as it is written")
         built = self._as_written.plan
         named, steps = frozenset(scene.fidelity.model_fields_set), frozenset(scene.model_fields_set)
 
@@ -116,7 +118,7 @@ class LoadedScene:
     def modelled(self, verdict: Verdict) -> Plan:
         """The plan with what a question requires."""
         built, question = self._as_written.plan, verdict.question
-        if self._as_written.followed is None:
+        if self._as_written.followed is None or built.models:
             return built
         built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
         if verdict.steps:
@@ -221,6 +223,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
             end=scene.end,
             mechanisms=(mechanism,) if mechanism else (),
             limits=build_limits(yard, mechanism),
+            models=build_models(yard, mechanism),
             actions=build_actions(yard, mechanism),
         ),
         text,
@@ -230,6 +233,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
         settings=tuple(overrides),
         passing=passing,
     )
+    check_models(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     shaped, unknown = swing_free(loaded.plan, keep=not passing)
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in unknown])

@@ -46,7 +46,7 @@ class Conditions:
             case phrases.CrossTest():
                 self.thresholds += 1
                 name = f"{test.quantity}-{self.thresholds}"
-                model, threshold = self._threshold(path, test, name) or ("", Threshold(name, "height"))
+                model, threshold = self.threshold(path, test, name) or ("", Threshold(name, "height"))
                 return actions.Crossing(model=model, threshold=threshold, value=test.value, rising=test.rising, **named)
         return msgspec.structs.replace(test, where=named["where"])
 
@@ -83,7 +83,7 @@ class Conditions:
         self.source.fault(path, missing, column=test.column)
         return ""
 
-    def _threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold] | None:
+    def threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold] | None:
         """The model that watches a quantity, and its threshold; a fault if there is none."""
         of, system = test.of, self.mechanism.system if self.mechanism else None
         at = self.mechanism.name if self.mechanism else ""

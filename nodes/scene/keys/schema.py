@@ -19,6 +19,7 @@ from pydantic import AfterValidator, Field, model_validator
 from .actions import Action
 from .base import Base, Name, Place, keys_of
 from .mechanics import Mechanism, Ramp
+from .models import OwnModel
 from .placement import Process
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -244,6 +245,7 @@ class Scene(Base):
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()
     mechanism: Mechanism | None = None
+    models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)
 
