@@ -56,13 +56,14 @@ class Stepped(Atomic):
         step: int,
         outputs: Sequence[str],
         parameters: Mapping[str, float] | None = None,
+        who: str = "",
     ) -> None:
         """`outputs`: variables that it says; `parameters`: their values before it starts. ModelError says what is
-        wrong with the file, or that it is not trusted."""
+        wrong with the file, or that it is not trusted, of `who` it is if that is not its name."""
         super().__init__(name)
         if type(step) is not int or step <= 0:
             raise ModelError(f"{name}: step={step!r} must be an int > 0 in ns, use ms(10)")
-        self.unit = Unit(Path(file).resolve(), name, tuple(outputs), dict(parameters or {}))
+        self.unit = Unit(Path(file).resolve(), who or name, tuple(outputs), dict(parameters or {}))
         self.step, self.number = step, 0
 
     def start(self) -> None:

@@ -105,7 +105,7 @@ class _Unit(Stepped):
         given = {key: x for key, x in own.parameters.items() if not isinstance(x, str)}
         if text := sorted(own.parameters.keys() - given.keys()):
             raise ModelError(f"{own.name}: the parameter '{text[0]}' of a unit must be a number or a truth value")
-        super().__init__("model", own.model, own.period, [led.port for led in own.leads], given)
+        super().__init__("model", own.model, own.period, [led.port for led in own.leads], given, own.name)
         self.heard = {port: self.add_in(port, Sample) for port in own.signals}
         self.says = {led.port: self.add_out(led.port, SetPoint, own.period) for led in own.leads}
         self.unit.check(own.signals)

@@ -73,7 +73,8 @@ def report(
     mobility = _mobility(built)
     ropes = len(built.rig.hook_ropes) + sum(len(m.system.ropes) + len(m.system.reevings) for m in built.mechanisms)
     slings, actions = len(built.rig.slings), len(built.actions)
-    models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms) + 1
+    models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms)
+    models += len(built.models) + 1
     counts = (mobility.bodies, mobility.dof, ropes, slings, models, actions)
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
     lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]

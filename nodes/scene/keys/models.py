@@ -41,9 +41,9 @@ Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 class OwnModel(Base):
     """A model: the samples that it hears, the orders that it gives; `delay`: so much later its set-points arrive."""
 
-    model: str
-    period: u.Duration
+    model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
+    period: u.Duration  # of samples; of a unit of FMI its step
     delay: u.Delay = 0.0  # 0: each sample costs a round of messages more
-    signals: dict[Name, str] = Field(default_factory=dict)
-    orders: dict[Name, str] = Field(default_factory=dict)
-    parameters: dict[str, Parameter] = Field(default_factory=dict)
+    signals: dict[Name, str] = Field(default_factory=dict)  # in port: what it hears, such as `height of block`
+    orders: dict[Name, str] = Field(default_factory=dict)  # out port: the drive or winch that its set-points lead
+    parameters: dict[str, Parameter] = Field(default_factory=dict)  # quantities arrive in SI units
