@@ -41,6 +41,7 @@ from heavylift.nodes.scene.text.extending import extended, scene_file, scene_tex
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
+from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
 from heavylift.nodes.statics.action_preview import at_rest, plan_key
@@ -193,7 +194,8 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
         raise_faults(source, source.faults)
     for setting in overrides:
         override(source, setting)
-    whole = json.dumps(source.data) if overrides or "extends" in read(text, name).data else ""
+    tabled(source)
+    whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
