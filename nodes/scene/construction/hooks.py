@@ -9,9 +9,9 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys import kinematics
-from heavylift.nodes.scene.keys.machines import Rigging
-from heavylift.nodes.scene.keys.mechanics import Hook
+from heavylift.nodes.scene.keys.parts import kinematics
+from heavylift.nodes.scene.keys.parts.machines import Rigging
+from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 

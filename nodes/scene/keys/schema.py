@@ -17,9 +17,9 @@ from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_val
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
-from .machines import GoliathParts, Machine, Rigging, SlingType
-from .mechanics import Chart, Mechanism, MechanismGroup, Ramp
 from .models import OwnModel
+from .parts.machines import GoliathParts, Machine, Rigging, SlingType
+from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
 from .placement import Process
 from .wind import Wind
 

@@ -10,8 +10,7 @@ from typing import TypeVar, cast
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.points import Matrix, Vector
-
-from .base import Quaternion
+from heavylift.nodes.scene.keys.base import Quaternion
 
 __all__ = ["across", "quaternion_matrix", "turned", "unit"]
 
