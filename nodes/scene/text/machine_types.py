@@ -200,14 +200,16 @@ class _Expansion:
         theirs = self.kind.parameters
         for key in {"parameters", "parts"} & {*crane}:
             self.source.fault(("cranes", self.name, key), f"unknown key '{key}'", on_key=True)
-        self.given = {key: x for key, x in self.given.items() if key in theirs and _alike(x, theirs[key])}
+        written = {key.replace("_", " "): value for key, value in self.given.items()}  # Python's names are keys, too
+        self.given = {key: x for key, x in written.items() if key in theirs and _alike(x, theirs[key])}
         parts: dict[str, Data] = {}
         for section, data in self.kind.data.items():
             if section not in HEADER:
                 parts[section] = self._made(data, (section,), (section,))
-        crane["parameters"], crane["parts"] = dict(theirs), parts
+        crane["parameters"] = {key: value for key, value in theirs.items() if key not in written}
+        crane["parts"] = parts
         for key in theirs:
-            if key not in crane and (mark := self.kind.source.values.get(("parameters", key))):
+            if key not in written and (mark := self.kind.source.values.get(("parameters", key))):
                 self.source.values["cranes", self.name, key] = mark
 
     def _names(self, section: str) -> list[str]:
