@@ -28,6 +28,7 @@ from .actions import Action as Action
 from .actions import Item
 from .fidelity import Fidelity as Fidelity
 from .limit import Limit
+from .own import Own
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
 TENSION_METHODS: tuple[MethodName, ...] = ("sdirk2", "sdirk3")  # their tolerance can be that of rope tensions
@@ -299,6 +300,7 @@ class Plan(Item, frozen=True, kw_only=True):
     rig: Rig = Rig()
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
+    models: tuple[Own, ...] = ()
     actions: tuple[Action, ...] = ()
     driven: tuple[Driven, ...] = ()
 
@@ -316,6 +318,10 @@ class Plan(Item, frozen=True, kw_only=True):
     def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:
         """All machines, in the order of their nodes."""
         return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
+
+    def leader(self, actuator: str) -> str:
+        """The model whose set-points lead an actuator; "" if none does."""
+        return next((own.name for own in self.models for led in own.leads if led.move.actuator == actuator), "")
 
 
 def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
@@ -345,5 +351,6 @@ def decode(data: bytes) -> Plan:
 
 
 def functions(plan: Plan) -> list[str]:
-    """The Python functions that its laws name."""
-    return [function for mechanism in plan.mechanisms for function in mechanism.system.functions]
+    """The code that its laws and models name."""
+    laws = [function for mechanism in plan.mechanisms for function in mechanism.system.functions]
+    return [*laws, *(own.reference for own in plan.models)]

@@ -33,6 +33,7 @@ from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.limiting import build_limits
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
 from heavylift.nodes.scene.construction.mechanism import build_mechanism
+from heavylift.nodes.scene.construction.own_models import build_models, check_models
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.mechanics import Mechanism
@@ -44,6 +45,7 @@ from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.source import Path as KeyPath
+from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
 from heavylift.nodes.statics.action_preview import at_rest, plan_key
@@ -105,8 +107,9 @@ class LoadedScene:
     def answering(self, question: Question) -> Verdict:
         """What would be modelled if that were asked."""
         scene, followed = self.scene, self._as_written.followed
-        if followed is None:
-            return unpromised(question, self.plan.fidelity, "what is made of parts is modelled as it is written")
+        if followed is None or self.plan.models:
+            what = "a scene with models of its own" if self.plan.models else "what is made of parts"
+            return unpromised(question, self.plan.fidelity, f"{what} is modelled as it is written")
         built = self._as_written.plan
         named, steps = frozenset(scene.fidelity.model_fields_set), frozenset(scene.model_fields_set)
 
@@ -120,7 +123,7 @@ class LoadedScene:
     def modelled(self, verdict: Verdict) -> Plan:
         """The plan with what a question requires."""
         built, question = self._as_written.plan, verdict.question
-        if self._as_written.followed is None:
+        if self._as_written.followed is None or built.models:
             return built
         built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
         if verdict.steps:
@@ -195,8 +198,9 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
         raise_faults(source, source.faults)
     for setting in overrides:
         override(source, setting)
-    gathered = gather(source)
-    whole = json.dumps(source.data) if overrides or gathered or "extends" in read(text, name).data else ""
+    tabled(source)
+    gather(source)
+    whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
@@ -225,6 +229,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
             samples_hz=scene.samples,
             end=scene.end,
             mechanisms=mechanisms,
+            models=build_models(yard, mechanisms),
             limits=build_limits(yard, mechanisms),
             actions=build_actions(yard, mechanisms),
         ),
@@ -235,6 +240,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
         settings=tuple(overrides),
         passing=passing,
     )
+    check_models(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     shaped, unknown = swing_free(loaded.plan, keep=not passing)
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in unknown])

@@ -19,6 +19,7 @@ from .actions import Action
 from .base import Base, Name, Place, keys_of
 from .machines import GoliathParts, Machine, Rigging, SlingType
 from .mechanics import Chart, Mechanism, MechanismGroup, Ramp
+from .models import OwnModel
 from .placement import Process
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -244,6 +245,7 @@ class Scene(Base):
     mechanism: Mechanism | None = None
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)
 

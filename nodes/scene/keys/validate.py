@@ -66,6 +66,7 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
     if scene.rig:
         named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
         named |= {("rig", "groups", name): name for name in scene.rig.groups}
+    named |= {("models", name): name for name in scene.models}
     if scene.mechanism:
         named["mechanism", "name"] = scene.mechanism.name
     for path, name in named.items():

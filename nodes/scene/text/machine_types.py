@@ -76,8 +76,8 @@ def machine_type(name: str) -> MachineType:
     return MachineType(name, source)
 
 
-def gather(source: Source) -> bool:
-    """Type files that a scene names by path, read into its data with their marks; whether there are any."""
+def gather(source: Source) -> None:
+    """Type files that a scene names by path, read into its data with their marks."""
     own = source.data.get("types")
     types = dict(own) if isinstance(own, dict) else {}
     named = {str(crane.get("type")) for _, crane in _cranes(source)}
@@ -99,7 +99,6 @@ def gather(source: Source) -> bool:
         source.values |= {("types", name, *path): mark for path, mark in inner.values.items()}
     if found:
         source.data["types"] = types
-    return bool(found)
 
 
 def expand(source: Source) -> bool:
