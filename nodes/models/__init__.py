@@ -5,7 +5,7 @@ system(plan)                           what they declare together, for the kerne
 couplings(plan), subscriptions(plan)   how nodes and kernel are wired, who hears which state event
 tree(plan), tree_data(plan)            the model tree as text, as plain data
 
-crane, loader, block, mechanism        the machines
+crane, loader, block    machines of a lift; machine: any other, walked from its parts
 own                                    a user's own model beside the kernel: Sample in, SetPoint out
 assembly, tree                         from a plan to models and couplings; their tree as text
 parts                                  what machines are made of: drives, gauges, slings, brakes; messages

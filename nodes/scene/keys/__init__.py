@@ -2,11 +2,10 @@
 
 schema, validate  every key, its unit, its default; data through the models, with errors as sentences
 quantities        which quantity stands at a path, and whether its uncertainty makes sense
-base              names, places, ends
+base              names, places, ends; directions and attitudes
 parts             bodies, joints, laws and hooks of a mechanism or machine
 wind              what blows, as forces of a mechanism
-models            a user's own, beside the kernel
 actions           the lines of the action list
-placement         which process hosts which nodes
+nodes             models of a user's own; which process hosts which nodes
 editors           the JSON Schema of scene files
 """

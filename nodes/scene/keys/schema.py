@@ -17,10 +17,9 @@ from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_val
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
-from .models import OwnModel
+from .nodes import OwnModel, Process
 from .parts.machines import GoliathParts, Machine, Rigging, SlingType
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
-from .placement import Process
 from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing

@@ -3,5 +3,4 @@
 mechanics, joints, forces, contacts, flexible   the keys of `mechanism:`
 machines        what types make of their parameters, and what hangs on their hooks
 kinematics      where bodies are at the start
-attitudes       directions and attitudes
 """
