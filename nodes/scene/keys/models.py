@@ -32,6 +32,8 @@ def _parameter(given: object) -> object:
                 return dimension.read(given)
     if isinstance(given, int) and not isinstance(given, bool):
         return float(given)
+    if not isinstance(given, float | bool | str):
+        raise ValueError("a number, a quantity, a word or a truth value is needed here")
     return given
 
 
