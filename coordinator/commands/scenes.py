@@ -1,4 +1,4 @@
-"""Commands about a scene that is not run: check, tree, equations, statics, modes, tradeoff, new, schema, export-fmu."""
+"""Commands about a scene that is not run: check, tree, equations, statics, modes, tradeoff, types, new, gallery, ..."""
 
 from __future__ import annotations
 
@@ -157,6 +157,29 @@ def tradeoff(
         typer.echo(line)
     for path in outputs:
         typer.echo(f"wrote {path}")
+
+
+@app.command()
+def types(
+    name: Annotated[str, typer.Argument(help="a type whose file is printed, to copy and to change")] = "",
+    as_json: Json = False,
+) -> None:
+    """List the crane types that come with heavylift; of one print its file.    heavylift types jib-60"""
+    import json
+
+    from heavylift.nodes.scene.text.machine_types import library, machine_type
+
+    if name:
+        machine_type(name)
+        typer.echo(library()[name].read_text(), nl=False)
+        return
+    keys = ("about", "capacity", "source")
+    found = {each: {key: machine_type(each).about(key) for key in keys} for each in library()}
+    if as_json:
+        typer.echo(json.dumps(found))
+        return
+    for each, said in found.items():
+        typer.echo(f"{each}: {said['about']}\n    capacity: {said['capacity']}\n    source: {said['source']}")
 
 
 @app.command()

@@ -33,7 +33,7 @@ from .sampling import Sampling
 
 __all__ = ["KernelConfig", "KernelNode"]
 
-BATCH = 64  # samples in one message, but for those of a rest, which are one row
+BATCH = 256  # samples in one message, but for those of a rest, which are one row
 SILENT = 2**30  # microstep of silent tags
 
 

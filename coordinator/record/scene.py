@@ -285,4 +285,5 @@ def supports(plan: Plan) -> list[dict[str, object]]:
 def rated(plan: Plan) -> dict[str, float]:
     """Tension that counts as 100 % of use, per rope [N]; ropes without one are left out."""
     ropes: list[HookRope | Sling] = [*plan.rig.hook_ropes, *plan.rig.slings]
-    return {r.name: r.rated for r in ropes if r.rated}
+    slings = {x.subject: x.value for x in plan.limits if x.quantity == "sling tension" and x.value}
+    return {r.name: r.rated for r in ropes if r.rated} | slings

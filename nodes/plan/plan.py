@@ -163,7 +163,10 @@ class Block(Item, frozen=True, kw_only=True):
 
 class Actuator(Item, frozen=True, kw_only=True):
     """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
-    ramp without swing."""
+    ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
+
+    `highest`: height of the hook where the winch stops with the deceleration `emergency`.
+    """
 
     name: str
     start: float
@@ -171,6 +174,33 @@ class Actuator(Item, frozen=True, kw_only=True):
     lower: float | None = None
     upper: float | None = None
     pulses: int = 0
+    verb: str = ""
+    speed: float | None = None
+    highest: float | None = None
+    emergency: float | None = None
+
+
+class Hoist(Item, frozen=True, kw_only=True):
+    """A hook of a machine: its rope, which has all falls, and where that holds the hook block, a body of its own.
+
+    `capacity`: what may hang below the block [kg], 0: not given; `axis`: from where the radius of a chart is measured;
+    `slings`: by the name of the rigging, those that hang on it.
+    """
+
+    rope: str
+    eye: Point
+    block_mass: float
+    capacity: float = 0.0
+    axis: Point | None = None
+    slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
+
+
+class Shape(Item, frozen=True, kw_only=True):
+    """The box as which a body is drawn: middle and edges in its frame [m]."""
+
+    body: str
+    centre: Vector
+    size: Vector
 
 
 class Driven(Item, frozen=True, kw_only=True):
@@ -197,6 +227,8 @@ class Mechanism(Item, frozen=True, kw_only=True):
     actuators: tuple[Actuator, ...] = ()
     taut: tuple[str, ...] = ()
     closed: tuple[str, ...] = ()
+    hooks: tuple[Hoist, ...] = ()
+    shapes: tuple[Shape, ...] = ()
 
     def standing(self, body: str) -> str:
         """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
@@ -271,6 +303,11 @@ class Plan(Item, frozen=True, kw_only=True):
     models: tuple[Own, ...] = ()
     actions: tuple[Action, ...] = ()
     driven: tuple[Driven, ...] = ()
+
+    @property
+    def lift(self) -> bool:
+        """Whether goliaths lift a block, so that the rules of such lifts hold."""
+        return self.block is not None and bool(self.cranes)
 
     @property
     def tied(self) -> bool:

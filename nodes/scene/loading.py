@@ -15,6 +15,7 @@ from pathlib import Path
 
 import msgspec
 from heavylift.kernel.cache import remembered
+from heavylift.kernel.description.mechanics import System, merge
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
 from heavylift.nodes.limits.geometry import geometry_findings
@@ -35,12 +36,15 @@ from heavylift.nodes.scene.construction.mechanism import build_mechanism
 from heavylift.nodes.scene.construction.own_models import build_models, check_models
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.mechanics import Mechanism
 from heavylift.nodes.scene.keys.placement import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.extending import extended, scene_file, scene_text
 from heavylift.nodes.scene.text.faults import raise_faults
+from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
+from heavylift.nodes.scene.text.source import Path as KeyPath
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
@@ -84,13 +88,13 @@ class LoadedScene:
 
     @cached_property
     def followed(self) -> Following | None:
-        """The same as the states of a lift; None where no block is lifted."""
-        return following(self.plan, self.statics) if self.scene.block else None
+        """The same as the states of a lift; None where no goliath lifts a block."""
+        return following(self.plan, self.statics) if self.plan.lift else None
 
     @property
     def states(self) -> Sequence[StaticState]:
         """The points of the path at rest along the action list; none without a block."""
-        return self.statics.states if self.scene.block else ()
+        return self.statics.states if self.plan.lift else ()
 
     @cached_property
     def _as_written(self) -> LoadedScene:
@@ -104,7 +108,7 @@ class LoadedScene:
         """What would be modelled if that were asked."""
         scene, followed = self.scene, self._as_written.followed
         if followed is None or self.plan.models:
-            what = "a scene with models of its own" if self.plan.models else "a mechanism"
+            what = "a scene with models of its own" if self.plan.models else "what is made of parts"
             return unpromised(question, self.plan.fidelity, f"{what} is modelled as it is written")
         built = self._as_written.plan
         named, steps = frozenset(scene.fidelity.model_fields_set), frozenset(scene.model_fields_set)
@@ -131,9 +135,9 @@ class LoadedScene:
     @cached_property
     def uses(self) -> list[Use]:
         """The worst of each limit on that path, of a lift also where its moves are to lead."""
-        if not self.plan.limits or (self.scene.block and not self.states):
+        if not self.plan.limits or (self.plan.lift and not self.states):
             return []
-        goals = goal_states(self.plan, self.statics) if self.scene.block else []
+        goals = goal_states(self.plan, self.statics) if self.plan.lift else []
         return uses_on_path(self.plan, [*self.statics.states, *goals])
 
     @cached_property
@@ -195,6 +199,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
     for setting in overrides:
         override(source, setting)
     tabled(source)
+    gather(source)
     whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
     scene = validate(source)
     raise_faults(source, source.faults)
@@ -210,7 +215,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
         rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
         fidelity=build_fidelity(yard),
     )
-    mechanism = _mechanism(source, scene, lift)
+    mechanisms = _mechanisms(source, scene, lift)
     raise_faults(source, source.faults)
     loaded = LoadedScene(
         msgspec.structs.replace(
@@ -223,10 +228,10 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
             microsteps=scene.microsteps,
             samples_hz=scene.samples,
             end=scene.end,
-            mechanisms=(mechanism,) if mechanism else (),
-            limits=build_limits(yard, mechanism),
-            models=build_models(yard, mechanism),
-            actions=build_actions(yard, mechanism),
+            mechanisms=mechanisms,
+            models=build_models(yard, mechanisms),
+            limits=build_limits(yard, mechanisms),
+            actions=build_actions(yard, mechanisms),
         ),
         text,
         path,
@@ -248,15 +253,25 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
     return _pruned(loaded)
 
 
-def _mechanism(source: Source, scene: schema.Scene, lift: plan.Plan) -> plan.Mechanism | None:
-    """The mechanism of a scene, built about the bodies and joints that its lift has at rest as well as in a run."""
-    if scene.mechanism is None:
-        return None
+def _mechanisms(source: Source, scene: schema.Scene, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
+    """Mechanism and machines of a scene, each built about the bodies and joints that its lift, at rest as well as in a
+    run, and those before it have."""
+    bases: dict[KeyPath, Mechanism] = {("machines", name): machine for name, machine in scene.machines.items()}
+    if scene.mechanism is not None:
+        bases["mechanism",] = scene.mechanism
+    if not bases:
+        return ()
     if lift.machines:
         raise_faults(source, source.faults)
     held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
-    around = system(msgspec.structs.replace(lift, fidelity=held))
-    return build_mechanism(source, scene.mechanism, scene.gravity, around)
+    around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
+    built: list[plan.Mechanism] = []
+    for base, given in bases.items():
+        built.append(build_mechanism(source, given, scene.gravity, around, base, lift.block, scene.rigging))
+        if source.faults:
+            break  # what others name of it is not known
+        around = merge([around, built[-1].system], scene.gravity)
+    return tuple(built)
 
 
 def _pruned(loaded: LoadedScene) -> LoadedScene:
@@ -270,8 +285,10 @@ def _pruned(loaded: LoadedScene) -> LoadedScene:
 def _impossible(source: Source, loaded: LoadedScene) -> list[Fault]:
     """What cannot be built or carried out, or would be overloaded; loads are judged only where everything fits."""
     scene, built = loaded.scene, loaded.plan
-    if scene.block is None:
-        return []
+    if not built.lift:
+        judged = any(machine.hooks for machine in built.mechanisms)
+        found = overloads(built, loaded.statics, loaded.uses) if judged else []
+        return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]
     found = start_checks(scene, built) or held_orders(built)
     if not found:
         assert loaded.followed is not None

@@ -6,6 +6,7 @@ X and P are the same in all.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from functools import partial
 from math import ceil
@@ -83,6 +84,7 @@ class NativeState:
             locked = variant[0].locked
             self._variants[locked, self.calm] = variant
         self.program, self.method, self.code = self._variants[locked, self.calm]
+        self._calls: dict[str, Callable[[], None]] = {}
 
     def _variant(self, locked: frozenset[str] | None) -> Variant:
         o = self.options
@@ -121,14 +123,21 @@ class NativeState:
 
     def call(self, name: str) -> None:
         """Run a native function on the blocks."""
-        blocks = [self.X, self.P]
-        assert self.X.size == self.method.layout.size, "block of another variant"
-        assert self.P.size == self.program.parameters.initial.size, "block of another variant"
-        if self.M is not None and name in ("advance", "step", "sample"):
-            blocks.append(self.M)
-        if name in ("advance", "sample", "look"):
-            blocks.append(self.table)
-        self.code.call(name, *blocks)
+        if name not in self._calls:
+            blocks = [self.X, self.P]
+            assert self.X.size == self.method.layout.size, "block of another variant"
+            assert self.P.size == self.program.parameters.initial.size, "block of another variant"
+            if self.M is not None and name in ("advance", "step", "sample"):
+                blocks.append(self.M)
+            if name in ("advance", "sample", "look"):
+                blocks.append(self.table)
+            self._calls[name] = self.bound(name, *blocks)
+        self._calls[name]()
+
+    def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
+        """A native function on these blocks, to be run again and again; the caller keeps them."""
+        code = self.code
+        return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
     # ---- state --------------------------------------------------------------------------------------------
 
@@ -257,9 +266,13 @@ class NativeState:
 
     def rate_at(self, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivative and tensions at local time t and state y; `among`: a time in the same piece of the profiles."""
-        out = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}
-        self.code.call("rate", np.array([t, among]), y, self.P, *out.values())
-        return out["dy"], out["T"]
+        if "rate" not in self._calls:
+            self._given = np.zeros(2), np.zeros(len(y))
+            self._rates = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}
+            self._calls["rate"] = self.bound("rate", *self._given, self.P, *self._rates.values())
+        self._given[0][:], self._given[1][:] = (t, among), y
+        self._calls["rate"]()
+        return self._rates["dy"].copy(), self._rates["T"].copy()
 
     def jacobian(self) -> np.ndarray:
         """(n, n) derivative of the rates of coordinates and velocities at the present state."""

@@ -129,13 +129,14 @@ class DriveActor(LiveActor):
         self.goal = x + pulses.way(rows)
         self._begin_rows(rows)
 
-    def stop(self, limit: str) -> None:
-        """Ramp down now."""
+    def stop(self, limit: str, accel: float | None = None) -> None:
+        """Ramp down now, with the ramp of the move or another one."""
         x, v = self.reference()
+        accel = accel or self.accel
         self.halting, self.limit, self.rows = True, limit, ()
-        self._profile(x, v, trapezoid(None, 0.0, self.accel, v), self.accel)
+        self._profile(x, v, trapezoid(None, 0.0, accel, v), accel)
         self.goal = x + self.profile.displacement(self.profile.d1)
-        self.say(m.SetProfile(self.element, self.now.t, 0.0, self.accel))
+        self.say(m.SetProfile(self.element, self.now.t, 0.0, accel))
         self.wake = self.now.t + ns(self.profile.d1)
 
     def follow(self, order: m.Follow) -> None:
@@ -225,7 +226,8 @@ class HeldActor(LiveActor):
 class WinchActor(DriveActor):
     """A drive that winds a rope: reports when the rope is taut or slack; has an upper limit switch at the hook.
 
-    `switch` is the height of the hook eye with the value at which it trips; hoisting stops then.  A rope of several
+    `switch` is the height of the hook eye with the value at which it trips; hoisting stops then, with the deceleration
+    `emergency` where it has one.  A rope of several
     `pieces` (with their parts of its length) is wound as if all of them were.
     """
 
@@ -240,13 +242,14 @@ class WinchActor(DriveActor):
         upper: float | None = None,
         switch: tuple[Threshold, float] | None = None,
         pieces: Mapping[str, float] | None = None,
+        emergency: float | None = None,
     ) -> None:
         guards = (switch[0],) if switch else ()
         laws = laws or System(thresholds=guards)
         hears = (rope, *(guard.name for guard in guards))
         limits = ("shortest rope", "drum empty")
         super().__init__(name, rope, laws, start=start, lower=lower, upper=upper, limits=limits, hears=hears)
-        self.switch, self.pieces = switch, pieces or {rope: 1.0}
+        self.switch, self.pieces, self.emergency = switch, pieces or {rope: 1.0}, emergency
 
     def begin(self) -> None:
         """Arm the limit switch."""
@@ -286,7 +289,7 @@ class WinchActor(DriveActor):
         self.tripped = not self.tripped
         self._arm()
         if self.tripped and self.job is not None and not self.halting:
-            self.stop("upper limit")
+            self.stop("upper limit", self.emergency)
         elif self.tripped:
             self.say(m.Limit(self.element, "upper limit", self.reference()[0]))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import cast
 
 from heavylift.kernel.description.mechanics import Threshold
@@ -30,9 +31,9 @@ SWINGS = ("swing along", "swing across")
 LED_BY = {"gantry": "travel", "trolley": "traverse", "drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
-def build_models(yard: Yard, mechanism: plan.Mechanism | None) -> tuple[Own, ...]:
+def build_models(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Own, ...]:
     """The models of the plan; what is wrong is added to the faults of the scene."""
-    return _Models(yard, mechanism).all()
+    return _Models(yard, mechanisms).all()
 
 
 def check_models(source: Source, built: plan.Plan) -> None:
@@ -47,10 +48,10 @@ def check_models(source: Source, built: plan.Plan) -> None:
 
 
 class _Models:
-    def __init__(self, yard: Yard, mechanism: plan.Mechanism | None) -> None:
+    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source = yard, yard.source
-        self.targets = targets(yard, mechanism) if yard.scene.models else {}
-        self.conditions = Conditions(yard, mechanism)
+        self.targets = targets(yard, mechanisms) if yard.scene.models else {}
+        self.conditions = Conditions(yard, mechanisms)
         self.leaders: dict[str, str] = {}
 
     def all(self) -> tuple[Own, ...]:
@@ -65,8 +66,8 @@ class _Models:
 
     def one(self, name: str, given: Keys) -> Own:
         path: Path = ("models", name)
-        mechanism = self.conditions.mechanism
-        if name in (*self.yard.hooks, *self.yard.scene.cranes, mechanism.name if mechanism else ""):
+        mechanisms = (mechanism.name for mechanism in self.conditions.mechanisms)
+        if name in (*self.yard.hooks, *self.yard.scene.cranes, *mechanisms):
             self.source.fault(path, f"the name '{name}' is given twice: one of the machines has it, too", on_key=True)
         signals = {port: self.signal((*path, "signals", port), text) for port, text in given.signals.items()}
         leads = (self.led((*path, "orders", port), name, port, target) for port, target in given.orders.items())
@@ -115,8 +116,7 @@ class _Models:
 
     def swing(self, path: Path, quantity: str, rope: str) -> Signal | None:
         known = [r.name for r in self.yard.ropes]
-        if mechanism := self.conditions.mechanism:
-            known += [r.name for r in mechanism.system.straight_ropes]
+        known += [r.name for m in self.conditions.mechanisms for r in m.system.straight_ropes]
         if rope not in known:
             self.source.fault(path, f"there is no rope '{rope}' that swings", closest(rope, known))
             return None
