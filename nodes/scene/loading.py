@@ -15,13 +15,12 @@ from pathlib import Path
 
 import msgspec
 from heavylift.kernel.cache import remembered
-from heavylift.kernel.description.mechanics import System, merge
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
-from heavylift.nodes.models import node_names, system
+from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Use
@@ -32,11 +31,10 @@ from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.limiting import build_limits
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
-from heavylift.nodes.scene.construction.mechanism import build_mechanism
+from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.own_models import build_models, check_models
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.mechanics import Mechanism
 from heavylift.nodes.scene.keys.placement import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.extending import extended, scene_file, scene_text
@@ -44,11 +42,10 @@ from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
-from heavylift.nodes.scene.text.source import Path as KeyPath
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
-from heavylift.nodes.statics.action_preview import at_rest, plan_key
+from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.nodes.statics.findings import path_findings
 from heavylift.nodes.statics.static_state import standing
 from heavylift.nodes.statics.swinging import swing_free
@@ -215,7 +212,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
         rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
         fidelity=build_fidelity(yard),
     )
-    mechanisms = _mechanisms(source, scene, lift)
+    mechanisms = build_mechanisms(source, scene, lift)
     raise_faults(source, source.faults)
     loaded = LoadedScene(
         msgspec.structs.replace(
@@ -251,27 +248,6 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str], passing: 
         rests.__dict__["statics"] = loaded.statics  # the same path: it begins at that rest
         loaded = rests
     return _pruned(loaded)
-
-
-def _mechanisms(source: Source, scene: schema.Scene, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Mechanism and machines of a scene, each built about the bodies and joints that its lift, at rest as well as in a
-    run, and those before it have."""
-    bases: dict[KeyPath, Mechanism] = {("machines", name): machine for name, machine in scene.machines.items()}
-    if scene.mechanism is not None:
-        bases["mechanism",] = scene.mechanism
-    if not bases:
-        return ()
-    if lift.machines:
-        raise_faults(source, source.faults)
-    held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
-    around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
-    built: list[plan.Mechanism] = []
-    for base, given in bases.items():
-        built.append(build_mechanism(source, given, scene.gravity, around, base, lift.block, scene.rigging))
-        if source.faults:
-            break  # what others name of it is not known
-        around = merge([around, built[-1].system], scene.gravity)
-    return tuple(built)
 
 
 def _pruned(loaded: LoadedScene) -> LoadedScene:

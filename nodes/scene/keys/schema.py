@@ -21,6 +21,7 @@ from .machines import GoliathParts, Machine, Rigging, SlingType
 from .mechanics import Chart, Mechanism, MechanismGroup, Ramp
 from .models import OwnModel
 from .placement import Process
+from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
 RESERVED = (  # no machine and no group has such a name: words of the language, nodes and topics of a run
@@ -243,6 +244,7 @@ class Scene(Base):
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()
     mechanism: Mechanism | None = None
+    wind: Wind | None = None
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
