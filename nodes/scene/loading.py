@@ -35,7 +35,7 @@ from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.own_models import build_models, check_models
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.placement import placement_faults
+from heavylift.nodes.scene.keys.nodes import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.extending import extended, scene_file, scene_text
 from heavylift.nodes.scene.text.faults import raise_faults
@@ -105,7 +105,7 @@ class LoadedScene:
         """What would be modelled if that were asked."""
         scene, followed = self.scene, self._as_written.followed
         if followed is None or self.plan.models:
-            what = "a scene with models of its own" if self.plan.models else "what is made of parts"
+            what = "a scene with models of its own" if self.plan.models else "a mechanism"
             return unpromised(question, self.plan.fidelity, f"{what} is modelled as it is written")
         built = self._as_written.plan
         named, steps = frozenset(scene.fidelity.model_fields_set), frozenset(scene.model_fields_set)

@@ -165,7 +165,7 @@ def _plumb(
                 told = f"the lug {lug} is {aside:.3g} m beside the hook, too far for a sling of {reach:g} m"
                 checks.fault((*here, "to", i), f"{told} with {given.slack:g} m of slack")
                 continue
-            heights.append(p[2] + sqrt((reach - given.slack) ** 2 - aside * aside))
+            heights.append(p[2] + sqrt((reach - given.slack) * (reach - given.slack) - aside * aside))
     if hook.hangs is not None or not heights:
         return hook.hangs or hook.shortest
     return tip[2] - min(heights) - hook.height

@@ -14,7 +14,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.own import Led, Own
 from heavylift.nodes.plan.verbs import VERBS
-from heavylift.nodes.scene.keys.models import OwnModel as Keys
+from heavylift.nodes.scene.keys.nodes import OwnModel as Keys
 from heavylift.nodes.scene.language.grammar import QUANTITIES
 from heavylift.nodes.scene.language.phrases import CrossTest
 from heavylift.nodes.scene.text.faults import closest

@@ -12,8 +12,7 @@ from heavylift.kernel.description.points import WORLD
 from heavylift.nodes.scene.text.units import Extent, Ratio
 from pydantic import Field
 
-from .attitudes import quaternion_matrix
-from .base import Base, Direction, Place, Quaternion
+from .base import Base, Direction, Place, Quaternion, quaternion_matrix
 from .kinematics import Poses
 
 __all__ = ["Contact", "built", "touches"]

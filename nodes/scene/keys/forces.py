@@ -17,8 +17,7 @@ from heavylift.kernel.trust import named
 from heavylift.nodes.scene.text import units as u
 from pydantic import Field
 
-from .attitudes import quaternion_matrix, unit
-from .base import Base, Direction, End, Quaternion, Station
+from .base import Base, Direction, End, Quaternion, Station, quaternion_matrix, unit
 
 __all__ = ["Force"]
 

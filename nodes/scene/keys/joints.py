@@ -16,8 +16,7 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.nodes.scene.text.units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
 from pydantic import Field
 
-from .attitudes import across, turned, unit
-from .base import Base, Direction, Place, Quaternion, Station
+from .base import Base, Direction, Place, Quaternion, Station, across, turned, unit
 
 __all__ = ["AnyJoint", "Joint"]
 

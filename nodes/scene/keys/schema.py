@@ -19,8 +19,7 @@ from .actions import Action
 from .base import Base, Name, Place, keys_of
 from .machines import GoliathParts, Machine, Rigging, SlingType
 from .mechanics import Chart, Mechanism, MechanismGroup, Ramp
-from .models import OwnModel
-from .placement import Process
+from .nodes import OwnModel, Process
 from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
