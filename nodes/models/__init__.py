@@ -27,6 +27,7 @@ from .assembly import (
     node_names,
     subscriptions,
     system,
+    together,
 )
 from .own import OwnModel, sample_port
 from .parts.messages import Sample, SetPoint
@@ -50,6 +51,7 @@ __all__ = [
     "sample_port",
     "subscriptions",
     "system",
+    "together",
     "tree",
     "tree_data",
 ]

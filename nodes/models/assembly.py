@@ -97,6 +97,14 @@ def driving(plan: Plan) -> tuple[str, ...]:
     return (COMMANDER, *machines(plan))
 
 
+def together(plan: Plan) -> Coupled:
+    """The models of a user's own, as siblings."""
+    root = Coupled(plan.name)
+    for own in plan.models:
+        root.add(OwnModel(own))
+    return root
+
+
 def build_one(plan: Plan, name: str) -> NodeModel:
     """The model of one node, its actors with the logs that they follow."""
     model = _built(plan, name)

@@ -41,6 +41,8 @@ def _parameter(given: object) -> object:
                 return dimension.read(given)
     if isinstance(given, int) and not isinstance(given, bool):
         return float(given)
+    if not isinstance(given, float | bool | str):
+        raise ValueError("a number, a quantity, a word or a truth value is needed here")
     return given
 
 
@@ -52,7 +54,7 @@ class OwnModel(Base):
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
     period: u.Duration  # of samples; of a unit of FMI its step
-    delay: u.Delay = 0.0  # 0: each sample costs a round of messages more
+    delay: u.Delay = 0.0  # 0: the mechanics wait for it at each sample
     signals: dict[Name, str] = Field(default_factory=dict)  # in port: what it hears, such as `height of block`
     orders: dict[Name, str] = Field(default_factory=dict)  # out port: the drive or winch that its set-points lead
     parameters: dict[str, Parameter] = Field(default_factory=dict)  # quantities arrive in SI units
