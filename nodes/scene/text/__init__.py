@@ -1,7 +1,8 @@
 """The text of a scene.
 
+opening         the file of a scene, or a bundled one
 source, files   the text with the place of every key and value; how files are read
-extending       the text of a scene: its file's or a bundled one's, over those that it extends
+extending       a scene over those that it extends
 overlay         one scene over another, settings of the command line
 rewriting       other values in the text, all else as it was written
 faults          every error, with file, line and column
