@@ -26,6 +26,7 @@ from heavylift.coordinator.commands.common.app import (
     Strict,
     app,
     deadline_s,
+    one_process,
     written_to,
 )
 
@@ -80,7 +81,8 @@ def run(
     from heavylift.coordinator.participants.participant import PRELOAD_SCENE
     from heavylift.coordinator.supervision.processes import Processes
 
-    crew = None if in_process else Processes(PRELOAD_SCENE)  # starts while the rest is imported
+    here = one_process(in_process, processes, places)
+    crew = None if here else Processes(PRELOAD_SCENE)  # starts while the rest is imported
     try:
         from heavylift.coordinator.live.keyboard import Keyboard
         from heavylift.coordinator.live.pace import RealTime

@@ -134,13 +134,13 @@ class Participant:
         if isinstance(part, parts.ModelPart):
             from .building import couplings, with_children
             from .commons import Commons
-            from .declaring import declaration
+            from .declaring import declarations
             from .seclusion import secluded
             from .transitions import Transitions
 
             build = partial(with_children, part.build, self.models, f"node {self.name}")
             root = build()
-            wires, declared = couplings(root, part.finish), declaration(root, self.models)
+            wires, declared = couplings(root, part.finish), next(declarations(root, [self.models]))
             self._unchanged = Commons(root).unchanged
             log = Transitions(self._sample) if part.log else None
             if log is not None:

@@ -273,14 +273,15 @@ class Coordinator:
 
     def _hold(self, event: Event) -> None:
         """Put an event into its receivers' bags and among those that wait to leave."""
-        if (event.source, event.port) == self._finish:
+        at = event.source, event.port
+        if at == self._finish:
             self.end, self._finished = min(self.end, Tag(event.t + 1)), True
             self._limit = min(self._limit, self.end)
         self._cycles.note(event)
         heappush(self._held, event)
-        receivers = self._receivers.get((event.source, event.port), [])
-        if event.source in self._home:
-            self._home[event.source].ahead += 1 + len(receivers)
+        receivers = self._receivers.get(at, ())
+        if (home := self._home.get(event.source)) is not None:
+            home.ahead += 1 + len(receivers)
         for node in receivers:
             if node.put(event):
                 self._note(node)

@@ -41,7 +41,7 @@ from heavylift.coordinator.verdict import prepare
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.plan.plan import encode
@@ -178,7 +178,7 @@ class _Run(Watch):
 
     def event(self, event: Event) -> None:
         """A scene without an end continues while the commander gives orders."""
-        if event.source == COMMANDER and self._plan.end is None:
+        if event.source == COMMANDER and event.type != "Aim" and self._plan.end is None:
             self.talk.core.extend(Tag(event.t + PATIENCE_ns))
         self._watch.event(event)
 
@@ -210,7 +210,7 @@ class _Run(Watch):
         """Rounds until the end; without one, while a model has something before it, not only a load that swings."""
         while True:
             self._outcome = self.talk.play()
-            due = self.talk.core.scheduled(self._models)
+            due = self.talk.core.scheduled(driving(self._plan))
             if self._outcome is not Outcome.BOUND or self._plan.end is not None or due >= FOREVER:
                 return
             self.talk.core.extend(Tag(due.t + PATIENCE_ns))

@@ -28,6 +28,7 @@ from .actions import Action as Action
 from .actions import Item
 from .fidelity import Fidelity as Fidelity
 from .limit import Limit
+from .own import Own
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
 TENSION_METHODS: tuple[MethodName, ...] = ("sdirk2", "sdirk3")  # their tolerance can be that of rope tensions
@@ -162,7 +163,10 @@ class Block(Item, frozen=True, kw_only=True):
 
 class Actuator(Item, frozen=True, kw_only=True):
     """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
-    ramp without swing."""
+    ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
+
+    `highest`: height of the hook where the winch stops with the deceleration `emergency`.
+    """
 
     name: str
     start: float
@@ -170,6 +174,33 @@ class Actuator(Item, frozen=True, kw_only=True):
     lower: float | None = None
     upper: float | None = None
     pulses: int = 0
+    verb: str = ""
+    speed: float | None = None
+    highest: float | None = None
+    emergency: float | None = None
+
+
+class Hoist(Item, frozen=True, kw_only=True):
+    """A hook of a machine: its rope, which has all falls, and where that holds the hook block, a body of its own.
+
+    `capacity`: what may hang below the block [kg], 0: not given; `axis`: from where the radius of a chart is measured;
+    `slings`: by the name of the rigging, those that hang on it.
+    """
+
+    rope: str
+    eye: Point
+    block_mass: float
+    capacity: float = 0.0
+    axis: Point | None = None
+    slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
+
+
+class Shape(Item, frozen=True, kw_only=True):
+    """The box as which a body is drawn: middle and edges in its frame [m]."""
+
+    body: str
+    centre: Vector
+    size: Vector
 
 
 class Driven(Item, frozen=True, kw_only=True):
@@ -196,6 +227,8 @@ class Mechanism(Item, frozen=True, kw_only=True):
     actuators: tuple[Actuator, ...] = ()
     taut: tuple[str, ...] = ()
     closed: tuple[str, ...] = ()
+    hooks: tuple[Hoist, ...] = ()
+    shapes: tuple[Shape, ...] = ()
 
     def standing(self, body: str) -> str:
         """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
@@ -267,8 +300,14 @@ class Plan(Item, frozen=True, kw_only=True):
     rig: Rig = Rig()
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
+    models: tuple[Own, ...] = ()
     actions: tuple[Action, ...] = ()
     driven: tuple[Driven, ...] = ()
+
+    @property
+    def lift(self) -> bool:
+        """Whether goliaths lift a block, so that the rules of such lifts hold."""
+        return self.block is not None and bool(self.cranes)
 
     @property
     def tied(self) -> bool:
@@ -279,6 +318,10 @@ class Plan(Item, frozen=True, kw_only=True):
     def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:
         """All machines, in the order of their nodes."""
         return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
+
+    def leader(self, actuator: str) -> str:
+        """The model whose set-points lead an actuator; "" if none does."""
+        return next((own.name for own in self.models for led in own.leads if led.move.actuator == actuator), "")
 
 
 def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
@@ -308,5 +351,6 @@ def decode(data: bytes) -> Plan:
 
 
 def functions(plan: Plan) -> list[str]:
-    """The Python functions that its laws name."""
-    return [function for mechanism in plan.mechanisms for function in mechanism.system.functions]
+    """The code that its laws and models name."""
+    laws = [function for mechanism in plan.mechanisms for function in mechanism.system.functions]
+    return [*laws, *(own.reference for own in plan.models)]

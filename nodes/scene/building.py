@@ -12,23 +12,25 @@ from pathlib import Path
 
 import msgspec
 from heavylift.nodes.fidelity import Question
-from heavylift.nodes.models import node_names, system
+from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.limiting import build_limits
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
-from heavylift.nodes.scene.construction.mechanism import build_mechanism
+from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
+from heavylift.nodes.scene.construction.own_models import build_models, check_models
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.placement import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.extending import extended
 from heavylift.nodes.scene.text.faults import raise_faults
+from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
-from heavylift.nodes.statics.action_preview import at_rest
+from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.static_state import standing
 from heavylift.nodes.statics.swinging import swing_free
 
@@ -55,7 +57,9 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
         raise_faults(source, source.faults)
     for setting in overrides:
         override(source, setting)
-    whole = json.dumps(source.data) if overrides or "extends" in read(text, name).data else ""
+    tabled(source)
+    gather(source)
+    whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
@@ -70,7 +74,7 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
         rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
         fidelity=build_fidelity(yard),
     )
-    mechanism = _mechanism(source, scene, lift)
+    mechanisms = build_mechanisms(source, scene, lift)
     raise_faults(source, source.faults)
     loaded = LoadedScene(
         msgspec.structs.replace(
@@ -83,9 +87,10 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
             microsteps=scene.microsteps,
             samples_hz=scene.samples,
             end=scene.end,
-            mechanisms=(mechanism,) if mechanism else (),
-            limits=build_limits(yard, mechanism),
-            actions=build_actions(yard, mechanism),
+            mechanisms=mechanisms,
+            models=build_models(yard, mechanisms),
+            limits=build_limits(yard, mechanisms),
+            actions=build_actions(yard, mechanisms),
         ),
         text,
         path,
@@ -95,6 +100,7 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
         passing=passing,
     )
     loaded.__dict__["scene"] = scene
+    check_models(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     shaped, unknown = swing_free(loaded.plan, keep=not passing)
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in unknown])
@@ -110,17 +116,6 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
     return pruned
 
 
-def _mechanism(source: Source, scene: schema.Scene, lift: plan.Plan) -> plan.Mechanism | None:
-    """The mechanism of a scene, built about the bodies and joints that its lift has at rest as well as in a run."""
-    if scene.mechanism is None:
-        return None
-    if lift.machines:
-        raise_faults(source, source.faults)
-    held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
-    around = system(msgspec.structs.replace(lift, fidelity=held))
-    return build_mechanism(source, scene.mechanism, scene.gravity, around)
-
-
 def _pruned(loaded: LoadedScene) -> LoadedScene:
     """With the fidelity and the integration steps that the scene's question requires."""
     if not loaded.scene.ask:
@@ -132,8 +127,10 @@ def _pruned(loaded: LoadedScene) -> LoadedScene:
 def _impossible(source: Source, loaded: LoadedScene) -> list[Fault]:
     """What cannot be built or carried out, or would be overloaded; loads are judged only where everything fits."""
     scene, built = loaded.scene, loaded.plan
-    if scene.block is None:
-        return []
+    if not built.lift:
+        judged = any(machine.hooks for machine in built.mechanisms)
+        found = overloads(built, loaded.statics, loaded.uses) if judged else []
+        return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]
     found = start_checks(scene, built) or held_orders(built)
     if not found:
         assert loaded.followed is not None

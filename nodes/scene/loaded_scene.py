@@ -72,13 +72,13 @@ class LoadedScene:
 
     @cached_property
     def followed(self) -> Following | None:
-        """The same as the states of a lift; None where no block is lifted."""
-        return following(self.plan, self.statics) if self.plan.block else None
+        """The same as the states of a lift; None where no goliath lifts a block."""
+        return following(self.plan, self.statics) if self.plan.lift else None
 
     @property
     def states(self) -> Sequence[StaticState]:
         """The points of the path at rest along the action list; none without a block."""
-        return self.statics.states if self.plan.block else ()
+        return self.statics.states if self.plan.lift else ()
 
     @cached_property
     def _as_written(self) -> LoadedScene:
@@ -91,8 +91,9 @@ class LoadedScene:
     def answering(self, question: Question) -> Verdict:
         """What would be modelled if that were asked."""
         scene, followed = self.scene, self._as_written.followed
-        if followed is None:
-            return unpromised(question, self.plan.fidelity, "a mechanism is modelled as it is written")
+        if followed is None or self.plan.models:
+            what = "a scene with models of its own" if self.plan.models else "what is made of parts"
+            return unpromised(question, self.plan.fidelity, f"{what} is modelled as it is written")
         built = self._as_written.plan
         named, steps = frozenset(scene.fidelity.model_fields_set), frozenset(scene.model_fields_set)
 
@@ -106,7 +107,7 @@ class LoadedScene:
     def modelled(self, verdict: Verdict) -> Plan:
         """The plan with what a question requires."""
         built, question = self._as_written.plan, verdict.question
-        if self._as_written.followed is None:
+        if self._as_written.followed is None or built.models:
             return built
         built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
         if verdict.steps:
@@ -118,9 +119,9 @@ class LoadedScene:
     @cached_property
     def uses(self) -> list[Use]:
         """The worst of each limit on that path, of a lift also where its moves are to lead."""
-        if not self.plan.limits or (self.plan.block and not self.states):
+        if not self.plan.limits or (self.plan.lift and not self.states):
             return []
-        goals = goal_states(self.plan, self.statics) if self.plan.block else []
+        goals = goal_states(self.plan, self.statics) if self.plan.lift else []
         return uses_on_path(self.plan, [*self.statics.states, *goals])
 
     @cached_property

@@ -20,6 +20,7 @@ from heavylift.kernel.cache import read_cached, sources, write_cached
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Verdict
 from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.scene.text.files import named_so_far
 from heavylift.nodes.scene.text.opening import scene_file, scene_text
 from heavylift.nodes.scenes import bundled
 
@@ -104,8 +105,9 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
             )
     from .building import build
 
+    before = named_so_far()
     loaded = build(path, name, text, overrides)
-    if not loaded.plan.mechanisms and "extends" not in text:
+    if named_so_far() == before and not (loaded.plan.mechanisms or loaded.plan.models):
         kept = _Kept(loaded.plan, loaded.facts, loaded.verdict, loaded.merged, loaded.whole)
         write_cached(file, msgspec.msgpack.encode(kept))
     return loaded
@@ -113,5 +115,6 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
 
 @cache
 def _code() -> bytes:
-    """All that makes a plan of a text."""
-    return b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.parent.rglob("*.py")))
+    """All that makes a plan of a text, types of machines included."""
+    files = (p for p in Path(__file__).parent.parent.rglob("*") if p.suffix in (".py", ".yaml"))
+    return b"".join(p.read_bytes() for p in sorted(files))

@@ -72,8 +72,10 @@ def report(
     """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
     mobility = _mobility(built)
     ropes = len(built.rig.hook_ropes) + sum(len(m.system.ropes) + len(m.system.reevings) for m in built.mechanisms)
-    slings, actions = len(built.rig.slings), len(built.actions)
-    models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms) + 1
+    rigged = sum(len(slings) for m in built.mechanisms for hook in m.hooks for slings in hook.slings.values())
+    ropes, slings, actions = ropes - rigged, len(built.rig.slings) + rigged, len(built.actions)
+    models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms)
+    models += len(built.models) + 1
     counts = (mobility.bodies, mobility.dof, ropes, slings, models, actions)
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
     lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]

@@ -99,14 +99,31 @@ class StateEvent(Message, frozen=True):
     value: float
 
 
+# with models beside the kernel, by ports of their own
+
+
+class Sample(Message, frozen=True):
+    """The value of a signal at this time [SI]."""
+
+    value: float
+
+
+class SetPoint(Message, frozen=True):
+    """The speed that an actuator shall be led to, signed along its coordinate."""
+
+    units: ClassVar[Mapping[str, str]] = {"value": SPEED}
+    value: float
+
+
 # from the commander
 
 
 class Order(Message, frozen=True):
     """To one actor; `at` is where it comes from: the numbers of an action and of one of its orders, from 0.
 
-    The action of an operator's command is -2.  An order to watch gives (action, order, term): the term of a
-    condition of that order's `until`, or, as order -1, of the action's `when`.  The plan has the line (`places`).
+    The action of an operator's command is -2, of a set-point of a model -3.  An order to watch gives (action, order,
+    term): the term of a condition of that order's `until`, or, as order -1, of the action's `when`.  The plan has the
+    line (`places`).
     """
 
     actor: str
@@ -122,6 +139,14 @@ class Run(Order, frozen=True):
     accel: float
     by: float | None = None
     to: float | None = None
+
+
+class Aim(Order, frozen=True):
+    """Lead the present speed to a signed one with ramps of `accel`, and go on so; 0 stands still."""
+
+    units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION}
+    speed: float
+    accel: float
 
 
 class RunInPulses(Run, frozen=True):

@@ -4,13 +4,27 @@ from __future__ import annotations
 
 import inspect
 import re
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, get_args
 
 import msgspec
 from heavylift.nodes.scene.text.units import Length, Number
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
-__all__ = ["Base", "Direction", "End", "Name", "Place", "Quaternion", "Station", "comments", "keys_of", "written"]
+__all__ = [
+    "Base",
+    "Direction",
+    "End",
+    "Name",
+    "Place",
+    "Quaternion",
+    "Station",
+    "comments",
+    "keys_of",
+    "part_name",
+    "rising",
+    "written",
+]
 
 
 def _named(word: str) -> str:
@@ -20,6 +34,19 @@ def _named(word: str) -> str:
     if bad:
         raise ValueError(f"a name has letters, digits, '-' and '_' only, but '{word}' has '{bad}'")
     return word
+
+
+def part_name(name: str) -> str:
+    """The name of a part with that of its machine in front; raises ValueError for any other word."""
+    return ".".join(_named(word) for word in name.split("."))
+
+
+def rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """A chart whose places rise; raises ValueError for any other."""
+    for (one, _), (next_, _) in pairwise(chart):
+        if next_ <= one:
+            raise ValueError(f"the places of a chart rise, but {next_:g} m comes after {one:g} m")
+    return chart
 
 
 Name = Annotated[str, AfterValidator(_named)]

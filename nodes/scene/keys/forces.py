@@ -64,12 +64,13 @@ class Load(_Force):
 
 
 class Wind(_Force):
-    """Drag of a wind on an area at a point of a body; `gusts` are its speed over time."""
+    """Drag of a wind on an area at a point of a body, or on the `sides` of a box; `gusts` are its speed over time."""
 
     type: Literal["wind"]
     body: str
     at: Station = (0.0, 0.0, 0.0)
-    area: u.Area
+    area: u.Area = 0.0
+    sides: tuple[u.Area, u.Area, u.Area] = (0.0, 0.0, 0.0)  # seen along the body's axes
     drag: u.Ratio
     direction: Direction
     speed: u.Velocity = 0.0
@@ -78,7 +79,7 @@ class Wind(_Force):
 
     def built(self, name: str, folder: Path) -> f.Force:
         at, signal = Point(self.body, self.at), _signal(self.speed, self.gusts)
-        return f.Wind(name, at, self.area, self.drag, unit(self.direction), signal, self.density)
+        return f.Wind(name, at, self.area, self.drag, unit(self.direction), signal, self.density, self.sides)
 
 
 class Spring(_Force):

@@ -71,6 +71,14 @@ def test_a_wrong_placement_is_refused(given: list[str], count: int, told: str) -
     assert str(error.value).startswith(told)
 
 
+@pytest.mark.parametrize("command", [["run", "lift"], ["devs", "heavylift.nodes.zoo.multi_server_queue:mmc"]])
+@pytest.mark.parametrize("more", [["--processes", "2"], ["--place", "source=a"]])
+def test_one_process_and_several_are_not_both_meant(command: list[str], more: list[str]) -> None:
+    told = CliRunner().invoke(app, [*command, "--in-process", *more])
+    assert told.exit_code == 2
+    assert "leave out --processes and --place" in told.output
+
+
 def scene(placement: str) -> str:
     return f"{bundled()['lift'].read_text()}\nplacement:\n{placement}"
 

@@ -11,8 +11,11 @@ from heavylift.nodes.scene.keys.kinematics import place, poses
 
 SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "arm": (4, 4, 0, 0, 2, 0),
+    "damper": (4, 8, 0, 0, 3, 2),
     "girder": (4, 3, 0, 0, 2, 3),
     "gust": (1, 6, 1, 0, 2, 0),
+    "hall": (4, 12, 1, 4, 3, 7),
+    "jib": (5, 12, 1, 4, 3, 9),
     "lift": (10, 30, 3, 6, 6, 5),
     "linkage": (3, 1, 0, 0, 2, 4),
     "pendulum": (1, 1, 0, 0, 2, 0),
