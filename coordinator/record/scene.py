@@ -106,7 +106,7 @@ class Record(FileTape):
             "nodes": [*models, KERNEL],
             "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
             "rated": rated(plan),
-            "tandem": {name: crane.tandem for name, crane in scene.scene.cranes.items() if len(scene.scene.cranes) > 1},
+            "tandem": scene.facts.tandem,
             "supports": supports(plan),
             **(more or {}),
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
@@ -270,9 +270,9 @@ class Record(FileTape):
 
 def _asked(scene: LoadedScene) -> dict[str, object]:
     """What a scene asks and how accurately; nothing of one that asks nothing."""
-    if not scene.scene.ask:
+    if not scene.facts.ask:
         return {}
-    return {"asked": ", ".join(scene.scene.ask), "accuracy": f"{100 * scene.scene.wanted_accuracy:.6g} %"}
+    return {"asked": ", ".join(scene.facts.ask), "accuracy": f"{100 * scene.facts.accuracy:.6g} %"}
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:

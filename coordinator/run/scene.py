@@ -45,7 +45,6 @@ from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.plan.plan import encode
-from heavylift.nodes.scene.operator_command import spoken
 from heavylift.recordings import Spectator, file_path
 from heavylift.recordings.write.broadcast import Broadcast
 from heavylift.recordings.write.spectator import Spectators
@@ -112,7 +111,7 @@ def run(
         Desk(
             lambda: record.recorder.path,
             tempo,
-            lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(lift, words))),
+            lambda words: _order(lift, words),
             lambda answer: located(lift.plan, answer.refused, answer.at),
         ) as desk,
         Record(lift, models, file, placed, looking, force, past.facts if past else {}) as record,
@@ -225,6 +224,13 @@ class _Run(Watch):
         if sentences and self._plan.end is None and self._outcome is not Outcome.FINISHED:
             raise ModelError(sentences[0])
         self.unfinished = "; ".join(sentences)
+
+
+def _order(scene: LoadedScene, words: str) -> OperatorCommand:
+    """The command of an operator."""
+    from heavylift.nodes.scene.operator_command import spoken  # reads scenes, which a run without orders need not
+
+    return OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words)))
 
 
 def _declared(name: str, data: bytes, count: int) -> list[System]:

@@ -12,9 +12,9 @@ from functools import reduce
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
-from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.machine_types import expand
-from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered
+from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
 from heavylift.nodes.scene.text.uncertainty import Stated, separated
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -51,6 +51,15 @@ def validate(source: Source) -> Scene | None:
             source.faults.append(_fault(source, message))
         return None
     source.faults += [*_reserved(scene), *uncertainty_faults(scene, stated)]
+    return scene
+
+
+def validated(text: str, name: str) -> Scene:
+    """The same of a whole text; raises SceneError."""
+    source = read(text, name)
+    scene = validate(source)
+    raise_faults(source, source.faults)
+    assert scene is not None
     return scene
 
 
