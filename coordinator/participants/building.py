@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable
+from pathlib import Path
 from weakref import WeakSet
 
 from heavylift.coordinator.protocol.distance import Coupling
