@@ -107,7 +107,12 @@ def run(
             loaded = driven(loaded, drive)
         nodes = node_names(loaded.plan)
         placement = place(
-            nodes, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])], external or []
+            nodes,
+            loaded.facts.placement,
+            places or [],
+            processes,
+            [*loaded.facts.remote, *(remote or [])],
+            external or [],
         )
         door = open_door(placement.remote, listen, keys, in_process, placement.external)
         path = output or Path(f"{loaded.plan.name}.mcap")

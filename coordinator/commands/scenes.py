@@ -234,3 +234,24 @@ def schema() -> None:
     from heavylift.nodes.scene import json_schema
 
     typer.echo(json.dumps(json_schema(), indent=2))
+
+
+@app.command("export-fmu")
+def export_fmu(
+    scene: Scene,
+    output: Annotated[Path | None, written_to("unit; default NAME.fmu")] = None,
+    force: Force = False,
+    sets: Sets = None,
+) -> None:
+    """Write a scene as a co-simulation unit of FMI 2.0.    heavylift export-fmu lift -o lift.fmu
+
+    Commands in; tensions, peaks and poses out. Its master loads this heavylift.
+    """
+    from heavylift.nodes.scene import load
+
+    loaded = load(scene, sets or [])
+    try:
+        from heavylift.coordinator.run.unit import export
+    except ImportError:
+        raise SceneError("a unit of FMI is made with pythonfmu: pip install 'heavylift[fmi]'") from None
+    typer.echo(f"wrote {export(loaded, output or Path(f'{loaded.plan.name}.fmu'), force)}")

@@ -24,7 +24,7 @@ from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.live.show import shown
 from heavylift.coordinator.participants import parts
-from heavylift.coordinator.participants.building import built, couplings, importing, module, stopping
+from heavylift.coordinator.participants.building import built, couplings, module, stopping
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.declaring import declarations, difference
 from heavylift.coordinator.participants.external import externals
@@ -42,6 +42,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.kernel.trust import allowed
 from heavylift.nodes.devs import FOREVER, NEVER, Coupled, Message, OutPort, Tag, Transition
 from heavylift.nodes.devs.execution.rules import LIMIT, Patience
+from heavylift.nodes.devs.references import importing
 from heavylift.recordings import file_path
 
 from .conversation import Conversation

@@ -17,7 +17,7 @@ from heavylift.nodes.scene.language.phrases import PhraseError
 from heavylift.nodes.scene.text.source import Mark, Path, Source
 
 if TYPE_CHECKING:
-    from .loading import LoadedScene
+    from .loaded_scene import LoadedScene
 
 __all__ = ["spoken"]
 

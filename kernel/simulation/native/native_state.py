@@ -194,6 +194,13 @@ class NativeState:
         """Local time of an instant [s]."""
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
 
+    def reached_ns(self, t: float) -> int:
+        """The first instant [ns] whose local time is not before t [s], by the comparison that ends steps."""
+        n = self.epoch + max(0, ceil(t * 1e9) - 1)
+        while self.local(n) < t:
+            n += 1
+        return n
+
     def among(self) -> float:
         """A local time within the piece of the profiles that begins now, as in the steps."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
@@ -208,6 +215,27 @@ class NativeState:
         """The same as it stands in the native table until the next call."""
         self.call("look")
         row: np.ndarray = self.table[int(self["row"])]
+        return row
+
+    def shown(self, t_ns: int, before: np.ndarray | None, still: bool) -> np.ndarray:
+        """The row at a time within the tentative step, by its dense output, or at rest; changes nothing.
+
+        `before`: X before an event within that step was located.
+        """
+        now = self.X.copy()
+        if before is not None:
+            self.X[:] = before
+        if still or not self["tentative"] > 0.0:
+            row = self.raw().copy()
+        else:
+            if self.method.method.completes and self["coarse"] > 0.0:
+                self.call("complete")
+            self.set(t_out=self.local(t_ns))
+            at = int(self["row"])
+            self.call("sample")
+            row = self.table[at].copy()
+        self.X[:] = now
+        row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
         return row
 
     def instant(self) -> Evaluation:

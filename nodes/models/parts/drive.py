@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import copysign, inf, isclose
 
-from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import System, Threshold
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import ns
@@ -20,6 +19,7 @@ from heavylift.nodes.plan import pulses
 from heavylift.nodes.plan.plan import Driven
 
 from . import messages as m
+from .inputs import part, value
 from .parts import LiveActor
 
 SAME = 1e-12  # relative, of speeds that differ by rounding
@@ -59,7 +59,7 @@ class DriveActor(LiveActor):
         self.wake = self.rows[0][0] if self.rows else None
 
     def obey(self, order: m.Order) -> None:
-        """Run, halt, follow, release."""
+        """Run, aim, halt, follow, release."""
         if self.log is not None:
             self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
         match order:
@@ -67,6 +67,8 @@ class DriveActor(LiveActor):
                 self.run(order)
             case m.Halt():
                 self.halt(order)
+            case m.Aim():
+                self.aim(order)
             case m.Follow():
                 self.follow(order)
             case _:
@@ -95,6 +97,24 @@ class DriveActor(LiveActor):
         if self.profile is not REST:
             self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
         self.wake = self.now.t + ns(self.profile.duration) if self.profile.duration < inf else None
+
+    def aim(self, order: m.Aim) -> None:
+        """Lead the present speed to another one, as far as the end position on that side."""
+        if self.law is not None:
+            self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
+        self.job, self.halting, self.limit, self.pulsed, self.rows = order.id, False, "", None, ()
+        x, v = self.reference()
+        distance = None
+        if order.speed:
+            run = m.Run(order.actor, order.id, order.at, order.speed, order.accel)
+            distance, self.limit = self._distance(run, x)
+        speed = order.speed if distance is None else copysign(order.speed, distance)
+        self._profile(x, v, trapezoid(distance, speed, order.accel, v), order.accel)
+        duration = self.profile.duration if order.speed else self.profile.d1
+        self.goal = x + (distance if distance is not None else self.profile.displacement(self.profile.d1))
+        if self.profile is not REST:
+            self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
+        self.wake = self.now.t + ns(duration) if duration < inf else None
 
     def halt(self, order: m.Halt) -> None:
         """Ramp down the move of that id, unless it stands already."""
@@ -253,6 +273,13 @@ class WinchActor(DriveActor):
             else:
                 super().say(message)
 
+    def aim(self, order: m.Aim) -> None:
+        """Do not hoist any higher while the limit switch is open."""
+        if self.tripped and order.speed < 0.0:
+            self.say(m.Limit(self.element, "upper limit", self.reference()[0]))
+        else:
+            super().aim(order)
+
     def notice(self, event: m.StateEvent) -> None:
         """The rope changed its state, or the limit switch did."""
         if event.name == self.element:
@@ -270,16 +297,3 @@ class WinchActor(DriveActor):
         if self.switch is not None:
             guard, height = self.switch
             self.say(m.Watch(guard.name, height - SWITCH_BACK * self.tripped, not self.tripped))
-
-
-def part(order: m.SetProfile | m.SetFollow, piece: str, share: float) -> m.SetProfile | m.SetFollow:
-    """What a piece of a rope has to do of it."""
-    if isinstance(order, m.SetFollow):
-        return m.SetFollow(piece, order.master, order.k1 * share, order.kc * share, order.ks * share)
-    distance = None if order.distance is None else order.distance * share
-    return m.SetProfile(piece, order.start_ns, order.speed * share, order.accel * share, distance)
-
-
-def value(law: m.Follow, s: float) -> float:
-    """f(s) of a follower."""
-    return float(law.kc * cos(s) + law.ks * sin(s))

@@ -47,7 +47,7 @@ class Conditions:
             case phrases.CrossTest():
                 self.thresholds += 1
                 name = f"{test.quantity}-{self.thresholds}"
-                model, threshold = self._threshold(path, test, name) or ("", Threshold(name, "height"))
+                model, threshold = self.threshold(path, test, name) or ("", Threshold(name, "height"))
                 return actions.Crossing(model=model, threshold=threshold, value=test.value, rising=test.rising, **named)
         return msgspec.structs.replace(test, where=named["where"])
 
@@ -85,7 +85,7 @@ class Conditions:
         self.source.fault(path, missing, column=test.column)
         return ""
 
-    def _threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold] | None:
+    def threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold] | None:
         """The model that watches a quantity, and its threshold; a fault if there is none."""
         of = test.of
         known: list[str] = []

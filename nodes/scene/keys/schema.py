@@ -17,9 +17,10 @@ from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_val
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
-from .machines import GoliathParts, Machine, Rigging, SlingType
-from .mechanics import Chart, Mechanism, MechanismGroup, Ramp
-from .placement import Process
+from .nodes import OwnModel, Process
+from .parts.machines import GoliathParts, Machine, Rigging, SlingType
+from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
+from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
 RESERVED = (  # no machine and no group has such a name: words of the language, nodes and topics of a run
@@ -242,8 +243,10 @@ class Scene(Base):
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()
     mechanism: Mechanism | None = None
+    wind: Wind | None = None
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)
 

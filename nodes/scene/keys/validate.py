@@ -12,9 +12,9 @@ from functools import reduce
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
-from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.machine_types import expand
-from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered
+from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
 from heavylift.nodes.scene.text.uncertainty import Stated, separated
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -54,6 +54,15 @@ def validate(source: Source) -> Scene | None:
     return scene
 
 
+def validated(text: str, name: str) -> Scene:
+    """The same of a whole text; raises SceneError."""
+    source = read(text, name)
+    scene = validate(source)
+    raise_faults(source, source.faults)
+    assert scene is not None
+    return scene
+
+
 def uncertainties(source: Source) -> dict[Path, Stated]:
     """What a scene states of how uncertain its quantities are, by path; its data keep nominal values."""
     return separated(source, lambda path: (found := _at(path)) != [] and all(each is str for each in found))
@@ -66,6 +75,7 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
     if scene.rig:
         named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
         named |= {("rig", "groups", name): name for name in scene.rig.groups}
+    named |= {("models", name): name for name in scene.models}
     if scene.mechanism:
         named["mechanism", "name"] = scene.mechanism.name
     for path, name in named.items():

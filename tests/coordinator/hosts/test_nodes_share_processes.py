@@ -86,7 +86,7 @@ def scene(placement: str) -> str:
 def test_a_scene_places_its_nodes() -> None:
     loaded = parse(scene("  yard-a: [crane, block]\n  yard-b: {nodes: [loader-1]}\n"))
     assert node_names(loaded.plan) == LIFT
-    assert loaded.placement == {"crane": "yard-a", "block": "yard-a", "loader-1": "yard-b"}
+    assert loaded.facts.placement == {"crane": "yard-a", "block": "yard-a", "loader-1": "yard-b"}
 
 
 @pytest.mark.parametrize(
