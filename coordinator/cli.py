@@ -6,6 +6,7 @@ Exit codes: 0 done; 1 the run or the file failed; 2 the command line is wrong; 1
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 
@@ -21,6 +22,7 @@ LIGHT = {"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"}  # threads reserv
 def main() -> None:
     """Entry point of the command `heavylift`."""
     stopping = Stopping()
+    gc.set_threshold(50_000)  # hardly anything that a start makes is garbage: looking for some takes a tenth of it
     os.environ.update(LIGHT | {name: value for name, value in os.environ.items() if name in LIGHT})
     with heard():
         try:

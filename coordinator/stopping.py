@@ -4,7 +4,7 @@ SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGQUIT raise `Interrupted` in the main thr
 exception can be lost: what is raised in a callback of the garbage collector, in `__del__`, in a callback of a weak
 reference or of foreign code, Python prints and forgets.  As long as somebody handles it, it exists; a timer that finds
 it gone before the `end` raises it anew.  Signals that come while it is handled change nothing, and one that was ignored
-when the command began (`nohup`, a shell's `&`) stays so.
+when the command began (`nohup`, a shell's `&`) stays so.  What must not be left half done, is done under `whole`.
 
 A reader that leaves standard output (`| head`) ends the command with 141, as SIGPIPE would; one that leaves standard
 error is not missed.  A run prints its summary when its recording is whole.
@@ -15,17 +15,19 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, TextIO
 
-__all__ = ["STOPPED", "UNHEARD", "Interrupted", "ReaderLeft", "Stopping", "heard"]
+__all__ = ["STOPPED", "UNHEARD", "Interrupted", "ReaderLeft", "Stopping", "heard", "whole"]
 
 STOPPED, UNHEARD = 130, 141  # exit codes: Ctrl-C; nobody reads
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+MAIN = threading.main_thread().ident  # the only one that signals reach
 LOOK_s = 0.05  # between two looks for an exception that was lost
 
 
@@ -39,8 +41,6 @@ class ReaderLeft(BaseException):
 
 class Stopping:
     """From now on these signals end what the main thread does."""
-
-    held = False  # while what was begun must be known to who ends it; the timer comes again
 
     def __init__(self) -> None:
         self._over = False
@@ -68,11 +68,14 @@ class Stopping:
     def _asked(self, number: int, frame: FrameType | None) -> None:
         self._signal = signal.Signals(number)
         signal.setitimer(signal.ITIMER_REAL, LOOK_s, LOOK_s)
-        self._look(number, frame)
+        self._look()
 
-    def _look(self, number: int, frame: FrameType | None) -> None:
+    def _look(self, *signalled: object) -> None:
         """Raise it, unless it is handled already."""
-        if self._over or Stopping.held or self._raised() is not None:
+        if self._over or self._raised() is not None:
+            return
+        if whole.depth:
+            whole.asked = self
             return
         error = Interrupted(self._signal.name)
         self._raised = weakref.ref(error)
@@ -85,6 +88,23 @@ class Stopping:
         """It comes again, so nobody needs to be told."""
         if what.exc_type is not Interrupted:
             self._unraisable(what)
+
+
+class whole:
+    """What the main thread does under it is not cut by a signal, which comes at its end; not for what may wait."""
+
+    depth = 0
+    asked: Stopping | None = None
+
+    def __enter__(self) -> None:
+        self._counts = threading.get_ident() == MAIN
+        whole.depth += self._counts
+
+    def __exit__(self, kind: object, *error: object) -> None:
+        whole.depth -= self._counts
+        if whole.asked is not None and kind is None and self._counts and not whole.depth:
+            asked, whole.asked = whole.asked, None
+            asked._look()
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -27,7 +27,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.kernel.trust import refusal
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out
 
-__all__ = ["Fmu", "Signals"]
+__all__ = ["Fmu", "Signals", "Stepped"]
 
 KINDS = {  # type of a variable in either standard -> the end of its getter and setter, and how Python has it
     "Real": ("Real", float),
@@ -46,8 +46,48 @@ class Signals(Message):
     values: tuple[tuple[str, float], ...]
 
 
-class Fmu(Atomic):
-    """The unit of a file, stepped by `step` [ns]."""
+class Stepped(Atomic):
+    """The unit of a file, stepped by `step` [ns]; who derives from it has the ports and says what was `said`."""
+
+    def __init__(
+        self,
+        name: str,
+        file: str | Path,
+        step: int,
+        outputs: Sequence[str],
+        parameters: Mapping[str, float] | None = None,
+        who: str = "",
+    ) -> None:
+        """`outputs`: variables that it says; `parameters`: their values before it starts. ModelError says what is
+        wrong with the file, or that it is not trusted, of `who` it is if that is not its name."""
+        super().__init__(name)
+        if type(step) is not int or step <= 0:
+            raise ModelError(f"{name}: step={step!r} must be an int > 0 in ns, use ms(10)")
+        self.unit = Unit(Path(file).resolve(), who or name, tuple(outputs), dict(parameters or {}))
+        self.step, self.number = step, 0
+
+    def start(self) -> None:
+        """At t = 0 it says what it has after its initialisation."""
+        self.number = 0
+        self.unit.begin()
+        self.said = Signals(self.unit.outputs())
+        self.hold_in(0)
+
+    def confluent(self, x: Bag) -> None:
+        """What arrives when a step begins belongs to that step."""
+        self.external(0, x)
+        self.internal()
+
+    def internal(self) -> None:
+        """Do the next step now: its result is what will be said at its end."""
+        self.unit.advance(self.number * self.step * 1e-9, self.step * 1e-9)
+        self.number += 1
+        self.said = Signals(self.unit.outputs())
+        self.hold_in(self.step)
+
+
+class Fmu(Stepped):
+    """The unit of a file, stepped by `step` [ns]; its port y has that lookahead."""
 
     u, y = In(Signals), Out(Signals)
 
@@ -59,42 +99,17 @@ class Fmu(Atomic):
         outputs: Sequence[str],
         parameters: Mapping[str, float] | None = None,
     ) -> None:
-        """`outputs`: variables that it says; `parameters`: their values before it starts. ModelError says what is
-        wrong with the file, or that it is not trusted."""
-        super().__init__(name)
-        if type(step) is not int or step <= 0:
-            raise ModelError(f"{name}: step={step!r} must be an int > 0 in ns, use ms(10)")
-        self.unit = Unit(Path(file).resolve(), name, tuple(outputs), dict(parameters or {}))
-        self.step, self.number = step, 0
+        super().__init__(name, file, step, outputs, parameters)
         self.y.lookahead = step
-
-    def start(self) -> None:
-        """At t = 0 it says what it has after its initialisation."""
-        self.number = 0
-        self.unit.begin()
-        self.said = Signals(self.unit.outputs())
-        self.hold_in(0)
 
     def external(self, e: int, x: Bag) -> None:
         """Hold the inputs; of two for one variable the later one."""
         for signals in x[self.u]:
             self.unit.hold(signals.values)
 
-    def confluent(self, x: Bag) -> None:
-        """What arrives when a step begins belongs to that step."""
-        self.external(0, x)
-        self.internal()
-
     def output(self) -> None:
         """The outputs at this time."""
         self.y.send(self.said)
-
-    def internal(self) -> None:
-        """Do the next step now: its result is what will be said at its end."""
-        self.unit.advance(self.number * self.step * 1e-9, self.step * 1e-9)
-        self.number += 1
-        self.said = Signals(self.unit.outputs())
-        self.hold_in(self.step)
 
 
 class Unit:
@@ -114,8 +129,7 @@ class Unit:
         self._variables = {v.name: v for v in told.modelVariables}
         unit = told.coSimulation
         self.keeps = bool(unit.canGetAndSetFMUstate and unit.canSerializeFMUstate)
-        for name in (*self.said, *self.parameters):
-            self._kind(name)
+        self.check((*self.said, *self.parameters))
 
     def _kind(self, name: str) -> tuple[Any, str, Any]:
         """Reference, name and Python type of a variable."""
@@ -126,6 +140,11 @@ class Unit:
         if found.type not in KINDS:
             raise ModelError(f"{self.name}: variable {name} of {self.file.name} is a {found.type}, and no number")
         return found.valueReference, *KINDS[found.type]
+
+    def check(self, names: Iterable[str]) -> None:
+        """ModelError if one of these is no variable."""
+        for name in names:
+            self._kind(name)
 
     def begin(self) -> None:
         """A new instance, initialised at time 0 with the parameters."""

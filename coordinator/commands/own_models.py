@@ -21,6 +21,7 @@ from heavylift.coordinator.commands.common.app import (
     Remote,
     app,
     deadline_s,
+    one_process,
     quantity,
     written_to,
 )
@@ -77,7 +78,7 @@ def devs(
     if seed is not None:
         model = seeded(model, seed)
     away = frozenset(remote or [])
-    door = open_door(away, listen, keys, in_process, external or ())
+    door = open_door(away, listen, keys, one_process(in_process, processes, places), external or ())
 
     class Aloud(Watch):
         def say(self, sentence: str) -> None:

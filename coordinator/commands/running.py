@@ -26,6 +26,7 @@ from heavylift.coordinator.commands.common.app import (
     Strict,
     app,
     deadline_s,
+    one_process,
     written_to,
 )
 
@@ -80,7 +81,8 @@ def run(
     from heavylift.coordinator.participants.participant import PRELOAD_SCENE
     from heavylift.coordinator.supervision.processes import Processes
 
-    crew = None if in_process else Processes(PRELOAD_SCENE)  # starts while the rest is imported
+    here = one_process(in_process, processes, places)
+    crew = None if here else Processes(PRELOAD_SCENE)  # starts while the rest is imported
     try:
         from heavylift.coordinator.live.keyboard import Keyboard
         from heavylift.coordinator.live.pace import RealTime
@@ -105,7 +107,12 @@ def run(
             loaded = driven(loaded, drive)
         nodes = node_names(loaded.plan)
         placement = place(
-            nodes, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])], external or []
+            nodes,
+            loaded.facts.placement,
+            places or [],
+            processes,
+            [*loaded.facts.remote, *(remote or [])],
+            external or [],
         )
         door = open_door(placement.remote, listen, keys, in_process, placement.external)
         path = output or Path(f"{loaded.plan.name}.mcap")

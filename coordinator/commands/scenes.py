@@ -1,4 +1,4 @@
-"""Commands about a scene that is not run: check, tree, equations, statics, modes, tradeoff, new, gallery, schema."""
+"""Commands about a scene that is not run: check, tree, equations, statics, modes, tradeoff, types, new, gallery, ..."""
 
 from __future__ import annotations
 
@@ -160,6 +160,29 @@ def tradeoff(
 
 
 @app.command()
+def types(
+    name: Annotated[str, typer.Argument(help="a type whose file is printed, to copy and to change")] = "",
+    as_json: Json = False,
+) -> None:
+    """List the crane types that come with heavylift; of one print its file.    heavylift types jib-60"""
+    import json
+
+    from heavylift.nodes.scene.text.machine_types import library, machine_type
+
+    if name:
+        machine_type(name)
+        typer.echo(library()[name].read_text(), nl=False)
+        return
+    keys = ("about", "capacity", "source")
+    found = {each: {key: machine_type(each).about(key) for key in keys} for each in library()}
+    if as_json:
+        typer.echo(json.dumps(found))
+        return
+    for each, said in found.items():
+        typer.echo(f"{each}: {said['about']}\n    capacity: {said['capacity']}\n    source: {said['source']}")
+
+
+@app.command()
 def new(
     name: Annotated[str, typer.Argument(help="of the scene; it is written to NAME.yaml")],
     like: Annotated[
@@ -211,3 +234,24 @@ def schema() -> None:
     from heavylift.nodes.scene import json_schema
 
     typer.echo(json.dumps(json_schema(), indent=2))
+
+
+@app.command("export-fmu")
+def export_fmu(
+    scene: Scene,
+    output: Annotated[Path | None, written_to("unit; default NAME.fmu")] = None,
+    force: Force = False,
+    sets: Sets = None,
+) -> None:
+    """Write a scene as a co-simulation unit of FMI 2.0.    heavylift export-fmu lift -o lift.fmu
+
+    Commands in; tensions, peaks and poses out. Its master loads this heavylift.
+    """
+    from heavylift.nodes.scene import load
+
+    loaded = load(scene, sets or [])
+    try:
+        from heavylift.coordinator.run.unit import export
+    except ImportError:
+        raise SceneError("a unit of FMI is made with pythonfmu: pip install 'heavylift[fmi]'") from None
+    typer.echo(f"wrote {export(loaded, output or Path(f'{loaded.plan.name}.fmu'), force)}")

@@ -7,35 +7,33 @@ child becomes a node.
 
 from __future__ import annotations
 
-import ast
-import importlib
-import importlib.util
 import inspect
-import sys
 from collections.abc import Iterable
 from pathlib import Path
-from types import ModuleType
 from weakref import WeakSet
 
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.trust import foreign, refusal
 from heavylift.nodes.devs import Coupled, Model, OutPort
+from heavylift.nodes.devs.references import imported, read
 
-__all__ = ["built", "couplings", "importing", "module", "seeded", "stopping", "with_children"]
+__all__ = ["built", "couplings", "module", "seeded", "stopping", "with_children"]
 
-_importing: list[str] = []
 _returned: WeakSet[Model] = WeakSet()
 
 
 def built(reference: str, by: str = "") -> Coupled:
     """The model of a reference; ModelError says what is wrong with it, or that code which data of `by` names is not
     trusted."""
-    where, name, arguments, named = _read(reference)
+    where, name, arguments, named = read(reference)
     if by and (why := refusal(where, reference)):
         raise ModelError(f"{by}: {why}")
-    function = getattr(_module(where), name, None)
+    found = imported(where)
+    function, own, file = getattr(found, name, None), Path(f"{where}.py"), getattr(found, "__file__", None) or where
     if not callable(function):
+        if own.exists() and own.resolve() != Path(file).resolve():
+            raise ModelError(f"{reference}: {where} is {file}, which has no {name}; give {own} another name")
         raise ModelError(f"{reference}: {where} has no function {name}; define it and let it return a Coupled")
     if by and (why := foreign(function, reference)):
         raise ModelError(f"{by}: {name} of '{where}' must not be called: {why}")
@@ -59,8 +57,8 @@ def built(reference: str, by: str = "") -> Coupled:
 
 def seeded(reference: str, seed: int) -> str:
     """The reference with this `seed`; ModelError if its function takes none, or has one already."""
-    where, name, arguments, named = _read(reference)
-    function = getattr(_module(where), name, None)
+    where, name, arguments, named = read(reference)
+    function = getattr(imported(where), name, None)
     parameters = inspect.signature(function).parameters if callable(function) else {}
     if callable(function) and "seed" not in parameters:
         raise ModelError(f"{reference}: {name}() takes no seed, so that all runs are equal; give it a parameter `seed`")
@@ -72,64 +70,7 @@ def seeded(reference: str, seed: int) -> str:
 
 def module(reference: str) -> str:
     """The module or file of a reference."""
-    return _read(reference)[0]
-
-
-def _read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
-    """Module or file, function, positional and named arguments."""
-    where = reference.partition("(")[0].rpartition(":")[0]
-    try:
-        tree = ast.parse(reference[len(where) + 1 :], mode="eval").body
-        if isinstance(tree, ast.Name) and where:
-            return where, tree.id, [], {}
-        if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and where:
-            named = {k.arg: ast.literal_eval(k.value) for k in tree.keywords if k.arg is not None}
-            return where, tree.func.id, [ast.literal_eval(x) for x in tree.args], named
-    except (SyntaxError, ValueError):
-        pass
-    raise ModelError(
-        f"{reference!r} names no model: write module:function, such as my_models:build or my_models:ring(4, hold=5)"
-    )
-
-
-def _module(where: str) -> ModuleType:
-    _importing.append(where)
-    try:
-        if not where.endswith(".py"):
-            return importlib.import_module(where)
-        path = Path(where).resolve()
-        spec = importlib.util.spec_from_file_location(path.stem, path)
-        if spec is None or spec.loader is None:
-            raise FileNotFoundError(where)
-        if path.stem in sys.modules:
-            known = sys.modules[path.stem]
-            if Path(known.__file__ or "") == path:
-                return known
-            raise ModelError(f"{where}: a module {path.stem} exists already; give the file another name")
-        module = sys.modules[path.stem] = importlib.util.module_from_spec(spec)
-        try:
-            spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[path.stem]
-            raise
-        return module
-    except HeavyliftError:
-        raise
-    except FileNotFoundError as error:
-        raise ModelError(f"{where}: there is no such file") from error
-    except ModuleNotFoundError as error:
-        if error.name is not None and f"{where}.".startswith(f"{error.name}."):
-            raise ModelError(f"there is no module {where} in . or installed") from error
-        raise ModelError(f"{where} cannot be imported: {error}") from error
-    except Exception as error:
-        raise ModelError(f"{where} cannot be imported: {type(error).__name__}: {error}") from error
-    finally:
-        _importing.pop()
-
-
-def importing() -> str:
-    """The module that is being imported for its model just now, or ""."""
-    return _importing[-1] if _importing else ""
+    return read(reference)[0]
 
 
 def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:

@@ -10,7 +10,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.models import COMMANDER, NodeModel, couplings, hooked_later, subscriptions
 from heavylift.nodes.plan.plan import Plan
 
-from .parts import KernelConfig
+from .parts import KernelConfig, Listening
 
 __all__ = ["COMMAND", "OPERATOR", "Wiring", "kernel_config", "wiring"]
 
@@ -53,4 +53,5 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
         hooked_later(plan),
         plan.fidelity.islands == "apart",
         plan.tensions_only,
+        {own.name: Listening(own.period, own.signals) for own in plan.models},
     )

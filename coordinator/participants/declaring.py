@@ -7,7 +7,7 @@ lambda, stands for its class.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from hashlib import blake2b
 
 import msgspec
@@ -15,24 +15,24 @@ from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.devs import Coupled, InPort, Model, Port
 from heavylift.nodes.devs.execution.canonical import Freezer
 
-__all__ = ["declaration", "difference"]
+__all__ = ["declarations", "difference"]
 
 _Declared = tuple[list[tuple[str, str, str]], dict[str, dict[str, bytes]]]  # ports; path, attribute, fingerprint
 _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decoder(dict[str, _Declared])
 
 
-def declaration(root: Coupled, names: Sequence[str]) -> bytes:
-    """Of children of a root that has just been built."""
-    freezer = Freezer([root, *_below(root)])
-    return msgspec.msgpack.encode({name: _declared(root, root.children[name], freezer) for name in names})
+def declarations(root: Coupled, nodes: Iterable[Sequence[str]]) -> Iterator[bytes]:
+    """Of the children of each node, of a root that has just been built."""
+    freezer, first = Freezer([root, *_below(root)]), min(root.children)
+    for names in nodes:
+        yield msgspec.msgpack.encode({name: _declared(root, name, freezer, name == first) for name in names})
 
 
-def _declared(root: Coupled, child: Model, freezer: Freezer) -> _Declared:
+def _declared(root: Coupled, name: str, freezer: Freezer, first: bool) -> _Declared:
     freezer.forget()
+    child = root.children[name]
     ports = sorted((p.name, "in" if isinstance(p, InPort) else "out", p.type.__name__) for p in child.ports.values())
-    found = (
-        {root.path: {"structure": _fingerprint(freezer, _structure(root))}} if child.name == min(root.children) else {}
-    )
+    found = {root.path: {"structure": _fingerprint(freezer, _structure(root))}} if first else {}
     for model in (child, *_below(child)):
         own = {"class": type(model), "structure": _structure(model)}
         own |= {key: x for key, x in vars(model).items() if key not in ("children", "_coupled")}

@@ -4,7 +4,8 @@ Zero lookahead.  `next_time` is the tag of the next located event that a model s
 last microsteps before the nanosecond in which the tentative step ends, so that where steps and grants end never shows
 in the tags of events.  A committed event is a transition; an input inside the tentative step discards it.  What a
 command has changed at once (a lock that stops a joint) is told at the next microstep, before any work ahead.
-Samples come from committed steps only and leave through `publish`, numbered.
+Samples come from committed steps only and leave through `publish`, numbered.  What models listen to is told at tags of
+its own (see `sampling`), which change nothing of the rest.
 """
 
 from __future__ import annotations
@@ -28,10 +29,11 @@ from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.models.parts.inputs import obey
 
 from .parts import KernelConfig
+from .sampling import Sampling
 
 __all__ = ["KernelConfig", "KernelNode"]
 
-BATCH = 64  # samples in one message, but for those of a rest, which are one row
+BATCH = 256  # samples in one message, but for those of a rest, which are one row
 SILENT = 2**30  # microstep of silent tags
 
 
@@ -52,6 +54,7 @@ class KernelNode:
         self._offer: list[Switched] | None = None
         self._most = np.zeros(0)  # the largest that each column of the samples sent has been
         self._told: list[Switched] = []  # what the last commands have changed, for the next microstep
+        self._ran = -1  # up to when the simulation was run last [ns]
         self.simulation: Simulation | Islands = simulate(
             assembled(config.systems, config.gravity),
             config.tolerance,
@@ -63,6 +66,8 @@ class KernelNode:
             config.apart,
             config.tensions_only,
         )
+        self._sampling = Sampling(config.listening, self.simulation.program)
+        self.lookahead |= self._sampling.lookahead
 
     def layout(self) -> bytes:
         """The channels of a sample, as the recording wants them."""
@@ -79,7 +84,8 @@ class KernelNode:
 
     @property
     def next_time(self) -> Tag:
-        """Tag of the consequences of a command, of the located event, or just before the end of the tentative step.
+        """Tag of the consequences of a command, of a sample that is due, of the located event, or just before the end
+        of the tentative step.
 
         A silent tag never shares its nanosecond with an event that is found later: where steps end must not show in
         the microsteps of events.
@@ -87,11 +93,20 @@ class KernelNode:
         if self._told:
             return succ(self._spoke)
         t = self.simulation.next_ns
+        if (sample := self._sample) is not None:
+            return sample
         if t >= FOREVER_NS:
             return FOREVER
         if self.simulation.event:
             return self._located
         return max(Tag(t - 1, SILENT), succ(self._last))
+
+    @property
+    def _sample(self) -> Tag | None:
+        """Tag of the next sample, if a tentative step or an event goes that far and no event comes before."""
+        due, s = self._sampling.next_ns, self.simulation
+        shown = s.next_ns >= due if s.event else self._ran >= due or s.next_ns > due
+        return Tag(due) if shown and due < FOREVER_NS and not self._told else None
 
     @property
     def _located(self) -> Tag:
@@ -115,12 +130,14 @@ class KernelNode:
     @property
     def quiet(self) -> Tag:
         """A tentative step without an event ends silently."""
-        spoken = self.simulation.event or self._told
+        spoken = self.simulation.event or self._told or self._sample
         return self.next_time if spoken else max(Tag(self.simulation.next_ns), succ(self.next_time))
 
     def outputs(self) -> list[Event]:
-        """The state events at `next_time`, one copy for each model that subscribed."""
-        tag, out, index = self.next_time, [], dict[str, int]()
+        """The state events at `next_time`, one copy for each model that subscribed, and samples."""
+        tag, out, index = self.next_time, list[Event](), dict[str, int]()
+        if tag == self._sample:
+            out += self._sampling.outputs(self.simulation.shown)
         if self._offer is None and self.simulation.event and tag == self._located:
             self._offer = self.simulation.preview()
         for e in (*self._told, *(self._offer or ())):
@@ -138,6 +155,8 @@ class KernelNode:
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
         """An event fires, inputs apply, or both (confluent: switch first, then the inputs); then work ahead."""
         fires, told = self.simulation.event and tag == self._located, bool(self._told)
+        if tag == self._sample:
+            self._sampling.taken()
         if fires:
             self.simulation.fire()
         elif bag:
@@ -165,13 +184,13 @@ class KernelNode:
             at = max(end.t - 1, present)  # a step that ends with the run may be history
             self.simulation.interrupt(at, self._pause)
             self.simulation.settle()
-            rows[-1] = (end.t - 1, rows[-1][1])
+            rows[:] = [*(row for row in rows[:-1] if row[0] < end.t), (end.t - 1, rows[-1][1])]
         self._flush()
         return ""
 
     def snapshot(self) -> bytes:
         """The simulation's, and what was said and sent."""
-        said = self._sent, self._noted, self._last, self._spoke, self._told, self._most
+        said = self._sent, self._noted, self._last, self._spoke, self._told, self._most, self._sampling.done, self._ran
         return frozen((self.simulation.snapshot(), said))
 
     @property
@@ -183,14 +202,16 @@ class KernelNode:
         """Go on from a snapshot of a kernel of the same config."""
         simulation, said = thawed(snapshot)
         self.simulation.restore(simulation)
-        self._sent, self._noted, self._last, self._spoke, self._told, self._most = said
+        self._sent, self._noted, self._last, self._spoke, self._told, self._most, self._sampling.done, self._ran = said
         self._offer = None
 
     def _work(self, until: Tag) -> None:
         self._offer, self._before = None, until.t + (until.k > 0)
+        self._sampling.renew()
         try:
             if not self._told:  # a model may answer it
-                self.simulation.run(until.t, self._pause)
+                self._ran = min(until.t, self._sampling.next_ns)
+                self.simulation.run(self._ran, self._pause)
         finally:
             self._flush()  # what came before an error, too
         self.foretell()

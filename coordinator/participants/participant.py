@@ -134,13 +134,13 @@ class Participant:
         if isinstance(part, parts.ModelPart):
             from .building import couplings, with_children
             from .commons import Commons
-            from .declaring import declaration
+            from .declaring import declarations
             from .seclusion import secluded
             from .transitions import Transitions
 
             build = partial(with_children, part.build, self.models, f"node {self.name}")
             root = build()
-            wires, declared = couplings(root, part.finish), declaration(root, self.models)
+            wires, declared = couplings(root, part.finish), next(declarations(root, [self.models]))
             self._unchanged = Commons(root).unchanged
             log = Transitions(self._sample) if part.log else None
             if log is not None:
@@ -148,7 +148,7 @@ class Participant:
             simulator = Simulator(secluded(root, self.models, build), log, part.microsteps, wires=wires)
             self._pauses = lambda: simulator.passed
             return Node(self.name, simulator), declared, parts.fingerprint(part.build.encode())
-        from heavylift.nodes.models import build_one
+        from heavylift.nodes.models import build_one, together
         from heavylift.nodes.plan.plan import decode
 
         from .configuration import wiring
@@ -157,6 +157,10 @@ class Participant:
         models = [build_one(plan, name) for name in self.models]
         acting = Simulator(models, microsteps=plan.microsteps, wires=wiring(plan).all)
         self._pauses = lambda: acting.passed
+        if len(plan.models) > 1:
+            from .commons import Commons
+
+            self._unchanged = Commons(together(plan)).unchanged
 
         def waits(end: Tag) -> str:
             return "; ".join(said for m in acting.models if (said := str(getattr(m, "waiting_for", str)())))

@@ -11,6 +11,7 @@ from hashlib import blake2b
 import msgspec
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
 
@@ -19,6 +20,7 @@ __all__ = [
     "ExternalPart",
     "KernelConfig",
     "KernelPart",
+    "Listening",
     "ModelPart",
     "Part",
     "ScenePart",
@@ -34,6 +36,13 @@ class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
     plan: bytes
 
 
+class Listening(msgspec.Struct, frozen=True):
+    """What a model hears: period [ns], and the signal of each of its ports."""
+
+    period: int
+    signals: dict[str, Signal]
+
+
 class KernelConfig(msgspec.Struct, frozen=True):
     """What the kernel receives once all other nodes have declared themselves."""
 
@@ -47,6 +56,7 @@ class KernelConfig(msgspec.Struct, frozen=True):
     ties: list[str] = []  # ropes that the list will hook: what they tie is one island from the start
     apart: bool = True  # islands are solved apart
     tensions_only: bool = False  # are asked for
+    listening: dict[str, Listening] = {}  # models that hear signals
 
 
 class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):

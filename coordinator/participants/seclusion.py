@@ -3,13 +3,15 @@
 Each process builds the whole model and runs its own children.  What the others do happens elsewhere, so whoever reads
 their state here, or changes the structure around them, is refused by name; what is fixed while a run lasts (names,
 paths, plain values of the parent) may be read.  Children that share a process must not notice that: those that hold
-nothing of each other come from one build, each of the others from one of its own.
+nothing of each other come from one build, each of the others from one of its own; lists and dicts of plain data that
+several have as attributes, such as settings, are copied instead.
 """
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from copy import deepcopy
 from enum import Enum
 from types import CodeType, FunctionType, MethodType, ModuleType
 from typing import NoReturn
@@ -53,9 +55,43 @@ def _bound(children: Sequence[Model]) -> list[str]:
     first = {id(x): child.name for child in children for x in _tree(child)}  # who has a thing
     found: dict[str, None] = {}
     for child in children if len(children) > 1 else ():
-        if any([first.setdefault(id(x), child.name) != child.name for x in _held(child)]):
-            found[child.name] = None
+        if _common(child, first):
+            copied = _copied(child)
+            if _common(child, first):
+                found[child.name] = None
+                for attributes, key, x in copied:
+                    attributes[key] = x
+        first |= {id(x): first.get(id(x), child.name) for x in _held(child)}
     return list(found)
+
+
+def _common(child: Model, first: Mapping[int, str]) -> bool:
+    """Whether a child holds what one before it holds, too."""
+    return any(first.get(id(x), child.name) != child.name for x in _held(child))
+
+
+def _copied(child: Model) -> list[tuple[dict[str, object], str, object]]:
+    """Give a child copies of the plain data among its attributes, and return what was there."""
+    memo: dict[int, object] = {}
+    found = [
+        (vars(x), key, data)
+        for x in _tree(child)
+        for key, data in vars(x).items()
+        if key not in _STRUCTURE and not isinstance(data, _PLAIN) and _data(data)
+    ]
+    for attributes, key, data in found:
+        attributes[key] = deepcopy(data, memo)
+    return found
+
+
+def _data(x: object) -> bool:
+    """Whether a copy of it is as good: no sets, for a copy may have another order."""
+    kind = type(x)
+    if kind is dict:
+        return all(_data(key) and _data(each) for key, each in x.items())  # type: ignore[attr-defined]
+    if kind in (list, tuple):
+        return all(map(_data, x))  # type: ignore[call-overload]
+    return isinstance(x, _PLAIN) or kind is bytearray
 
 
 def _held(child: Model) -> list[object]:

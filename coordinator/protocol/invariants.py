@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from heavylift.kernel.errors import ProtocolError
@@ -38,52 +38,56 @@ def check_done(node: Known, done: Done, says: Tag) -> None:
 
 def _check(before: Before, said: Hello | Done) -> None:
     for events in (said.spoken if isinstance(said, Done) else [], said.offer):
-        last: Event | None = None
-        for event in events:
-            for rule in EVENTS.values():
-                if told := rule(before, event, last):
-                    raise ProtocolError(f"{before.node.who} {told}")
-            last = event
+        for rule in EVENTS.values() if events else ():
+            if told := rule(before, events):
+                raise ProtocolError(f"{before.node.who} {told}")
     for row in WHOLE.values():
         if told := row(before, said):
             raise ProtocolError(f"{before.node.who} {told}")
 
 
-def _own(before: Before, event: Event, last: Event | None) -> str:
-    if event.source in before.node.models:
-        return ""
-    return f"spoke for {event.source}: a node says only its own events"
+def _own(before: Before, events: Sequence[Event]) -> str:
+    for event in events:
+        if event.source not in before.node.models:
+            return f"spoke for {event.source}: a node says only its own events"
+    return ""
 
 
-def _port(before: Before, event: Event, last: Event | None) -> str:
+def _port(before: Before, events: Sequence[Event]) -> str:
     ports = before.node.lookahead
-    if f"{event.source}.{event.port}" in ports or not ports or event.source not in before.node.models:
-        return ""
-    known = (port.partition(".") for port in sorted(ports))
-    named = ", ".join(name for model, _, name in known if model == event.source)
-    return f"spoke on port {event.port} at {event.tag}: its out ports are {named}"
+    for event in events if ports else ():
+        if f"{event.source}.{event.port}" not in ports and event.source in before.node.models:
+            known = (port.partition(".") for port in sorted(ports))
+            named = ", ".join(name for model, _, name in known if model == event.source)
+            return f"spoke on port {event.port} at {event.tag}: its out ports are {named}"
+    return ""
 
 
-def _order(before: Before, event: Event, last: Event | None) -> str:
-    alone = last is None or event.order[:4] != last.order[:4]
-    index = 0 if alone or last is None else last.index + 1
-    if event.index == index and (last is None or last.order < event.order):
-        return ""
-    return f"spoke out of order: {event.port} at {event.tag}, number {event.index}"
+def _order(before: Before, events: Sequence[Event]) -> str:
+    last: Event | None = None
+    for event in events:
+        alone = last is None or event.order[:4] != last.order[:4]
+        index = 0 if alone or last is None else last.index + 1
+        if event.index != index or (last is not None and not last < event):
+            return f"spoke out of order: {event.port} at {event.tag}, number {event.index}"
+        last = event
+    return ""
 
 
-def _promise(before: Before, event: Event, last: Event | None) -> str:
-    at = event.t, event.k
-    if at >= before.says:
-        return ""
-    node, port = before.node, f"{event.source}.{event.port}"
-    soonest = min(before.says, after(node.hears, node.lookahead.get(port, node.least)))
-    if at >= (node.first if port in node.inner else soonest):
-        return ""
-    return (
-        f"spoke on port {event.port} at {event.tag}, earlier than the {soonest} that it had declared: the lookahead of "
-        "that port is too long"
-    )
+def _promise(before: Before, events: Sequence[Event]) -> str:
+    node, says = before
+    for event in events:
+        at = event.t, event.k
+        if at >= says:
+            continue
+        port = f"{event.source}.{event.port}"
+        soonest = min(says, after(node.hears, node.lookahead.get(port, node.least)))
+        if at < (node.first if port in node.inner else soonest):
+            return (
+                f"spoke on port {event.port} at {event.tag}, earlier than the {soonest} that it had declared: the "
+                "lookahead of that port is too long"
+            )
+    return ""
 
 
 def _ahead(before: Before, said: Hello | Done) -> str:
@@ -142,13 +146,13 @@ def _quiet(before: Before, said: Hello | Done) -> str:
     return f"{what} at {said.next} and says that it is quiet until {said.quiet}: that is when it can speak first"
 
 
-EVENTS: dict[str, Callable[[Before, Event, Event | None], str]] = {
+EVENTS: dict[str, Callable[[Before, Sequence[Event]], str]] = {
     "is the node's own": _own,
     "leaves by a port that HELLO named": _port,
     "comes in total order, numbered from 0 in each bag": _order,
     "comes no earlier than quiet and lookahead have declared": _promise,
 }
-"""What is spoken or offered, one after the other."""
+"""Each event that is spoken or offered."""
 
 WHOLE: dict[str, Callable[[Before, Hello | Done], str]] = {
     "a lookahead is a time": _ahead,

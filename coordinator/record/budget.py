@@ -14,6 +14,8 @@ from functools import wraps
 from itertools import pairwise
 from typing import Concatenate, ParamSpec, TypeVar
 
+from heavylift.coordinator.stopping import whole
+
 __all__ = ["Budget", "Spent", "clocked"]
 
 Mark = tuple[float, float]  # an instant, and the seconds of recording until then
@@ -56,13 +58,14 @@ R = TypeVar("R")
 
 
 def clocked(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P], R]:
-    """Add the seconds that the method takes to those spent."""
+    """Add the seconds that the method takes to those spent; no signal leaves it half done."""
 
     @wraps(method)
     def timed(self: T, /, *args: P.args, **kwargs: P.kwargs) -> R:
         began = time.perf_counter()
         try:
-            return method(self, *args, **kwargs)
+            with whole():
+                return method(self, *args, **kwargs)
         finally:
             self.spent_s += time.perf_counter() - began
 

@@ -35,7 +35,7 @@ def boxes(plan: Plan) -> list[Box]:
             out.append(Box(solid.body, solid.centre, solid.size, COLOURS[solid.kind]))
         if solid.kind == "block":
             out.append(_deck(solid))
-    return [*out, *(box for mechanism in plan.mechanisms for box in shapes_of(mechanism.system))]
+    return [*out, *(box for mechanism in plan.mechanisms for box in shapes_of(mechanism.system, mechanism.shapes))]
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:

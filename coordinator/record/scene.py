@@ -23,8 +23,8 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError
 from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.fidelity.own import modelled_as
-from heavylift.nodes.models import KERNEL, NodeModel, system
-from heavylift.nodes.models.parts.messages import OperatorCommand, StateEvent
+from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
+from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, StateEvent
 from heavylift.nodes.plan.plan import HookRope, Plan, Sling, encode
 from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.recordings import SampleLayout, Spectator
@@ -106,7 +106,7 @@ class Record(FileTape):
             "nodes": [*models, KERNEL],
             "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
             "rated": rated(plan),
-            "tandem": {name: crane.tandem for name, crane in scene.scene.cranes.items() if len(scene.scene.cranes) > 1},
+            "tandem": scene.facts.tandem,
             "supports": supports(plan),
             **(more or {}),
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
@@ -125,6 +125,9 @@ class Record(FileTape):
                 if isinstance(port, OutPort):
                     self.port(name, port.name, port.type)
             self.port(KERNEL, f"state_{name}", StateEvent)
+        for own in plan.models:
+            for heard in own.signals:
+                self.port(KERNEL, sample_port(own.name, heard), Sample)
         self.port(OPERATOR, COMMAND, OperatorCommand)
 
     def layout(self, data: bytes, systems: list[System]) -> None:
@@ -267,9 +270,9 @@ class Record(FileTape):
 
 def _asked(scene: LoadedScene) -> dict[str, object]:
     """What a scene asks and how accurately; nothing of one that asks nothing."""
-    if not scene.scene.ask:
+    if not scene.facts.ask:
         return {}
-    return {"asked": ", ".join(scene.scene.ask), "accuracy": f"{100 * scene.scene.wanted_accuracy:.6g} %"}
+    return {"asked": ", ".join(scene.facts.ask), "accuracy": f"{100 * scene.facts.accuracy:.6g} %"}
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:
@@ -282,4 +285,5 @@ def supports(plan: Plan) -> list[dict[str, object]]:
 def rated(plan: Plan) -> dict[str, float]:
     """Tension that counts as 100 % of use, per rope [N]; ropes without one are left out."""
     ropes: list[HookRope | Sling] = [*plan.rig.hook_ropes, *plan.rig.slings]
-    return {r.name: r.rated for r in ropes if r.rated}
+    slings = {x.subject: x.value for x in plan.limits if x.quantity == "sling tension" and x.value}
+    return {r.name: r.rated for r in ropes if r.rated} | slings

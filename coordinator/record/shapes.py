@@ -6,12 +6,13 @@ mass and to the joints that it carries, so that a mechanism is seen as it is con
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.description import contacts as contact
 from heavylift.kernel.description.mechanics import WORLD, Body, System, Vector
+from heavylift.nodes.plan.plan import Shape
 from heavylift.recordings import Box
 from numpy.typing import NDArray
 
@@ -20,6 +21,7 @@ __all__ = ["BLUE", "GREY", "shapes_of"]
 Floats = NDArray[np.float64]
 BLUE, GREY, DARK = (0.25, 0.45, 0.65, 1.0), (0.62, 0.64, 0.66, 1.0), (0.20, 0.26, 0.32, 1.0)
 STEEL = 7850.0  # density of the ball that shows a point mass [kg/m3]
+YELLOW = (0.93, 0.68, 0.13, 1.0)  # of bodies that are boxes of their own
 SLENDER = 1 / 14  # least edge of a body against its largest
 ROD = 1 / 90  # thickness of a link against its length
 GLASS = 0.35  # opacity of planes: what they carry is seen from below, too
@@ -27,8 +29,8 @@ ANCHOR = 1 / 25  # edge of the block that shows where the world carries a joint,
 SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
-def shapes_of(system: System) -> list[Box]:
-    """All bodies of a mechanism, and what of the world they can touch."""
+def shapes_of(system: System, drawn: Sequence[Shape] = ()) -> list[Box]:
+    """All bodies of a mechanism, and what of the world they can touch; `drawn`: bodies that are boxes of their own."""
     touching: dict[str, list[contact.Shape]] = {}
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
@@ -38,9 +40,12 @@ def shapes_of(system: System) -> list[Box]:
     out = [box for shape in touching.get(WORLD, []) for box in _contact(shape, GREY, slab)]
     arms = [*(b.com for b in system.bodies), *(j.p_PJ for j in system.joints)]
     edge = ANCHOR * max((float(np.linalg.norm(p)) for p in arms), default=1.0) or 0.1
-    anchors = dict.fromkeys(j.p_PJ for j in system.joints if j.parent == WORLD and j.kind != "free")
+    free = {shape.body for shape in drawn} | {j.child for j in system.joints if j.kind == "free"}
+    anchors = dict.fromkeys(j.p_PJ for j in system.joints if j.parent == WORLD and j.child not in free)
     out += [Box(WORLD, p, (edge, edge, edge), GREY) for p in anchors]
-    for body in system.bodies:
+    out += [Box(shape.body, shape.centre, shape.size, YELLOW) for shape in drawn]
+    known = {shape.body for shape in drawn}
+    for body in (body for body in system.bodies if body.name not in known):
         solid = [box for shape in touching.get(body.name, []) for box in _contact(shape, BLUE, slab)] or list(
             _solid(body)
         )

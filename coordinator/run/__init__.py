@@ -3,6 +3,7 @@
 scene               `run`, the run of a scene; models: `run_models`; resume: from a recording that was cut off
 branch              a recorded run, otherwise from some time on and equal before
 replications        a model for many seeds, and what its results estimate
+unit                a scene as a unit of FMI that another program steps
 in_memory           the same without a file, a process or the bus; simulate: for Python, in seconds and arrays
 arguments           what people call from Python, checked; pool: processes of our own that run several side by side
 conversation        with the nodes of one run, whatever they model; joining: how they come to their hub

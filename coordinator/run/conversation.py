@@ -23,6 +23,7 @@ from heavylift.coordinator.protocol.core import Outcome
 from heavylift.coordinator.protocol.node import kept
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.tape import Tape
+from heavylift.coordinator.stopping import whole
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.kernel.errors import ProtocolError, Stopped
@@ -224,11 +225,14 @@ class Conversation:
         self._watch.event(event)
 
     def _take_samples(self) -> None:
-        for node, batch in self._hub.samples() if self._begun else ():
-            reached = self._tape.samples(node, batch)
-            self.now = max(self.now, Tag(reached))
-            if node == self._sampler:
-                self.core.working(node, reached)
+        before = self.now
+        with whole():  # what the hub has handed over is nowhere else
+            for node, batch in self._hub.samples() if self._begun else ():
+                reached = self._tape.samples(node, batch)
+                self.now = max(self.now, Tag(reached))
+                if node == self._sampler:
+                    self.core.working(node, reached)
+        if self.now > before:
             self._watch.progress(self.now.t)
         self._tape.settle(self.core.floor.t)
         for sentence in self._tape.notes[self._noted :]:

@@ -33,7 +33,7 @@ from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, build
+from heavylift.nodes.models import COMMANDER, KERNEL, build, driving
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import Digest, RopeLine, SampleLayout
@@ -184,7 +184,7 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
 
     def hear(event: Event) -> None:
         events.append(event)
-        if event.source == COMMANDER and plan.end is None:
+        if event.source == COMMANDER and event.type != "Aim" and plan.end is None:
             core.extend(Tag(event.t + PATIENCE_ns))
         if ropes.change(event):
             rigs.append((event.t, ropes.drawn()))
@@ -199,7 +199,7 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
     prepared, started = time.perf_counter(), time.thread_time()
     kernel.allowed, kernel.deadline = limit, prepared + limit
     outcome = run_in_memory(core, nodes.values())
-    while outcome is Outcome.BOUND and plan.end is None and (due := core.scheduled(models)) < FOREVER:
+    while outcome is Outcome.BOUND and plan.end is None and (due := core.scheduled(driving(plan))) < FOREVER:
         core.extend(Tag(due.t + PATIENCE_ns))
         outcome = go_on(core, nodes, Random(0))
     reached = max(events[-1].t if events else 0, kernel.kept[-1][1][0] if kernel.kept else 0)

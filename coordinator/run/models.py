@@ -24,9 +24,9 @@ from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.live.show import shown
 from heavylift.coordinator.participants import parts
-from heavylift.coordinator.participants.building import built, couplings, importing, module, stopping
+from heavylift.coordinator.participants.building import built, couplings, module, stopping
 from heavylift.coordinator.participants.configuration import Wiring
-from heavylift.coordinator.participants.declaring import declaration, difference
+from heavylift.coordinator.participants.declaring import declarations, difference
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.participant import NODE_MODULE
 from heavylift.coordinator.participants.transitions import read
@@ -42,6 +42,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.kernel.trust import allowed
 from heavylift.nodes.devs import FOREVER, NEVER, Coupled, Message, OutPort, Tag, Transition
 from heavylift.nodes.devs.execution.rules import LIMIT, Patience
+from heavylift.nodes.devs.references import importing
 from heavylift.recordings import file_path
 
 from .conversation import Conversation
@@ -103,6 +104,8 @@ def run_models(
     Patience(microsteps)  # complains before anything begins
     if type(until) is not int or until < 0:
         raise ModelError(f"until={until!r}: the end of a run must be an int >= 0 in ns, use ns(seconds)")
+    if in_process and (processes or places or remote or external):
+        raise ModelError("in_process: all models run in this process; leave out processes, places, remote and external")
     reference = referred(build)
     model = built(reference)
     if in_process and not fixed() and (some := loose(model)):
@@ -222,10 +225,11 @@ def _greet(talk: Conversation, model: Coupled, placement: Placement, part: parts
     config, reference = parts.encode(part), part.build
     for node in placement.nodes:
         talk.welcome(node, config)
+    here = dict(zip(placement.nodes, declarations(model, placement.nodes.values()), strict=True))
     for _ in placement.nodes:
         node, declared = talk.hello(parts.fingerprint(reference.encode()))
-        if node not in talk.externals and declared != (here := declaration(model, placement.nodes[node])):
-            name, what = difference(here, declared)
+        if node not in talk.externals and declared != here[node]:
+            name, what = difference(here[node], declared)
             raise ModelError(
                 f"{reference}: {what} differs between the process of node {name or node} and this one; let the "
                 "function build the same model each time, without clocks, sets or random numbers that have no seed, "

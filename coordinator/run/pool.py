@@ -6,6 +6,7 @@ error do not finish what they have begun.
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -62,6 +63,7 @@ def _apart() -> Iterator[None]:
 
 
 def _begin(parent: int) -> None:
+    gc.set_threshold(50_000)  # as in the command itself
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
     def follow() -> None:

@@ -66,6 +66,8 @@ class Beginning:
         """The same of what can be read already; `instead`: what to do where it cannot be run again."""
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
+        if model := left.recording.run.get("model", ""):
+            instead = f"`heavylift devs '{model}'` runs its model again"
         if not name or RESOLVED not in files:
             raise RecordingError(f"{part}: holds no scene, so it cannot be run again; {instead}")
         try:

@@ -41,11 +41,10 @@ from heavylift.coordinator.verdict import prepare
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.plan.plan import encode
-from heavylift.nodes.scene.operator_command import spoken
 from heavylift.recordings import Spectator, file_path
 from heavylift.recordings.write.broadcast import Broadcast
 from heavylift.recordings.write.spectator import Spectators
@@ -112,7 +111,7 @@ def run(
         Desk(
             lambda: record.recorder.path,
             tempo,
-            lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(lift, words))),
+            lambda words: _order(lift, words),
             lambda answer: located(lift.plan, answer.refused, answer.at),
         ) as desk,
         Record(lift, models, file, placed, looking, force, past.facts if past else {}) as record,
@@ -179,7 +178,7 @@ class _Run(Watch):
 
     def event(self, event: Event) -> None:
         """A scene without an end continues while the commander gives orders."""
-        if event.source == COMMANDER and self._plan.end is None:
+        if event.source == COMMANDER and event.type != "Aim" and self._plan.end is None:
             self.talk.core.extend(Tag(event.t + PATIENCE_ns))
         self._watch.event(event)
 
@@ -211,7 +210,7 @@ class _Run(Watch):
         """Rounds until the end; without one, while a model has something before it, not only a load that swings."""
         while True:
             self._outcome = self.talk.play()
-            due = self.talk.core.scheduled(self._models)
+            due = self.talk.core.scheduled(driving(self._plan))
             if self._outcome is not Outcome.BOUND or self._plan.end is not None or due >= FOREVER:
                 return
             self.talk.core.extend(Tag(due.t + PATIENCE_ns))
@@ -225,6 +224,13 @@ class _Run(Watch):
         if sentences and self._plan.end is None and self._outcome is not Outcome.FINISHED:
             raise ModelError(sentences[0])
         self.unfinished = "; ".join(sentences)
+
+
+def _order(scene: LoadedScene, words: str) -> OperatorCommand:
+    """The command of an operator."""
+    from heavylift.nodes.scene.operator_command import spoken  # reads scenes, which a run without orders need not
+
+    return OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words)))
 
 
 def _declared(name: str, data: bytes, count: int) -> list[System]:

@@ -3,7 +3,7 @@
 processes, keeper       start and end them; the small process between
 of_the_system           what the system says of processes, and must allow
 stall_detector          whether one that owes an answer makes progress
-failover                replaces a lost process; replay_log: what its successor is told
+failover                replaces a lost process; replay_log: what its successor is told; incarnation: how far it is
 journal                 a file that a killed process leaves readable
 ticket_file             by which a program of another kind joins
 differing               what is said of a model that answers otherwise than before

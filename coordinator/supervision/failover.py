@@ -13,8 +13,7 @@ does a model that fails: it would fail again.  Every few seconds of work a node 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
 
 import msgspec
 from heavylift.coordinator.hosts.door import Door
@@ -24,9 +23,9 @@ from heavylift.coordinator.transport.hub import Hub, REMOTE_s
 from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
-from heavylift.nodes.devs import Tag
 
 from .differing import nondeterminism
+from .incarnation import Life
 from .processes import KEEPER, GRACE_s, Processes
 from .replay_log import Story
 from .stall_detector import Vigil
@@ -39,28 +38,6 @@ LOSSES = 3  # of one process at one point of the run
 LOOK_s = 0.05  # between two looks at the clock
 KEEP_s = 5.0  # wall time between two checkpoints of a node
 KEEP_GRANTS = 64  # and at least so many grants
-
-
-@dataclass
-class _Life:
-    """One node: its log, and how far its present incarnation has replayed it."""
-
-    story: Story
-    ready: bool = False  # has heard the whole story
-    telling: Iterator[tuple[bytes, bytes]] = field(default_factory=lambda: iter(()))
-    expected: bytes = b""
-    heard: bytes = b""  # the last answer of the story that it has given
-    asked: bytes = b""  # what it was told and has not answered
-    since: float = 0.0  # when that was
-    repeated: bool = False  # it was told something twice
-    losses: list[str] = field(default_factory=list)  # at this point
-    over: bool = False
-    batches: int = 0  # of samples that were passed on
-    batch: int = 0  # those of this incarnation
-    kept_batch: int = 0  # those before the checkpoint
-    keeps: bool = True
-    grants: int = 0  # since the last checkpoint
-    kept_at: float = field(default_factory=time.monotonic)
 
 
 class Succession(Hub):
@@ -76,7 +53,7 @@ class Succession(Hub):
         super().__init__(nodes, door, crew.directory)
         self._crew, self._deadline = crew, deadline
         folder = self.directory.path
-        self._lives = {node: _Life(Story(folder / f"{node}.journal")) for node in self.nodes}
+        self._lives = {node: Life(Story(folder / f"{node}.journal")) for node in self.nodes}
         self._vigil = Vigil(deadline, crew, self._alive, lambda sentence: self.tell(sentence))
         self._begun = dict.fromkeys(self.placement.processes, time.monotonic())
         self._tickets = {process: TicketFile(process) for process in sorted(self.placement.external)}
@@ -134,7 +111,7 @@ class Succession(Hub):
 
     # ---- what nodes are told and say ----------------------------------------------------------------------------
 
-    def _say(self, node: str, life: _Life, payload: bytes) -> None:
+    def _say(self, node: str, life: Life, payload: bytes) -> None:
         if payload == life.story.welcome:
             welcome = m.decode(payload)
             assert isinstance(welcome, m.Welcome), "every story begins with it"
@@ -150,12 +127,12 @@ class Succession(Hub):
             return False  # the BYE of a successor that had nothing to do
         if kind == "checkpoint":
             return self._keep(node, life, payload)
-        if life.repeated and _behind(payload, life.asked):
+        if life.outdated(payload):
             return False
         life.asked = b""
         if not life.ready:
             if payload != life.expected:
-                raise nondeterminism(self.placement.nodes[node], life.expected, payload, _reached(life.heard))
+                raise nondeterminism(self.placement.nodes[node], life.expected, payload, life.reached)
             life.heard = payload
             self._go_on(node, life)
             return False
@@ -182,7 +159,7 @@ class Succession(Hub):
 
     # ---- checkpoints --------------------------------------------------------------------------------------------
 
-    def _ask_for_checkpoint(self, node: str, life: _Life) -> None:
+    def _ask_for_checkpoint(self, node: str, life: Life) -> None:
         life.grants += 1
         if life.grants >= KEEP_GRANTS and time.monotonic() - life.kept_at > KEEP_s:
             self.keep(node, m.encode(m.Checkpoint(0)))
@@ -194,7 +171,7 @@ class Succession(Hub):
             life.grants, life.kept_at = 0, time.monotonic()
             super().keep(node, request)
 
-    def _keep(self, node: str, life: _Life, payload: bytes) -> bool:
+    def _keep(self, node: str, life: Life, payload: bytes) -> bool:
         """Whether it can be kept."""
         checkpoint = m.decode(payload)
         assert isinstance(checkpoint, m.Checkpoint), "its kind says so"
@@ -220,7 +197,7 @@ class Succession(Hub):
                 life.telling = life.story.retell()
                 self._go_on(node, life)
 
-    def _go_on(self, node: str, life: _Life) -> None:
+    def _go_on(self, node: str, life: Life) -> None:
         """The next part of the log; after it, what waits for an answer."""
         part = next(life.telling, None)
         if part is not None:
@@ -249,7 +226,7 @@ class Succession(Hub):
             self._crew.kill(process, self._look_at_keeper)
         self.renew(process)
         for life in lives:
-            life.ready, life.repeated, life.asked, life.batch = False, False, b"", life.kept_batch
+            life.begin_again()
         self._begun[process] = time.monotonic()
         if awaited:
             self._invite(process, self.tell)
@@ -297,7 +274,7 @@ class Succession(Hub):
         if since is not None and (how := self._vigil.lost(KEEPER, since, time.monotonic())):
             self._crew.give_up(how)
 
-    def _repeat(self, owing: list[tuple[str, _Life]]) -> None:
+    def _repeat(self, owing: list[tuple[str, Life]]) -> None:
         """Tell nodes once more what they have not answered; a node that has done so says it again."""
         for node, life in owing:
             if not life.repeated and m.kind(life.asked) == "grant":
@@ -314,15 +291,3 @@ class Succession(Hub):
             return msgspec.msgpack.decode(self.ask(process) or b"", type=m.Alive)
         except UNREADABLE:  # nothing, or nothing that it could say
             return None
-
-
-def _behind(payload: bytes, asked: bytes) -> bool:
-    """Whether this is a DONE that was said before: not the answer to what was asked."""
-    done, grant = m.decode(payload), m.decode(asked) if asked else None
-    return isinstance(done, m.Done) and not (isinstance(grant, m.Grant) and grant.gseq == done.gseq)
-
-
-def _reached(answer: bytes) -> Tag:
-    """How far a node had come with this answer."""
-    done = m.decode(answer) if answer else None
-    return done.reached if isinstance(done, m.Done) else Tag(0)

@@ -47,6 +47,7 @@ def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) ->
     wake_as_an_orphan()
     reports = os.dup(1)
     os.dup2(2, 1)  # for what modules print while they are imported
+    gc.set_threshold(50_000)  # as in the command itself
     for module in () if fresh else preload:
         importlib.import_module(module)
     gc.freeze()

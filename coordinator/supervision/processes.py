@@ -23,7 +23,7 @@ from collections.abc import Callable, Mapping, Sequence
 from queue import SimpleQueue
 from typing import IO, Self
 
-from heavylift.coordinator.stopping import Stopping
+from heavylift.coordinator.stopping import whole
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.run_directory import RunDirectory
 from heavylift.kernel.errors import ProtocolError
@@ -74,26 +74,24 @@ class Processes:
     def _launch(self) -> None:
         """Start a keeper; no signal comes between its start and the knowledge of it."""
         pipe = subprocess.PIPE
-        Stopping.held = True
-        try:
-            errors = tempfile.TemporaryFile()  # noqa: SIM115 - until the keeper has ended
-            keeper = subprocess.Popen(
-                self._command,
-                stdin=pipe,
-                stdout=pipe,
-                stderr=errors,
-                pass_fds=(self._life_line,),
-                start_new_session=True,
-                env={**ONE_THREAD, **os.environ, **SEED},
-            )
-        except OSError as error:
-            raise ProtocolError(
-                f"no process can be started ({error.strerror}); end others or raise the limits of this user (ulimit)"
-            ) from None
-        else:
+        with whole():
+            try:
+                errors = tempfile.TemporaryFile()  # noqa: SIM115 - until the keeper has ended
+                keeper = subprocess.Popen(
+                    self._command,
+                    stdin=pipe,
+                    stdout=pipe,
+                    stderr=errors,
+                    pass_fds=(self._life_line,),
+                    start_new_session=True,
+                    env={**ONE_THREAD, **os.environ, **SEED},
+                )
+            except OSError as error:
+                why = error.strerror
+                raise ProtocolError(
+                    f"no process can be started ({why}); end others or raise the limits of this user (ulimit)"
+                ) from None
             self._know(keeper, errors)
-        finally:
-            Stopping.held = False
 
     def _know(self, keeper: subprocess.Popen[bytes], errors: IO[bytes]) -> None:
         with self._change:  # another thread asks for deaths: it sees the old keeper as lost, or the new one

@@ -27,6 +27,7 @@ from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.overlay import override, path_in
 from heavylift.nodes.scene.text.source import read
+from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.units import NUMBER
 from numpy.typing import NDArray
 
@@ -199,9 +200,10 @@ def _unit(texts: Sequence[str]) -> str:
 def _check(scene: LoadedScene, axis: Axis) -> None:
     """Raises SceneError for a path of which no value can be read: neither the first nor the last."""
     for p in (0.0, 1.0):
-        source = read(scene.merged or scene.text, scene.path.name)
+        source = read(scene.merged or scene.text, scene.path.name, scene.path.parent)
         for setting in axis.setting(axis.quantile(p)[0]):
             override(source, setting)
+        tabled(source)
         validate(source)
         if not source.faults:
             return

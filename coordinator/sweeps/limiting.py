@@ -133,8 +133,8 @@ def limits_of_all(
 ) -> list[Limited]:
     """How far each of several numbers may go, alone; side by side in processes.  `say` hears of the runs."""
 
-    def told(name: str, x: float, row: Row) -> None:
-        say(f"  {name.partition('=')[0]} {x:.5g}: {row['status']}")
+    def told(name: str, value: str, row: Row) -> None:
+        say(f"  {name.partition('=')[0]} {value}: {row['status']}")
 
     if len(asked) == 1:
         return [limits_of(scene, asked[0], limit_s, partial(told, asked[0]))]
@@ -152,7 +152,7 @@ def _apart(task: Task, asked: str) -> Limited:
 
 
 def limits_of(
-    scene: LoadedScene, asked: str, limit_s: float = 60.0, watch: Callable[[float, Row], None] = lambda x, row: None
+    scene: LoadedScene, asked: str, limit_s: float = 60.0, watch: Callable[[str, Row], None] = lambda value, row: None
 ) -> Limited:
     """How far `PATH` may go, or `PATH=FROM..TO UNIT` in that direction; raises SceneError for what is no number."""
     axis, start, end = _range(scene, asked)
@@ -164,7 +164,7 @@ def limits_of(
     def green(x: float) -> bool:
         if x not in runs:
             runs[x] = played(task, Variant(len(runs), settings(x), (x,)))
-            watch(x, runs[x])
+            watch(found.shown(x), runs[x])
         if runs[x]["status"] in ("cut", "lost"):
             raise SceneError(f"--of '{asked}': at {x:g} {axis.unit}: {runs[x]['sentence']}")
         return bool(runs[x]["status"] == "done")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from html import escape
 from math import isfinite
+from textwrap import fill
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -59,7 +60,7 @@ def page(study: Study) -> str:
         "<h2>What was varied</h2>",
         bullets(_varied(study)),
         *_limits(study, found),
-        *_responses(found),
+        *_responses(study, found),
         *_histograms(found),
         *_indices(study, found),
         *_failures(study),
@@ -107,8 +108,9 @@ def _percent(share: float, digits: int = 1) -> str:
     return f"{100 * share:.{digits}f} %"
 
 
-def _responses(found: Summary) -> list[str]:
-    """Each result over each axis: the variants, and the mean of those that are near."""
+def _responses(study: Study, found: Summary) -> list[str]:
+    """Each result over each axis: the variants, and the mean of those that are near, or have the same words."""
+    words = {axis.label: axis.texts for axis in study.plan.axes if axis.texts and axis.numbers is None}
     names, axes = list(found.results), list(found.inputs)[:DRAWN]
     if not names or not axes or not len(found.inputs[axes[0]]):
         return []
@@ -119,7 +121,7 @@ def _responses(found: Summary) -> list[str]:
             x, y = found.inputs[axis], found.results[name]
             size, alpha = (5.0, 1.0) if len(x) <= FEW else (2.6, max(0.15, min(0.8, 150 / len(x))))
             ax.plot(x, y, "o", ms=size, alpha=alpha, color=COLOURS[0], mew=0, zorder=3)
-            ax.plot(*_means(x, y), color=COLOURS[1], lw=1.6)
+            ax.plot(*_means(x, y), "_" if axis in words else "-", ms=24, color=COLOURS[1], lw=1.6, mew=1.6)
             if name == "use":
                 ax.axhline(1.0, color=LIMIT, lw=1.1, ls=(0, (6, 3)))
                 ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
@@ -127,6 +129,10 @@ def _responses(found: Summary) -> list[str]:
                 ax.set_ylabel(RESULTS[name].replace(" of a load's limit", "").replace(" of a hook's ropes", ""))
             if i == len(names) - 1:
                 ax.set_xlabel(axis)
+            if axis in words:
+                ax.set_xlim(-0.5, len(words[axis]) - 0.5)
+                wide_as = max(10, 60 // len(words[axis]))
+                ax.set_xticks(range(len(words[axis])), [fill(text, wide_as) for text in words[axis]])
     left = len(found.inputs) - len(axes)
     more = f" {left} more inputs stand in rows.parquet." if left > 0 else ""
     quiet = f'<p class="quiet">A point is a variant, the line the mean of those that are near.{more}</p>'

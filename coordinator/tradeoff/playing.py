@@ -108,7 +108,7 @@ def _shown(
 ) -> Shown:
     tension, peak = layout.find("rope/tension"), layout.find("rope/peak")
     names = list(tension.names) if tension else []
-    ropes = [r.name for r in plan.rig.hook_ropes] if plan.block else names
+    ropes = [r.name for r in plan.rig.hook_ropes] if plan.lift else names
     picks = [names.index(r) for r in ropes]
     channel = layout.find(f"pose/{plan.block.name}" if plan.block else "joint/position")
     columns = [] if channel is None else list(channel.names[:3] if plan.block else channel.names)

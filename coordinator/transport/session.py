@@ -218,8 +218,17 @@ def _config(mode: str, listen: list[str] | None = None, connect: list[str] | Non
     }
 
 
+_begun: list[int] = []  # the process in which Zenoh has begun its threads, which no fork of it has
+
+
 def _open(config: dict[str, object], otherwise: str) -> zenoh.Session:
     os.environ.setdefault("ZENOH_RUNTIME", RUNTIME)
+    if _begun and _begun != [os.getpid()]:
+        raise ProtocolError(
+            "this process was forked from one that has run models, and cannot run any itself; let it be spawned, such "
+            "as by ProcessPoolExecutor(mp_context=multiprocessing.get_context('spawn'))"
+        )
+    _begun[:] = [os.getpid()]
     try:
         return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     except zenoh.ZError as error:

@@ -118,15 +118,15 @@ def tighter(plan: Plan) -> list[Plan]:
     finest = min(TIGHT, 1e-2 * plan.tolerance if plan.step is None else TIGHT)
     if finest < FINEST:
         return []
-    rigid = plan.fidelity.ropes == "rigid" and plan.block is not None
+    rigid = plan.fidelity.ropes == "rigid" and plan.lift
     rigid = rigid or any(system.rigid_ropes for system in (m.system for m in plan.mechanisms))
     tolerances = (finest * SECOND / TIGHT, finest) if rigid else (finest,)
     return [_stepped(plan, plan.fidelity, tolerance) for tolerance in tolerances]
 
 
 def richer(plan: Plan) -> Plan | None:
-    """The next richer spatial rung; None of a mechanism."""
-    if plan.block is None:
+    """The next richer spatial rung; None of a mechanism and of machines made of parts."""
+    if not plan.lift:
         return None
     at = plan.fidelity
     lumps = 2 * at.lumps if at.ropes == "massive" else 2

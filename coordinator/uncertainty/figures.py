@@ -63,7 +63,7 @@ def recorded(plan: Plan, rec: Recording) -> Shown:
     stages = [(e.t_ns * 1e-9, e.value["action"], e.value["name"]) for e in rec.events(COMMANDER, "stage")]
     names = rec.columns("rope/tension") if "rope/tension" in rec.signals() else []
     place = f"pose/{plan.block.name}" if plan.block else "joint/position"
-    ropes = [rope.name for rope in plan.rig.hook_ropes] if plan.block else names
+    ropes = [rope.name for rope in plan.rig.hook_ropes] if plan.lift else names
     columns = rec.columns(place)[:3] if plan.block else rec.columns(place) if place in rec.signals() else []
     tension = rec.signal("rope/tension") if names else None
     at = rec.signal(place) if columns else None

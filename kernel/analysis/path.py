@@ -203,7 +203,7 @@ class EquilibriumPath:
         events += switch(poses, q, thresholds=True)
         self._q = q
         self._near.renew(self._q)
-        far = self._distance(start, q)
+        far = float(np.abs(q - start).max(initial=0.0))
         if why and far > FAR:
             told = f"{why}: the scene falls by {far:.2g} (m or rad) to its next rest"
             self.notes.append(Note(self.epoch if since_ns is None else since_ns, told))
@@ -297,6 +297,3 @@ class EquilibriumPath:
         if self._near.poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
             self.unstable_since = self.epoch
             self.notes.append(Note(self.epoch, "the rest is unstable: the smallest push makes the scene leave it"))
-
-    def _distance(self, q0: np.ndarray, q: np.ndarray) -> float:
-        return float(np.abs(q - q0).max(initial=0.0))

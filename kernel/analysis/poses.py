@@ -36,6 +36,10 @@ class Poses:
         self._velocities = p.nq + np.array(self.free, dtype=int)
         self._quaternions = np.array(p.quaternions, dtype=int)[:, None] + np.arange(4)
         self._M = np.zeros(self._tangent.factors.stop)
+        n = len(self.free)
+        self._given, self._tail, self._found = np.zeros(n), np.zeros(1), np.zeros(n)  # of `solve`
+        self._solve = simulation.native.bound("solve_tangent", self._M, self._given, self._tail, self._found)
+        self._y, self._f = (simulation.native.part(name) for name in ("y", "f"))
         self._columns = np.zeros((p.nv, 4))  # see `tangent_stiffness`
         for link in p.graph.links:
             for k in range(link.v.start, link.v.stop):
@@ -59,7 +63,8 @@ class Poses:
 
     def accelerations(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
         """(n_free,) at pose q (nq,) and, unless they vanish, at velocities v (n_free,)."""
-        dv: np.ndarray = self._rates(q, v)[self._velocities]
+        self._refresh(q, v)
+        dv: np.ndarray = self._f[self._velocities]
         return dv
 
     def guards(self) -> np.ndarray:
@@ -99,13 +104,14 @@ class Poses:
 
     def solve(self, a: np.ndarray) -> np.ndarray:
         """(n_free,) step of the matrix factorised last, for accelerations a (n_free,)."""
-        whole, x = np.zeros(len(self.free)), np.zeros(len(self.free))
+        x = self._found
         if self._B is None:
-            whole[:] = a
+            self._given[:] = a
         else:
-            whole[: self._B.shape[1]] = self._B.T @ a
-        self.simulation.native.code.call("solve_tangent", self._M, whole, np.zeros(1), x)
-        return x if self._B is None else self._B @ x[: self._B.shape[1]]
+            self._given[:] = 0.0
+            self._given[: self._B.shape[1]] = self._B.T @ a
+        self._solve()
+        return x.copy() if self._B is None else self._B @ x[: self._B.shape[1]]
 
     def sign(self) -> float:
         """Of the determinant of the matrix factorised last."""
@@ -117,7 +123,8 @@ class Poses:
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """(nq,) the pose a step (n_free,) [m, rad] away."""
         p = self.simulation.program
-        new: np.ndarray = q + self._rates(q, step)[: p.nq]
+        self._refresh(q, step)
+        new: np.ndarray = q + self._f[: p.nq]
         if len(p.constraints):
             y = self._state(new)
             for _ in range(CLOSINGS):
@@ -137,7 +144,7 @@ class Poses:
         """Angles go on from those at pose q, which is less than half a turn from the one before."""
         s = self.simulation
         if n := len(s.program.angles):
-            s.native.X[self._at["y"]] = self._state(q)
+            self._y[:] = self._state(q)
             self._accounts[-n:] = s.row().turned
 
     def basis(self, q: np.ndarray) -> np.ndarray | None:
@@ -153,12 +160,9 @@ class Poses:
         basis: np.ndarray = U[:, : int(np.sum(sizes > HALF))]  # a projection's are 0, or at least 1
         return basis
 
-    def _rates(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
-        s = self.simulation
-        s.native.X[self._at["y"]] = self._state(q, v)
-        s.native.call("refresh")
-        f: np.ndarray = s.native.X[self._at["f"]].copy()
-        return f
+    def _refresh(self, q: np.ndarray, v: np.ndarray | None = None) -> None:
+        self._y[:] = self._state(q, v)
+        self.simulation.native.call("refresh")
 
     def _state(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
         p = self.simulation.program

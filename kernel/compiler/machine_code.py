@@ -10,6 +10,7 @@ import ctypes
 import hashlib
 import sys
 from collections.abc import Callable
+from functools import partial
 
 import llvmlite
 import llvmlite.binding as llvm
@@ -82,6 +83,10 @@ class Library:
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
         """Run a native function on contiguous float64 blocks; the caller vouches for their sizes."""
+        self.bound(name, *blocks)()
+
+    def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
+        """The same, ready to be run again and again; the caller keeps the blocks."""
         for b in blocks:
             assert b.dtype == _FLOAT, f"{name}: block of {b.dtype}"
         call = self._calls.get((name, len(blocks)))
@@ -89,4 +94,4 @@ class Library:
             call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(blocks))(self.address(name))
             self._calls[name, len(blocks)] = call
         # from_buffer refuses what is not contiguous
-        call(*[ctypes.addressof(_ANY.from_buffer(b)) for b in blocks])  # type: ignore[arg-type]
+        return partial(call, *[ctypes.addressof(_ANY.from_buffer(b)) for b in blocks])  # type: ignore[arg-type]

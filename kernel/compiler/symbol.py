@@ -200,14 +200,11 @@ def mul(a: Any, b: Any) -> Any:
             return a
         if b < 0:
             return neg(mul(a, -b))
-        if a.op == "neg":
-            return neg(mul(a.args[0], b))
-        return node("mul", a, b)
     if a.op == "neg":
         return neg(mul(a.args[0], b))
-    if b.op == "neg":
+    if is_sym(b) and b.op == "neg":
         return neg(mul(a, b.args[0]))
-    return node("mul", a, b) if a.id < b.id else node("mul", b, a)
+    return node("mul", b, a) if is_sym(b) and b.id <= a.id else node("mul", a, b)
 
 
 def div(a: Any, b: Any) -> Any:

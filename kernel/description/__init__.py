@@ -4,6 +4,7 @@ mechanics                     System: bodies, joints, masters, measured values, 
 laws                          ropes, supports; springs, stops, brakes, drives and locks of joints
 forces, contacts, flexible    force elements; rigid contacts; what makes a body flexible
 joint_table                   everything the kernel knows of a joint type
+signals                       scalars that can be sampled for models that listen
 points                        places that all of these are described with
 profile                       trapezoid profiles that drives, winches and masters follow
 field_types, flexible_checks  what every field must hold; what a flexible body must fulfil

@@ -67,7 +67,8 @@ class Load(Element, frozen=True, tag=True):
 class Wind(Element, frozen=True, tag=True):
     """Drag of a wind on an area: F = 1/2 density C A |w - v| (w - v) at a point that moves with v.
 
-    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history.
+    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history.  To A is added the
+    shadow of a box, the sum of its `sides` times |n_i (w - v)| / |w - v|, n_i: the body's axes in the world.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Wind(Element, frozen=True, tag=True):
     direction: Vector
     signal: Signal
     density: float = 1.225  # [kg/m3]
+    sides: Vector = (0.0, 0.0, 0.0)  # [m2]
 
     @property
     def points(self) -> tuple[Point, ...]:

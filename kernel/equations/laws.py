@@ -187,9 +187,10 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
     Wind: (
         (
             "f",
-            "1/2 density C A |w - v| (w - v)",
-            r"\tfrac{1}{2}\,\rho\,C\,A\,|\mathbf{w} - \mathbf{v}|\,(\mathbf{w} - \mathbf{v})",
-            "",
+            "1/2 density C (A |w - v| + sum side |n (w - v)|) (w - v)",
+            r"\tfrac{1}{2}\,\rho\,C\,(A\,|\mathbf{w} - \mathbf{v}|"
+            r" + \textstyle\sum \mathrm{side}\,|\mathbf{n}\cdot(\mathbf{w} - \mathbf{v})|)\,(\mathbf{w} - \mathbf{v})",
+            "n: axis of the body",
         ),
     ),
     Torsion: (

@@ -53,18 +53,26 @@ class WindLaw(ForceLaw[Wind]):
 
     def check(self, f: Wind) -> None:
         size = norm(f.direction)
+        self.demand(f, "sides", min(f.sides) >= 0.0, f"are {f.sides}; none can be negative")
         self.demand(f, "direction", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
 
     def signal(self, f: Wind) -> Signal:
         return f.signal
 
     def numbers(self, f: Wind, poses: Poses) -> list[float]:
-        return [*f.at.p, 0.5 * f.density * f.drag * f.area, *f.direction]
+        half = 0.5 * f.density * f.drag
+        return [*f.at.p, half * f.area, *f.direction, *(half * side for side in f.sides)]
+
+    def shape(self, f: Wind) -> Hashable:
+        return any(f.sides)
 
     def answer(self, f: Wind, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         x, _, v = attachment(ends[0], p[:3], "a")
         u = signal[0] * p[4:7] - v
-        force = p[3] * sqrt(u @ u) * u
+        size = p[3] * sqrt(u @ u)
+        if any(f.sides):
+            size += p[7:] @ abs(np.reshape(ends[0][:9], (3, 3)).T @ u)
+        force = size * u
         return Answer([wrench(x, force)], work=force @ v, shown=[signal[0], sqrt(force @ force)])
 
     def shows(self, f: Wind) -> list[Shown]:

@@ -58,7 +58,7 @@ class Rent:
 
 
 class Island(Simulation):
-    """One of them: events leave no row of their own, and it can be looked at within its tentative step."""
+    """One of them: events leave no row of their own."""
 
     struck: np.ndarray  # row of the last event or command
 
@@ -84,24 +84,6 @@ class Island(Simulation):
     def tells(self, subscribed: frozenset[str]) -> bool:
         """Whether somebody subscribed to what happens next."""
         return not subscribed.isdisjoint(self.events.names)
-
-    def shown(self, t_ns: int) -> np.ndarray:
-        """The row at a time within the tentative step, or at rest; changes nothing."""
-        native, now = self.native, self.native.X.copy()
-        if self.events.before is not None:
-            native.X[:] = self.events.before
-        if self.still or not native["tentative"] > 0.0:
-            row = native.raw().copy()
-        else:
-            if self.method.method.completes and native["coarse"] > 0.0:
-                native.call("complete")
-            native.set(t_out=native.local(t_ns))
-            at = int(native["row"])
-            native.call("sample")
-            row = native.table[at].copy()
-        native.X[:] = now
-        row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
-        return row
 
     def may_be_cut(self) -> frozenset[str]:
         """Ropes that nobody has hooked, if without them a part of the island that rests is on its own and that pays."""

@@ -176,6 +176,10 @@ class Islands(Commanded):
             return None
         return self.samples.next_ns, self.samples.whole(parts)
 
+    def shown(self, t_ns: int) -> np.ndarray:
+        """See `Simulation.shown`."""
+        return self.samples.whole([p.shown(t_ns) for p in self.parts])
+
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
         self.order.check_settled("preview", self.epoch)

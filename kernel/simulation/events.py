@@ -56,9 +56,7 @@ class Events:
         """First time at which commands can still be given; steps until then are history."""
         native = self._native
         X = native.X if self.before is None else self.before
-        t = float(X[native.at["t0" if X[native.at["tentative"]] > 0.0 else "t"]])
-        present = native.epoch + max(0, ceil(t * 1e9) - 1)
-        return present if native.local(present) >= t else present + 1
+        return native.reached_ns(float(X[native.at["t0" if X[native.at["tentative"]] > 0.0 else "t"]]))
 
     def start(self) -> None:
         """Switch what the initial pose says."""

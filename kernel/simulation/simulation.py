@@ -16,7 +16,6 @@ Its parts: `native` (state and machine code), `recorder` (samples), `integrator`
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import ceil
 from typing import Any
 
 import numpy as np
@@ -124,7 +123,7 @@ class Simulation(Commanded):
             return self.events.t_ns
         if self.still:
             return FOREVER_NS
-        return self.native.epoch + ceil(self.native["t"] * 1e9)
+        return self.native.reached_ns(self.native["t"])
 
     @property
     def event(self) -> bool:
@@ -256,6 +255,10 @@ class Simulation(Commanded):
         native.X[:] = before
         row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
         return self.recorder.next_ns, row
+
+    def shown(self, t_ns: int) -> np.ndarray:
+        """The row at a time within the tentative step, or at rest; changes nothing."""
+        return self.native.shown(t_ns, self.events.before, self.still)
 
     def settle(self) -> None:
         """Derivative and guards after a jump; a guard that is below zero now is an event at once."""

@@ -11,6 +11,7 @@ Tag, ns, us, ms      time: whole nanoseconds and a microstep; succ and after lea
 tags, ports, messages, models   what these are made of; events: what crosses the border of a node
 hybrid                          atomics that follow a differential equation between their transitions
 statistics                      tallies, means over time, streams of random numbers
+references                      code that a scene or a command line names
 travelling                      a message as each receiver gets it
 execution                       the abstract simulator
 """

@@ -12,7 +12,7 @@ from typing import Annotated, Protocol, runtime_checkable
 import msgspec
 
 from .messages import Message, decode
-from .tags import Tag
+from .tags import Tag, tag_of
 
 Order = tuple[int, int, str, str, int]  # t, k, source, port, index: the total order of events
 
@@ -31,7 +31,7 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
     @property
     def tag(self) -> Tag:
         """When it is sent and received."""
-        return Tag(self.t, self.k)
+        return tag_of((self.t, self.k))
 
     @property
     def order(self) -> Order:

@@ -38,14 +38,14 @@ def tag_of(instant: Instant) -> Tag:
 
 def succ(tag: Tag) -> Tag:
     """The next microstep at the same time."""
-    return tag if tag.t == NEVER else Tag(tag.t, tag.k + 1)
+    return tag if tag[0] == NEVER else tuple.__new__(Tag, (tag[0], tag[1] + 1))
 
 
 def after(tag: Tag, wait: int) -> Tag:
     """The tag that lies `wait` [ns] after `tag`; zero costs one microstep; forever stays."""
     if wait == 0:
         return succ(tag)
-    return Tag(tag.t + wait, 0) if wait < NEVER - tag.t else FOREVER
+    return tuple.__new__(Tag, (tag[0] + wait, 0)) if wait < NEVER - tag[0] else FOREVER
 
 
 def beyond(wait: int) -> str:

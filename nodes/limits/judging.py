@@ -102,6 +102,7 @@ class _Worst:
 
     def _see_chart(self, signals: Signals, values: np.ndarray, xs: np.ndarray) -> None:
         uses = np.array([self._limit.use(float(v), float(x)) for v, x in zip(values, xs, strict=True)])
+        uses[np.isnan(xs)] = np.nan
         if np.isnan(uses).all():
             return
         k = int(np.nanargmax(uses))

@@ -16,7 +16,7 @@ from heavylift.kernel.description.mechanics import Point
 from heavylift.nodes.plan.limit import Limit
 
 from .reeving import drum_end_factor, lead_factor
-from .rope_signals import block_mass, carries, place, rope_direction, rope_length, rope_of
+from .rope_signals import block_mass, carries, hook_of, place, rope_direction, rope_length, rope_of
 from .signals import Column, Signals
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["READERS", "Reading", "axis_of", "read"]
 
+EMPTY = 0.1  # of its hook block: with less below it a hook is empty
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 ALONG, ACROSS, UP = 0, 1, 2  # world axes: rails, girders, height
 
@@ -43,7 +44,10 @@ def read(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 
 def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
-    """What the chart of a limit is over, at each instant: the trolley's place on its girder [m]."""
+    """What the chart of a limit is over, at each instant: a trolley's place on its girder, or a hook's radius [m]."""
+    if limit.over == "radius" and (hook := hook_of(plan, limit.elements[0])) and hook.axis:
+        eye, axis = place(signals, hook.eye), place(signals, hook.axis)
+        return None if eye is None or axis is None else np.hypot(*(eye - axis)[:, :UP].T)
     rope = rope_of(plan, limit.elements[0])
     trolley = signals.poses.get(rope.lines[0].a.body) if rope else None
     return None if trolley is None else trolley[0][:, ACROSS]
@@ -53,15 +57,17 @@ def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
 
 
 def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """What hangs below the hook blocks of some ropes [kg]."""
-    ropes = [rope for name in limit.elements if (rope := rope_of(plan, name)) and name in signals.tensions]
+    """What hangs below the hook blocks of some ropes [kg]; by a chart over the radius the block counts, too."""
+    ropes = [name for name in limit.elements if name in signals.tensions]
     if not ropes:
         return None
-    dead = sum(block_mass(plan, rope) for rope in ropes)
-    total = np.sum([signals.tensions[rope.name] for rope in ropes], axis=0) / plan.gravity - dead
+    dead = sum(block_mass(plan, name) for name in ropes)
+    total = np.sum([signals.tensions[name] for name in ropes], axis=0) / plan.gravity - dead
     values = np.maximum(total, 0.0)
+    if limit.over == "radius":
+        values, dead = np.where(total > EMPTY * dead, total + dead, np.nan), 0.0
     exact = None
-    alone = signals.peaks.get(ropes[0].name) if len(ropes) == 1 else None
+    alone = signals.peaks.get(ropes[0]) if len(ropes) == 1 else None
     if found := alone or signals.crossings.get(_cell(limit)):
         peak, when = found
         exact = peak / plan.gravity - dead, when

@@ -10,9 +10,9 @@ from heavylift.kernel.description.mechanics import WORLD, Point
 from .signals import Column, Signals
 
 if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import HookRope, Plan
+    from heavylift.nodes.plan.plan import Hoist, HookRope, Plan
 
-__all__ = ["block_mass", "carries", "place", "rope_direction", "rope_length", "rope_of"]
+__all__ = ["block_mass", "carries", "hook_of", "place", "rope_direction", "rope_length", "rope_of"]
 
 CARRIES = 0.02  # of the capacity of its hook: with less below its loader a hook is empty
 
@@ -22,10 +22,16 @@ def rope_of(plan: Plan, name: str) -> HookRope | None:
     return next((rope for rope in plan.rig.hook_ropes if rope.name == name), None)
 
 
-def block_mass(plan: Plan, rope: HookRope) -> float:
+def hook_of(plan: Plan, rope: str) -> Hoist | None:
+    """The hook of a machine made of parts that a rope holds."""
+    return next((hook for machine in plan.mechanisms for hook in machine.hooks if hook.rope == rope), None)
+
+
+def block_mass(plan: Plan, rope: str) -> float:
     """Mass of the hook block on a rope [kg]."""
-    hooks = (hook for crane in plan.cranes for hook in crane.hooks)
-    return next((hook.block_mass for hook in hooks if hook.rope == rope.name), 0.0)
+    goliaths = {hook.rope: hook.block_mass for crane in plan.cranes for hook in crane.hooks}
+    other = hook_of(plan, rope)
+    return goliaths.get(rope, other.block_mass if other else 0.0)
 
 
 def rope_length(signals: Signals, rope: HookRope) -> Column:

@@ -5,7 +5,8 @@ system(plan)                           what they declare together, for the kerne
 couplings(plan), subscriptions(plan)   how nodes and kernel are wired, who hears which state event
 tree(plan), tree_data(plan)            the model tree as text, as plain data
 
-crane, loader, block, mechanism        the machines
+crane, loader, block    machines of a lift; machine: any other, walked from its parts
+own                                    a user's own model beside the kernel: Sample in, SetPoint out
 assembly, tree                         from a plan to models and couplings; their tree as text
 parts                                  what machines are made of: drives, gauges, slings, brakes; messages
 commander                              carries out the action list
@@ -22,10 +23,14 @@ from .assembly import (
     build,
     build_one,
     couplings,
+    driving,
     node_names,
     subscriptions,
     system,
+    together,
 )
+from .own import OwnModel, sample_port
+from .parts.messages import Sample, SetPoint
 from .tree import tree, tree_data
 
 __all__ = [
@@ -34,13 +39,19 @@ __all__ = [
     "CommanderModel",
     "Coupling",
     "NodeModel",
+    "OwnModel",
+    "Sample",
+    "SetPoint",
     "build",
     "build_one",
     "couplings",
+    "driving",
     "hooked_later",
     "node_names",
+    "sample_port",
     "subscriptions",
     "system",
+    "together",
     "tree",
     "tree_data",
 ]

@@ -1,8 +1,8 @@
 """From a plan to models and couplings: what each node process builds, and how the coordinator wires them.
 
 One coupled model per real object and one for the commander, which also owns the rig (hook ropes and slings)
-and the Master of a turn.  Node names: "commander", cranes, loaders, block, mechanisms, and "kernel" for the
-mechanics.
+and the Master of a turn.  Node names: "commander", cranes, loaders, block, mechanisms, models of a user's own, and
+"kernel" for the mechanics.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from heavylift.nodes.plan.plan import Block, Crane, Loader, Mechanism, Plan
 from .block import BlockModel
 from .crane import CraneModel
 from .loader import LoaderModel
-from .mechanism import MechanismModel
+from .machine import MachineModel
+from .own import OwnModel, aim_port, sample_port
 
 COMMANDER, KERNEL = "commander", "kernel"
 Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, target model, its in port
@@ -57,6 +58,8 @@ class CommanderModel(Coupled):
     def __init__(self, plan: Plan) -> None:
         super().__init__(COMMANDER)
         self.actions = self.add(Commander("actions", plan))
+        for port in self.actions.aims:
+            self.add_in(port.name, m.SetPoint)
         share(self, self.actions)
         for name in machines(plan):
             self.connect(self.actions.to[name], self.add_out(f"order_{name}", m.Order))
@@ -76,17 +79,30 @@ class CommanderModel(Coupled):
         return declared(list(self.children.values()))
 
 
-NodeModel: TypeAlias = CommanderModel | Machine
+NodeModel: TypeAlias = CommanderModel | Machine | OwnModel
 
 
 def build(plan: Plan) -> dict[str, NodeModel]:
     """All models of a plan, by node name."""
-    return {name: build_one(plan, name) for name in (COMMANDER, *machines(plan))}
+    return {name: build_one(plan, name) for name in (COMMANDER, *machines(plan), *(own.name for own in plan.models))}
 
 
 def node_names(plan: Plan) -> tuple[str, ...]:
-    """All nodes of a run: the commander, the machines, the kernel."""
-    return (COMMANDER, *machines(plan), KERNEL)
+    """All nodes of a run: the commander, the machines, models of a user's own, the kernel."""
+    return (COMMANDER, *machines(plan), *(own.name for own in plan.models), KERNEL)
+
+
+def driving(plan: Plan) -> tuple[str, ...]:
+    """The nodes by which a run goes on until its action list is done: models of a user's own may never end."""
+    return (COMMANDER, *machines(plan))
+
+
+def together(plan: Plan) -> Coupled:
+    """The models of a user's own, as siblings."""
+    root = Coupled(plan.name)
+    for own in plan.models:
+        root.add(OwnModel(own))
+    return root
 
 
 def build_one(plan: Plan, name: str) -> NodeModel:
@@ -106,6 +122,8 @@ def drives(model: NodeModel) -> list[DriveActor]:
 def _built(plan: Plan, name: str) -> NodeModel:
     if name == COMMANDER:
         return CommanderModel(plan)
+    if own := next((own for own in plan.models if own.name == name), None):
+        return OwnModel(own)
     machine = next((machine for machine in plan.machines if machine.name == name), None)
     model: Machine
     match machine:
@@ -116,7 +134,7 @@ def _built(plan: Plan, name: str) -> NodeModel:
         case Block():
             model = BlockModel(plan, machine)
         case Mechanism():
-            model = MechanismModel(machine)
+            model = MachineModel(machine)
         case None:
             known = ", ".join([COMMANDER, *machines(plan)])
             raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
@@ -142,6 +160,9 @@ def couplings(plan: Plan) -> list[Coupling]:
             (name, "input", KERNEL, f"input_{name}"),
             (KERNEL, f"state_{name}", name, "state"),
         ]
+    for own in plan.models:
+        found += [(KERNEL, sample_port(own.name, port), own.name, port) for port in own.signals]
+        found += [(own.name, led.port, COMMANDER, aim_port(own.name, led.port)) for led in own.leads]
     return found
 
 

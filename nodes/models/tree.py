@@ -14,14 +14,16 @@ from .assembly import CommanderModel, Rig, build
 from .block import BlockModel
 from .crane import CraneModel
 from .loader import LoaderModel
-from .mechanism import MechanismModel
+from .machine import MachineModel
+from .own import OwnModel
 
 KINDS: dict[type[Model], str] = {
     CommanderModel: "coupled: commander",
     CraneModel: "coupled: crane",
     LoaderModel: "coupled: loader",
     BlockModel: "coupled: block",
-    MechanismModel: "coupled: mechanism",
+    MachineModel: "coupled: machine",
+    OwnModel: "own model",
     parts.JointCoupled: "joint coupled",
     parts.BodyCoupled: "body coupled",
     parts.Group: "actors on a part of the lift",
@@ -75,7 +77,7 @@ def _kind(model: Model) -> str:
         case parts.Actor():
             return " ".join(["actor: law", *_elements(model)])
         case _:
-            return KINDS[type(model)]
+            return KINDS.get(type(model), type(model).__name__)
 
 
 def _elements(actor: parts.Actor) -> list[str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from math import inf
 from typing import Literal, TypeAlias
 
 import msgspec
@@ -44,11 +45,11 @@ Quantity: TypeAlias = Literal[
 class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
     """A limit of a subject: what may be reached of a quantity, and by which source.
 
-    `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value) between which the
-    limit is interpolated, x being what `over` names; without any of them the limit is not known.  With `least` a value
-    below the limit is beyond it.  A value above `warning` is reported, though allowed.  `factor`: design factor, or
-    product of partial factors, that the value contains, of the force at which it breaks, `breaking` [N].  `elements`:
-    ropes, slings or bodies that the quantity is read from.
+    `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value), x being what
+    `over` names, between which the limit is interpolated, unless that is the radius; without any of them the limit is
+    not known.  With `least` a value below the limit is beyond it.  A value above `warning` is reported, though allowed.
+    `factor`: design factor, or product of partial factors, that the value contains, of the force at which it breaks,
+    `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.
     """
 
     subject: str
@@ -73,11 +74,16 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
         return self.value is not None or self.between is not None or bool(self.chart)
 
     def at(self, x: float = 0.0) -> float:
-        """The limit at x of its chart, beyond its ends that of the nearest end; raises ValueError if there is none."""
+        """The limit at x of its chart, beyond its ends that of the nearest end; raises ValueError if there is none.
+
+        A chart over a radius is never interpolated: the next longer one counts, and beyond the last nothing may hang.
+        """
         if not self.chart:
             if self.value is None:
                 raise ValueError(f"the {self.quantity} of {self.subject} has no limit")
             return self.value
+        if self.over == "radius":
+            return next((value for radius, value in self.chart if x <= radius), 0.0)
         if x <= self.chart[0][0]:
             return self.chart[0][1]
         for (a, low), (b, high) in pairwise(self.chart):
@@ -97,6 +103,8 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
             low, high = self.between
             return abs(2.0 * value - low - high) / (high - low)
         bound = self.at(x)
+        if not bound:
+            return inf * value if value else 0.0
         return bound / value if self.least else value / bound
 
 

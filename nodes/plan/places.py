@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from .plan import Plan
 
-__all__ = ["ASIDE", "located", "numbered", "place"]
+__all__ = ["ASIDE", "LED", "located", "numbered", "place"]
 
 ASIDE = -2  # in place of the number of an action: a command of an operator
+LED = -3  # the same: a set-point of a model
 WHEN = -1  # in place of the number of an order: the condition of the action
 COMMAND = "command"  # what stands in place of the line of a command
 
@@ -26,8 +27,8 @@ def place(plan: Plan, at: tuple[int, ...]) -> str:
 def numbered(at: tuple[int, ...]) -> str:
     """The same in numbers from 1: "order 2 of action 5"."""
     action, order = _split(at)
-    if action == ASIDE:
-        return "an operator's command"
+    if action < WHEN:
+        return "a set-point" if action == LED else "an operator's command"
     return f"action {action + 1}" if order is None else f"order {order + 1} of action {action + 1}"
 
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 from typing import Literal
 
 import msgspec
-from heavylift.kernel.description.mechanics import Line, MethodName, Point, Support, System, Vector
+from heavylift.kernel.description.mechanics import Line, MethodName, Point, Support, Vector
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
 
@@ -28,6 +28,12 @@ from .actions import Action as Action
 from .actions import Item
 from .fidelity import Fidelity as Fidelity
 from .limit import Limit
+from .mechanism import Actuator as Actuator
+from .mechanism import Driven as Driven
+from .mechanism import Hoist as Hoist
+from .mechanism import Mechanism as Mechanism
+from .mechanism import Shape as Shape
+from .own import Own
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
 TENSION_METHODS: tuple[MethodName, ...] = ("sdirk2", "sdirk3")  # their tolerance can be that of rope tensions
@@ -160,48 +166,6 @@ class Block(Item, frozen=True, kw_only=True):
     com_where: str = ""
 
 
-class Actuator(Item, frozen=True, kw_only=True):
-    """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
-    ramp without swing."""
-
-    name: str
-    start: float
-    accel: float
-    lower: float | None = None
-    upper: float | None = None
-    pulses: int = 0
-
-
-class Driven(Item, frozen=True, kw_only=True):
-    """An actuator that follows the log of a machine: at rest until the first time [ns], then from speed to speed in
-    straight lines (that of the first time is 0), and at the end to rest with `accel`; `source` is the log's column.
-    """
-
-    actuator: str
-    source: str
-    accel: float
-    times: tuple[int, ...]
-    speeds: tuple[float, ...]
-
-
-class Mechanism(Item, frozen=True, kw_only=True):
-    """A researcher's own multibody system, written as bodies, joints and laws; it becomes one coupled model.
-
-    `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
-    supports that carry at the start.  Its parts may name bodies and joints of the lift.
-    """
-
-    name: str
-    system: System
-    actuators: tuple[Actuator, ...] = ()
-    taut: tuple[str, ...] = ()
-    closed: tuple[str, ...] = ()
-
-    def standing(self, body: str) -> str:
-        """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
-        return f"{self.name}:{body}" if body in self.system.outside[0] else body
-
-
 # the rig: connections between machines, owned by the commander
 
 
@@ -267,8 +231,14 @@ class Plan(Item, frozen=True, kw_only=True):
     rig: Rig = Rig()
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
+    models: tuple[Own, ...] = ()
     actions: tuple[Action, ...] = ()
     driven: tuple[Driven, ...] = ()
+
+    @property
+    def lift(self) -> bool:
+        """Whether goliaths lift a block, so that the rules of such lifts hold."""
+        return self.block is not None and bool(self.cranes)
 
     @property
     def tied(self) -> bool:
@@ -279,6 +249,10 @@ class Plan(Item, frozen=True, kw_only=True):
     def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:
         """All machines, in the order of their nodes."""
         return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
+
+    def leader(self, actuator: str) -> str:
+        """The model whose set-points lead an actuator; "" if none does."""
+        return next((own.name for own in self.models for led in own.leads if led.move.actuator == actuator), "")
 
 
 def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
@@ -308,5 +282,6 @@ def decode(data: bytes) -> Plan:
 
 
 def functions(plan: Plan) -> list[str]:
-    """The Python functions that its laws name."""
-    return [function for mechanism in plan.mechanisms for function in mechanism.system.functions]
+    """The code that its laws and models name."""
+    laws = [function for mechanism in plan.mechanisms for function in mechanism.system.functions]
+    return [*laws, *(own.reference for own in plan.models)]

@@ -41,8 +41,10 @@ HOISTING = ("hoist_speed", "empty_hoist_speed")
 VERBS: dict[str, Verb] = {
     verb.name: verb
     for verb in (
-        Verb("travel", ("gantry",), "move", speeds=("gantry_speed", "gantry_speed"), along="x"),
-        Verb("traverse", ("trolley",), "move", speeds=("trolley_speed", "trolley_speed"), along="y"),
+        Verb("travel", ("gantry", "drive"), "move", speeds=("gantry_speed", "gantry_speed"), along="x"),
+        Verb("traverse", ("trolley", "drive"), "move", speeds=("trolley_speed", "trolley_speed"), along="y"),
+        Verb("slew", ("drive",), "move", units="turning"),
+        Verb("luff", ("drive",), "move", units="turning"),
         Verb("hoist", ("hook", "winch"), "move", sign=-1, speeds=HOISTING),
         Verb("lower", ("hook", "winch"), "move", sign=1, speeds=HOISTING),
         Verb("drive", ("drive",), "move", units="either"),

@@ -13,7 +13,9 @@ language                    phrases of the action list
 keys                        every key of a scene file, as frozen pydantic models
 construction                from keys to the plan
 checks                      whether it fits, and whether its orders can be carried out
-loading, report             from a path or name to a plan; what `heavylift check` prints
+loading, building           from a path or name to a plan, from its text or as it was kept
+loaded_scene                what can be run, and what follows from it at rest
+report                      what `heavylift check` prints
 inputs                      quantities by name, how uncertain they are, the scene with other values
 operator_command            an order of an operator while a scene runs
 
@@ -30,11 +32,13 @@ if TYPE_CHECKING:
     from heavylift.nodes.scene.keys.editors import json_schema
     from heavylift.nodes.scenes import bundled
 
-    from .loading import LoadedScene, begun, check, load, loaded, parse, restored
+    from .loaded_scene import LoadedScene
+    from .loading import begun, check, load, loaded, parse, restored
     from .report import Report
 
 __all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "loaded", "parse", "restored"]
 __getattr__ = on_demand(
     __name__,
-    dict.fromkeys(__all__, ".loading") | {"Report": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"},
+    dict.fromkeys(__all__, ".loading")
+    | {"LoadedScene": ".loaded_scene", "Report": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"},
 )

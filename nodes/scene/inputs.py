@@ -29,7 +29,8 @@ from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, standard
 from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity, tidy
 from pydantic import BaseModel
 
-from .loading import LoadedScene, parse
+from .loaded_scene import LoadedScene
+from .loading import parse
 
 __all__ = ["Input", "UncertainInput", "inputs", "settings", "stated", "uncertain_inputs", "unstated", "varied"]
 

@@ -17,7 +17,7 @@ from heavylift.nodes.scene.language.phrases import PhraseError
 from heavylift.nodes.scene.text.source import Mark, Path, Source
 
 if TYPE_CHECKING:
-    from .loading import LoadedScene
+    from .loaded_scene import LoadedScene
 
 __all__ = ["spoken"]
 
@@ -43,8 +43,7 @@ def spoken(scene: LoadedScene, words: str) -> actions.Action:
     source = Source(NOWHERE)
     yard = build_machines(source, scene.scene)
     source.keys[PLACE], source.values[PLACE] = Mark(NOWHERE, 1, 1, words), Mark(NOWHERE, 1, at + 1, words)
-    mechanism = next(iter(scene.plan.mechanisms), None)
-    orders = build_orders(yard, mechanism, PLACE, target.strip(), meant)
+    orders = build_orders(yard, scene.plan.mechanisms, PLACE, target.strip(), meant)
     for fault in source.faults:
         column = source.mark(fault.path, on_key=fault.on_key).column - 1 + fault.column
         raise _wrong(words, column, fault.sentence, fault.hint)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import HEAD, likewise, unjudged
 from heavylift.nodes.limits.telling import rows as rows_of
-from heavylift.nodes.models.mechanism import turning
+from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.finding import Finding
@@ -72,8 +72,10 @@ def report(
     """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
     mobility = _mobility(built)
     ropes = len(built.rig.hook_ropes) + sum(len(m.system.ropes) + len(m.system.reevings) for m in built.mechanisms)
-    slings, actions = len(built.rig.slings), len(built.actions)
-    models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms) + 1
+    rigged = sum(len(slings) for m in built.mechanisms for hook in m.hooks for slings in hook.slings.values())
+    ropes, slings, actions = ropes - rigged, len(built.rig.slings) + rigged, len(built.actions)
+    models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms)
+    models += len(built.models) + 1
     counts = (mobility.bodies, mobility.dof, ropes, slings, models, actions)
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
     lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]

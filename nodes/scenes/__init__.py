@@ -1,13 +1,19 @@
 """The scenes that come with heavylift, to run and to copy: a file each, its first comment says what it shows.
 
-`heavylift run lift` finds them by name; GALLERY.md shows pictures of them all.
+`heavylift run lift` finds them by name; GALLERY.md shows pictures of them all.  `types` has the machines that scenes
+name as `type: overhead-100`; `heavylift types` lists them.
 """
 
 from pathlib import Path
 
-__all__ = ["bundled"]
+__all__ = ["bundled", "types_folder"]
 
 
 def bundled() -> dict[str, Path]:
     """The scenes that come with heavylift, by name."""
     return {path.stem: path for path in sorted(Path(__file__).parent.glob("*.yaml"))}
+
+
+def types_folder() -> Path:
+    """The folder of the machine types that come with heavylift."""
+    return Path(__file__).parent / "types"

@@ -62,11 +62,11 @@ def _walked(whole: plan.Plan) -> Followed:
 
 def at_rest(built: plan.Plan) -> plan.Plan:
     """At rest nothing is gained by leaving something out: elastic ropes without lumps, all joints, all pads; and
-    nothing depends on how steps are taken."""
+    nothing depends on how steps are taken; models beside the kernel hear nothing."""
     fidelity = plan.Fidelity(girder=built.fidelity.girder)
     usual = plan.Plan(name=built.name)
     steps = {key: getattr(usual, key) for key in ("method", "tolerance", "step", "tensions_only", "samples_hz")}
-    return msgspec.structs.replace(built, fidelity=fidelity, **steps)
+    return msgspec.structs.replace(built, fidelity=fidelity, models=(), **steps)
 
 
 def plan_key(built: plan.Plan) -> str:

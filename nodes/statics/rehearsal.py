@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from math import ceil, pi
 
+import msgspec
 from heavylift.kernel.analysis.path import EquilibriumPath, Rest
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
@@ -69,6 +70,7 @@ class Rehearsal:
     """
 
     def __init__(self, plan: Plan, after: str = "") -> None:
+        plan = msgspec.structs.replace(plan, models=())  # what they lead stands
         self.plan, self.after, self.why, self.cut = plan, after, "", ""
         self.models = Models(plan)
         self._hears = subscriptions(plan, self.models.models)

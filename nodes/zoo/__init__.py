@@ -4,5 +4,6 @@ queue                generator, processor, transducer, and the experimental fram
 multi_server_queue   M/M/c with feedback: random streams, statistics, results
 bouncing_ball        a hybrid atomic: a differential equation with state events
 traffic_light        a light that an operator can take over: one atomic with phases
+anti_sway            a PID that damps the swing of a load, for the key `models` of a scene
 token_ring           stations that pass a token on: a cycle of atomics
 """

@@ -24,37 +24,47 @@ from .spool import Spool
 __all__ = ["Digest"]
 
 _LENGTH = struct.Struct("<I")
+_NUMBERS = struct.Struct("<qq")
+_ROW = struct.Struct("<q32s")  # number and hash
+_BLOCK = 4096  # rows that are read back at once
 
 
 class Digest:
     """Incremental and independent of the order of its calls."""
 
     def __init__(self) -> None:
-        self._events, self._rows = _Sorted(), _Sorted()
+        self._events, self._rows = _Sorted(), _Rows()
         self._notes: dict[int, bytes] = {}
+        self._total = ""
 
     def event(self, t_ns: int, k: int, source: str, port: str, index: int, type: str, payload: bytes) -> None:
         """Add one event with its canonical bytes."""
+        self._total = ""
         self._events.add((t_ns, k, source, port, index, type, payload))
 
     def samples(self, number: int, t_ns: int, row: bytes) -> None:
         """Add the sample row of this number: simulation time [ns] and its float64 bytes."""
-        self._rows.add((number, hashlib.sha256(struct.pack("<qq", number, t_ns) + row).digest()))
+        self._total = ""
+        self._rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
         """Add the sampler's note of this number."""
+        self._total = ""
         self._notes[number] = hashlib.sha256(msgspec.msgpack.encode((number, t_ns, sentence))).digest()
 
     def hexdigest(self) -> str:
         """SHA-256 of all that was added so far, in hexadecimal."""
-        total = hashlib.sha256(struct.pack("<qq", self._events.count, self._rows.count))
+        if self._total:
+            return self._total
+        total = hashlib.sha256(_NUMBERS.pack(self._events.count, self._rows.count))
         for event in self._events.all():
             total.update(msgspec.msgpack.encode(event))
         for _, row in self._rows.all():
             total.update(row)
         for number in sorted(self._notes):
             total.update(self._notes[number])
-        return total.hexdigest()
+        self._total = total.hexdigest()
+        return self._total
 
 
 class _Sorted:
@@ -83,3 +93,30 @@ class _Sorted:
         while head:
             yield msgspec.msgpack.decode(self._file.read(*_LENGTH.unpack(head)), type=tuple)
             head = self._file.read(_LENGTH.size)
+
+
+class _Rows:
+    """Hashes by their numbers; those that come in order wait on disk."""
+
+    def __init__(self) -> None:
+        self._file = Spool("what the digest is made of")
+        self._last = -1
+        self._late: list[tuple[int, bytes]] = []
+        self.count = 0
+
+    def add(self, number: int, row: bytes) -> None:
+        self.count += 1
+        if number < self._last:
+            self._late.append((number, row))
+            return
+        self._last = number
+        self._file.write(_ROW.pack(number, row))
+
+    def all(self) -> Iterator[tuple[int, bytes]]:
+        return merge(self._written(), sorted(self._late))
+
+    def _written(self) -> Iterator[tuple[int, bytes]]:
+        block = self._file.read(_BLOCK * _ROW.size, at=0)
+        while block:
+            yield from _ROW.iter_unpack(block)
+            block = self._file.read(_BLOCK * _ROW.size)

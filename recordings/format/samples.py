@@ -25,6 +25,9 @@ MEASURED, ERROR = "measured/", "error/"  # before the name of a signal: as measu
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 SAMPLER = "kernel"  # who speaks in notes
 POSE_UNIT = "m, quaternion x y z w"
+_TURNING = re.compile(r"(angle|rate)\d*|w[xyz]")  # coordinates and velocities of joints that turn
+_QUATERNION = re.compile(r"q[xyzw]")
+_PAIRS = {"m or rad": ("m", "rad"), "m/s or rad/s": ("m/s", "rad/s"), POSE_UNIT: ("m", "1")}
 
 
 class Note(msgspec.Struct, frozen=True, array_like=True):
@@ -46,6 +49,15 @@ class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=
 
 
 _decode_batch = msgspec.msgpack.Decoder(_Wire).decode
+
+
+def unit_of(unit: str, column: str) -> str:
+    """The unit of one column of a signal that has places and angles, or their rates, side by side."""
+    along, turning = _PAIRS.get(unit, (unit, unit))
+    last = column.rpartition(".")[2]
+    if along != turning and _QUATERNION.fullmatch(last):
+        return "1"
+    return turning if _TURNING.fullmatch(last) else along
 
 
 class SampleChannel(msgspec.Struct, frozen=True):

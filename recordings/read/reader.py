@@ -57,6 +57,7 @@ class Recording:
         self.path = self._file.path
         self.size = self._file.size  # [bytes]
         self.library = self._file.library
+        self._signals: dict[str, Signal] = {}  # what was loaded so far
         metadata = self._file.metadata()
         if "run" not in metadata:
             raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
@@ -226,10 +227,14 @@ class Recording:
         for name in names:
             if name not in self._fields and name.removeprefix(POSE) not in self._bodies:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
-        wanted = [name for name in names if name not in self._signals]
         with self._file.reading():
-            for topic, form in self._forms(wanted).items():
-                self._keep(topic, form)
+            for topic, form in self._forms([name for name in names if name not in self._signals]).items():
+                parts = [part for (part,) in decoded(self.stream, {topic: form})]
+                t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
+                for name in form[1]:
+                    columns = self.columns(name)
+                    x = np.concatenate([np.zeros((0, len(columns))), *(values.pop(name) for _, values in parts)])
+                    self._signals[name] = Signal(t, x, columns, self.unit(name), name)
 
     def blocks(self, names: Sequence[str], only: set[int] | None = None) -> Iterator[tuple[list[int], list[Floats]]]:
         """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them.
@@ -273,25 +278,6 @@ class Recording:
         if wanted := {name: poses[name] for name in names if name not in self._fields}:
             forms["/poses"] = frames_template(self._bodies), wanted
         return forms
-
-    def _keep(self, topic: str, form: Form) -> None:
-        """Read the signals of a topic whole."""
-        names = list(form[1])
-        times: list[int] = []
-        found: dict[str, list[Floats]] = {name: [np.zeros((0, len(self.columns(name))))] for name in names}
-        for ((some, values),) in decoded(self.stream, {topic: form}):
-            times += some
-            for name, x in values.items():
-                found[name].append(x)
-        t = np.array(times, np.float64) / 1e9
-        for name in names:
-            values_ = np.concatenate(found.pop(name))
-            self._signals[name] = Signal(t, values_, self.columns(name), self.unit(name), name)
-
-    @cached_property
-    def _signals(self) -> dict[str, Signal]:
-        """What was loaded so far."""
-        return {}
 
     @cached_property
     def _tables(self) -> dict[str, dict[str, Field]]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError, SignalError
-from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.samples import unit_of
 from heavylift.recordings.format.text import meant
 from numpy.typing import NDArray
 
@@ -84,9 +84,7 @@ class Signal:
 
 def titles(signal: Signal) -> list[str]:
     """`column [unit]` of each column."""
-    if signal.name.startswith(POSE):
-        return [f"{name} [{'m' if name.rpartition('.')[2] in 'xyz' else '1'}]" for name in signal.names]
-    return [f"{name} [{signal.unit}]" for name in signal.names]
+    return [f"{name} [{unit_of(signal.unit, name)}]" for name in signal.names]
 
 
 def joined(name: str, parts: list[Signal]) -> Signal:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.samples import POSE, unit_of
 from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import table
 from heavylift.recordings.read.export import matching
@@ -190,7 +190,8 @@ def _signal(A: Recording, B: Recording, name: str) -> Iterator[Difference]:
             off = np.abs((y[:n] if row_by_row else np.interp(t, b.t, y)) - x)
             k = int(np.argmax(off))
             scale = float(np.max(np.abs(x))) or float(np.max(np.abs(y))) or 1.0
-            yield Difference(f"{name}/{column}", float(off[k]), float(t[k]), _rms(t, off), scale, a.unit)
+            unit = unit_of(a.unit, column)
+            yield Difference(f"{name}/{column}", float(off[k]), float(t[k]), _rms(t, off), scale, unit)
 
 
 def _rms(t: NDArray[np.float64], x: NDArray[np.float64]) -> float:

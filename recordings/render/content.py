@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleLayout
+from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleLayout, unit_of
 from heavylift.recordings.read.settings import settings
 from numpy.typing import NDArray
 
@@ -30,7 +30,6 @@ Floats = NDArray[np.float64]
 PAGE = Path(__file__).parents[1] / "page"
 LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate")  # for tables, not for the eye
 FLOATING = {*POSE_COLUMNS, "vx", "vy", "vz", "wx", "wy", "wz"}  # of free joints: the scene shows these
-TURNING = ("angle", "rate", "wx", "wy", "wz", "qx", "qy", "qz")  # coordinates of joints that are angles
 INNER = ("order", "input", "state")  # ports on which models talk among themselves
 SENTENCES = {  # by type of message
     "Stage": "stage {name}",
@@ -81,12 +80,6 @@ def shown(layout: SampleLayout) -> Shown:
                 signals.append((c.topic, name, unit_of(c.unit, name)))
                 columns.append(c.start + k)
     return Shown([c.topic.removeprefix(POSE) for c in poses], signals, np.array(columns, np.intp))
-
-
-def unit_of(unit: str, name: str) -> str:
-    """The unit of a joint's coordinate, where a signal has those of places and angles side by side."""
-    along, _, turning = unit.partition(" or ")
-    return turning if turning and name.rpartition(".")[2] in TURNING else along
 
 
 def packed(values: Floats, kind: str = "<f4") -> str:

@@ -128,7 +128,9 @@ def layout_of(rec: Recording) -> SampleLayout:
     """Where signals stand in a row of all; RecordingError if there is nothing to see."""
     least = min((rec.topics[topic].messages for topic in ("/samples", "/poses") if topic in rec.topics), default=0)
     if least < 2 or not rec.signals():
-        raise RecordingError(f"{rec.path}: has no samples to show; let the run last longer")
+        models = "a DEVS model says messages only: `heavylift plot` draws them"
+        instead = models if "model" in rec.run else "let the run last longer"
+        raise RecordingError(f"{rec.path}: has no samples to show; {instead}")
     channels, start = [], 0
     for name in rec.signals():
         names = list(POSE_COLUMNS) if name.startswith(POSE) else rec.columns(name)

@@ -33,7 +33,8 @@ class Case(NamedTuple):
     why: str = ""
 
 
-SCENES = {  # all of the gallery but `ramp`: where its crate comes to lie differs between tolerances 1e-8 and 1e-9
+SCENES = {  # all of the gallery but `damper`, which a model leads, and
+    # `ramp`: where its crate comes to lie differs between tolerances 1e-8 and 1e-9
     "lift": Case("", 300.0, ("end=100 s",), "with time for every rung to take off and swing"),
     "turnover": Case(
         "rope tension", 600.0, ("end=150 s",), "its beginning: slack, load, the first seconds of the hoist"

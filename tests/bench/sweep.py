@@ -10,6 +10,7 @@ tenth of the runs to the last; two workers are compared with one by wall time, s
 
 from __future__ import annotations
 
+import gc
 import itertools
 import os
 import resource
@@ -78,6 +79,7 @@ def pooled(folder: Path, workers: int) -> float:
 
 def main() -> None:
     options(__doc__)
+    gc.set_threshold(50_000)  # as in a worker
     scene = load(SCENE)
     bare, judged = Task.of(scene, 60.0, "none", False), Task.of(scene, 60.0, "none", True)
     played(judged, next(variants(1)))

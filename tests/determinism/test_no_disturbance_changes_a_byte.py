@@ -25,8 +25,8 @@ def test_a_random_model_has_one_digest() -> None:
     assert len(set(digests(pairwise(MODEL)).values())) == 1
 
 
-def test_a_scene_has_one_digest() -> None:
-    what = "scene lift end=25s"
+@pytest.mark.parametrize("what", ["scene lift end=25s", "scene damper end=6s models.damper.delay=70ms"])
+def test_a_scene_has_one_digest(what: str) -> None:
     cases = [
         Case(what),
         Case(what, start=3, delay=3, cut=2),

@@ -75,15 +75,15 @@ def lose(node: str) -> None:
 
 
 class Counted:
-    """A node's grants, in its process; the starts that the keeper was ordered, and of whom."""
+    """The process, and the grants of its nodes; the starts that the keeper was ordered, and of whom."""
 
-    count = epoch = 0
+    process, count, epoch = "", 0, 0
     seen: ClassVar[set[str]] = set()
 
 
 def take() -> Ticket:
     ticket = original_take()
-    Counted.epoch = ticket.epoch
+    Counted.process, Counted.epoch = ticket.process, ticket.epoch
     if ticket.process == WHO and PHASE == "start" and PLAN["point"] == 0:
         strike()
     return ticket
@@ -92,9 +92,9 @@ def take() -> Ticket:
 def handle(self: participant.Participant, data: bytes) -> None:
     kind = m.kind(data)
     Counted.count += kind == "grant"
-    if self.name == PLAN.get("loses") and Counted.epoch == 1 and Counted.count >= PLAN["lose_at"]:
-        lose(self.name)
-    if self.name == WHO:
+    if Counted.process == PLAN.get("loses") and Counted.epoch == 1 and Counted.count >= PLAN["lose_at"]:
+        lose(Counted.process)
+    if Counted.process == WHO:
         at = Counted.count >= PLAN["point"]
         moment = {
             "start": kind == "welcome",

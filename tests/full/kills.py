@@ -1,7 +1,8 @@
 """All that can happen to one process of a run, in all phases: python tests/full/kills.py [--short] [--seed N] [-j N]
 
 Each model, the kernel, the keeper and the coordinator x KILL, STOP, SEGV, exception, exit(0), out of memory x start,
-run, exit, recovery; of `lift`, a DEVS network, a few of `turnover`; the moment within a phase is drawn from the seed.
+run, exit, recovery; of `lift`, a DEVS network, the same with two models in a process (`grouped`), some of `turnover`;
+the moment within a phase is drawn from the seed.
 A case is well if it ends with the digest of the undisturbed run, after `resume` where the coordinator is gone (one that
 is stopped is killed here), or, where a model raises an exception of its own, with that sentence; and if no process and
 no private directory is left.  Prints every case that is not well, with what repeats it, and a table with the longest
@@ -35,10 +36,11 @@ from injected import MEASURED
 HERE = Path(__file__).parent
 HEAVYLIFT = str(Path(sys.executable).with_name("heavylift"))
 NETWORK = f"{HERE.parent / 'coordinator/supervision' / 'doomed_models.py'}:build"
-RING = ("north", "east", "south")
+RINGS = {"network": ("north", "east", "south"), "grouped": ("yard", "south")}
+PLACES = {"grouped": ["--place", "north,east=yard"]}
 ACTS = ("KILL", "STOP", "SEGV", "exception", "exit(0)", "memory")
 PHASES = ("start", "run", "exit", "recovery")
-GRANTS = {"lift": 60, "network": 118, "turnover": 250}  # of an undisturbed run, about; of one node an n-th of them
+GRANTS = {"lift": 60, "network": 118, "grouped": 78, "turnover": 250}  # of an undisturbed run, about
 FEW = 12  # cases of turnover
 SHORT, LIFTS = 30, 0.3  # cases of the short form, and the share of lifts among those that any model could be
 DEADLINE_s = 2.0
@@ -61,7 +63,7 @@ class Case:
     def plan(self, folder: Path) -> dict[str, object]:
         """What injected.py is told."""
         rng = random.Random(f"{self.seed} {self}")
-        nodes = RING if self.scene == "network" else nodes_of(self.scene)
+        nodes = processes_of(self.scene)
         each = max(2, GRANTS[self.scene] // len(nodes) // 2)
         point = rng.randrange(1, GRANTS[self.scene] if self.who in ("keeper", "coordinator") else each)
         plan = {"who": self.who, "act": self.act, "phase": self.phase, "folder": str(folder)}
@@ -80,19 +82,19 @@ class Case:
         return plan | {"point": point}
 
 
-def nodes_of(scene: str) -> tuple[str, ...]:
-    """The nodes of a run, each of which has a process."""
-    return RING if scene == "network" else tuple(node_names(load(scene).plan))
+def processes_of(scene: str) -> tuple[str, ...]:
+    """The processes of a run, of a scene called like their only nodes."""
+    return RINGS[scene] if scene in RINGS else tuple(node_names(load(scene).plan))
 
 
 def cases(seed: int, short: bool) -> list[Case]:
     """All of them, or a few of each kind."""
     rng = random.Random(seed)
     found = []
-    for scene in ("lift", "network", "turnover"):
+    for scene in ("lift", *RINGS, "turnover"):
         of_scene = [
             Case(scene, who, act, phase, str(seed))
-            for who in (*nodes_of(scene), "keeper", "coordinator")
+            for who in (*processes_of(scene), "keeper", "coordinator")
             for act in ACTS
             for phase in PHASES
         ]
@@ -100,10 +102,10 @@ def cases(seed: int, short: bool) -> list[Case]:
     if short:
         kinds = defaultdict(list)
         for case in found:
-            if case.scene == ("lift" if case.who == KERNEL or rng.random() < LIFTS else "network"):
+            if case.scene in (("lift",) if case.who == KERNEL or rng.random() < LIFTS else RINGS):
                 kinds[kind(case.who), case.act].append(case)
         found = [rng.choice(of_kind) for of_kind in kinds.values()]
-        found += rng.sample([case for case in cases(seed, False) if case.scene == "network"], SHORT - len(found))
+        found += rng.sample([case for case in cases(seed, False) if case.scene in RINGS], SHORT - len(found))
     rng.shuffle(found)
     return found
 
@@ -164,7 +166,7 @@ class Trial:
             return "" if os.listdir(self.folder) in ([], ["struck"]) else f"left behind: {os.listdir(self.folder)}"
         if rest != part and Recording(rest).result["status"] == "finished":
             return self._compared(rest)
-        if self.case.scene == "network":  # it has no scene; who runs the model again has the same run
+        if self.case.scene in RINGS:  # it has no scene; who runs the model again has the same run
             return ""
         again = subprocess.run(
             [HEAVYLIFT, "resume", str(rest), "-o", str(self.folder / "new.mcap")],
@@ -175,7 +177,7 @@ class Trial:
     def _run(self) -> tuple[int, str]:
         """Exit code and standard error; a coordinator that is stopped is killed."""
         case = self.case
-        how = ["devs", NETWORK] if case.scene == "network" else ["run", case.scene]
+        how = ["devs", NETWORK, *PLACES.get(case.scene, [])] if case.scene in RINGS else ["run", case.scene]
         with (self.folder / "said").open("w") as log:
             process = subprocess.Popen(
                 [sys.executable, str(HERE / "injected.py"), *how, "--deadline", f"{DEADLINE_s:g} s", "-o", self.output],

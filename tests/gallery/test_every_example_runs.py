@@ -103,6 +103,34 @@ def test_gust_pushes_the_load_aside(tmp_path: Path) -> None:
     assert np.ptp(column(recording, "pose/load", "x", 0.0, 10.0)) == 0.0
 
 
+@pytest.fixture(scope="module")
+def damper(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    return played(tmp_path_factory.mktemp("damper"), "damper")
+
+
+def damped(zeta: float, t: np.ndarray) -> np.ndarray:
+    """Angle [rad] that linear theory gives a pendulum of 24 m, damped by zeta, whose pivot goes 34 m with 0.25 m/s2 and
+    1 m/s: the sum of four steps of acceleration."""
+    w = sqrt(G / 24.0)
+    wd = w * sqrt(1 - zeta**2)
+
+    def step(s: np.ndarray) -> np.ndarray:
+        s = np.maximum(s, 0.0)
+        return -0.25 / G * (1 - np.exp(-zeta * w * s) * (np.cos(wd * s) + zeta * w / wd * np.sin(wd * s)))
+
+    return step(t) - step(t - 4.0) - step(t - 34.0) + step(t - 38.0)
+
+
+@pytest.mark.parametrize(("of", "zeta", "off"), [("plain", 0.0, 0.06), ("led", 9.2 / (2 * sqrt(G * 24.0)), 0.012)])
+def test_a_controller_damps_a_swing_as_in_theory(damper: Recording, of: str, zeta: float, off: float) -> None:
+    q, load = damper.signal("joint/position"), damper.signal(f"pose/{of}-load")
+    aside = load["x"] - q[f"{of}-rail.travel"]
+    assert aside == pytest.approx(24.0 * damped(zeta, q.t), abs=off), "of 2.3 and 0.8 m at most"
+    assert q[f"{of}-rail.travel"][-1] == pytest.approx(34.0, abs=1e-3)
+    left = float(np.abs(aside[q.t > 70.0]).max())
+    assert left == pytest.approx(2.32, abs=0.01) if of == "plain" else left < 0.01
+
+
 def test_the_page_tells_of_all_scenes_as_they_are() -> None:
     assert (FOLDER / "GALLERY.md").read_text() == page([load(name) for name in bundled()])
     pictures = {path.stem: path.stat().st_size for path in (FOLDER / "pictures").glob("*.png")}

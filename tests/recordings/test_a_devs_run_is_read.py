@@ -109,3 +109,11 @@ def test_too_many_ports_and_none_are_told(tmp_path: Path) -> None:
         plot(tmp_path / "none.mcap", tmp_path / "none.png")
     assert export(tmp_path / "none.mcap", tmp_path / "none.csv").read_text().startswith("time [s],microstep,model")
     assert json.dumps(info_data(tmp_path / "none.mcap"))
+
+
+def test_what_is_all_said_at_one_instant_is_drawn_without_a_warning(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    run_models(clocks, until=ms(1) + 1, output=tmp_path / "run.mcap", in_process=True)
+    assert plot(tmp_path / "run.mcap", tmp_path / "run.png").exists()
+    assert [warning for warning in recwarn if warning.category is UserWarning] == []

@@ -108,6 +108,9 @@ def test_what_cannot_be_shown_is_said(tmp_path: Path, begin: Callable[[], Record
     with pytest.raises(RecordingError) as error:
         view(path, tmp_path / "run.html")
     assert str(error.value) == f"{path}: has no samples to show; let the run last longer"
+    with Recorder(tmp_path / "queue.mcap", {"model": "queue:build"}) as rec, pytest.raises(RecordingError) as error:
+        view(rec.close(), tmp_path / "run.html")
+    assert str(error.value).endswith("no samples to show; a DEVS model says messages only: `heavylift plot` draws them")
     with pytest.raises(RecordingError, match=r"a page is written as \.html; give it this ending$"):
         view(path, tmp_path / "run.pdf")
 

@@ -36,6 +36,21 @@ def test_no_command_runs_what_a_scene_names(heavylift: Command, tmp_path: Path, 
     assert {*tmp_path.iterdir()} == before
 
 
+@pytest.mark.parametrize("model", ["mine.py:push", "mine.fmu"])
+def test_no_command_runs_a_model_that_a_scene_names(heavylift: Command, tmp_path: Path, model: str) -> None:
+    law(tmp_path)
+    (tmp_path / "mine.fmu").write_bytes(b"no archive")
+    models = f"models: {{own: {{model: '{model}', period: 1 s}}}}\n"
+    text = (tmp_path / "rail.yaml").read_text().partition("  forces:")[0] + models
+    (tmp_path / "rail.yaml").write_text(text)
+    before = {*tmp_path.iterdir()}
+    for line in ("check rail.yaml", "tree rail.yaml", "run rail.yaml", "run rail.yaml --in-process"):
+        code, said = heavylift(*line.split())
+        assert (code, said[:16]) == (1, "rail.yaml:9:24: ")
+        assert said.split("\n")[0].endswith(f"; read it, then type: heavylift trust {tmp_path}")
+    assert {*tmp_path.iterdir()} == before
+
+
 def test_a_folder_is_trusted_listed_and_withdrawn(heavylift: Command, tmp_path: Path) -> None:
     scene = law(tmp_path / "mine")
     assert heavylift("trust", tmp_path / "mine")[0] == 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
+from heavylift.kernel.simulation.native import native_state
 from heavylift.nodes.scene import load
 from independent_mechanics import Mechanics
 from stock_reader import Reading
@@ -17,6 +18,7 @@ def lift(tmp_path_factory: pytest.TempPathFactory) -> Lift:
     code = tmp_path_factory.mktemp("code")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HEAVYLIFT_CACHE", str(code))
+        patch.setattr(native_state, "_loaded", {})  # of tests before
         return Lift(path, run(load("turnover"), path), code)
 
 

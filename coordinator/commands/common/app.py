@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "After", "At", "Deadline", "External", "File", "Force", "InProcess", "Json", "Listen", "Places", "Processes",
     "Remote", "Run", "Scene", "Sets", "Strict",
-    "app", "deadline_s", "quantity", "written_to",
+    "app", "deadline_s", "one_process", "quantity", "written_to",
 ]  # fmt: skip
 
 LEAST_s = 1.0  # that a process has for an answer
@@ -97,6 +97,13 @@ def process_count(text: str | int) -> int:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     typer.echo(f"--processes auto: at most {cores}, as many as there are cores to use", err=True)
     return cores
+
+
+def one_process(in_process: bool, processes: int, places: Sequence[str] | None) -> bool:
+    """Whether all models run in this process; a parameter that says otherwise is refused."""
+    if in_process and (processes or places):
+        raise typer.BadParameter("--in-process: all models run in this process, leave out --processes and --place")
+    return in_process
 
 
 Scene = Annotated[

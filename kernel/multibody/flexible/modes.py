@@ -10,6 +10,7 @@ because a simulation continues with it: rounding cannot hide what LAPACK leaves 
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
@@ -18,6 +19,7 @@ import numpy as np
 from heavylift.kernel.algebra.arrays import eigen, factored, sizes, times, total
 from heavylift.kernel.algebra.eigenvalues import eigenmodes, orthonormal
 from heavylift.kernel.algebra.polynomials import derivative, integral, polynomials, product, roots, series, spline
+from heavylift.kernel.cache import remembered, sources
 from heavylift.kernel.description.flexible import Beam, Flexible
 from heavylift.kernel.errors import KernelError
 
@@ -170,7 +172,9 @@ def modes_of(name: str, flexible: Flexible) -> Modes:
     Raises KernelError if there are too few or something can move without mass or stiffness.
     """
     nodes, M, K, held = _model(flexible)
-    shapes = _shapes(name, flexible, nodes, M, K, held)
+    key = hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
+    kept = remembered(f"{key}.modes", bytes, lambda: _shapes(name, flexible, nodes, M, K, held).tobytes())
+    shapes = np.frombuffer(kept).reshape(len(M), -1)
     mass, stiffness = (total(shapes * times(A, shapes)) for A in (M, K))
     for k, x in enumerate(stiffness):
         if not x > NODE * stiffness.max():

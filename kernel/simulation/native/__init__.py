@@ -5,6 +5,7 @@ native_functions              that text on the blocks of one program, with the l
 row_functions                 rows: projection onto them, their matrix, impulses; joints locked in motion
 native_state, options         state X, parameters P and the table of samples; with what a scene is simulated
 sample_row, samples           the table of columns of a sample; channels with units
+signals                       scalars read from a sample row
 peaks                         tops of tensions between the ends of steps
 oracle                        the same functions interpreted on floats
 """

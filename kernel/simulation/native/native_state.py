@@ -6,6 +6,7 @@ X and P are the same in all.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from functools import partial
 from math import ceil
@@ -83,6 +84,7 @@ class NativeState:
             locked = variant[0].locked
             self._variants[locked, self.calm] = variant
         self.program, self.method, self.code = self._variants[locked, self.calm]
+        self._calls: dict[str, Callable[[], None]] = {}
 
     def _variant(self, locked: frozenset[str] | None) -> Variant:
         o = self.options
@@ -121,14 +123,21 @@ class NativeState:
 
     def call(self, name: str) -> None:
         """Run a native function on the blocks."""
-        blocks = [self.X, self.P]
-        assert self.X.size == self.method.layout.size, "block of another variant"
-        assert self.P.size == self.program.parameters.initial.size, "block of another variant"
-        if self.M is not None and name in ("advance", "step", "sample"):
-            blocks.append(self.M)
-        if name in ("advance", "sample", "look"):
-            blocks.append(self.table)
-        self.code.call(name, *blocks)
+        if name not in self._calls:
+            blocks = [self.X, self.P]
+            assert self.X.size == self.method.layout.size, "block of another variant"
+            assert self.P.size == self.program.parameters.initial.size, "block of another variant"
+            if self.M is not None and name in ("advance", "step", "sample"):
+                blocks.append(self.M)
+            if name in ("advance", "sample", "look"):
+                blocks.append(self.table)
+            self._calls[name] = self.bound(name, *blocks)
+        self._calls[name]()
+
+    def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
+        """A native function on these blocks, to be run again and again; the caller keeps them."""
+        code = self.code
+        return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
     # ---- state --------------------------------------------------------------------------------------------
 
@@ -185,6 +194,13 @@ class NativeState:
         """Local time of an instant [s]."""
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
 
+    def reached_ns(self, t: float) -> int:
+        """The first instant [ns] whose local time is not before t [s], by the comparison that ends steps."""
+        n = self.epoch + max(0, ceil(t * 1e9) - 1)
+        while self.local(n) < t:
+            n += 1
+        return n
+
     def among(self) -> float:
         """A local time within the piece of the profiles that begins now, as in the steps."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
@@ -199,6 +215,27 @@ class NativeState:
         """The same as it stands in the native table until the next call."""
         self.call("look")
         row: np.ndarray = self.table[int(self["row"])]
+        return row
+
+    def shown(self, t_ns: int, before: np.ndarray | None, still: bool) -> np.ndarray:
+        """The row at a time within the tentative step, by its dense output, or at rest; changes nothing.
+
+        `before`: X before an event within that step was located.
+        """
+        now = self.X.copy()
+        if before is not None:
+            self.X[:] = before
+        if still or not self["tentative"] > 0.0:
+            row = self.raw().copy()
+        else:
+            if self.method.method.completes and self["coarse"] > 0.0:
+                self.call("complete")
+            self.set(t_out=self.local(t_ns))
+            at = int(self["row"])
+            self.call("sample")
+            row = self.table[at].copy()
+        self.X[:] = now
+        row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
         return row
 
     def instant(self) -> Evaluation:
@@ -229,9 +266,13 @@ class NativeState:
 
     def rate_at(self, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivative and tensions at local time t and state y; `among`: a time in the same piece of the profiles."""
-        out = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}
-        self.code.call("rate", np.array([t, among]), y, self.P, *out.values())
-        return out["dy"], out["T"]
+        if "rate" not in self._calls:
+            self._given = np.zeros(2), np.zeros(len(y))
+            self._rates = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}
+            self._calls["rate"] = self.bound("rate", *self._given, self.P, *self._rates.values())
+        self._given[0][:], self._given[1][:] = (t, among), y
+        self._calls["rate"]()
+        return self._rates["dy"].copy(), self._rates["T"].copy()
 
     def jacobian(self) -> np.ndarray:
         """(n, n) derivative of the rates of coordinates and velocities at the present state."""

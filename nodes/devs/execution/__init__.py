@@ -1,6 +1,7 @@
 """The abstract simulator of Parallel DEVS.
 
 simulator              one heap of distinct tags; internal, external or confluent; schedule: who is due when
+speaking, results      what atomics say at a tag, and of a run that is over
 flatten, bags          coupled models dissolved into atomics with routes; messages into bags
 transitions            what is told of each transition
 lookahead              what out ports promise, checked

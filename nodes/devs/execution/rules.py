@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from typing import NoReturn
 
 from heavylift.kernel.errors import HeavyliftError, ModelError
-from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic
 from heavylift.nodes.devs.tags import Instant, Tag
 
@@ -37,13 +36,6 @@ class Patience:
                 f"{', '.join(sorted(self._seen))} at {Tag(t, k)}: zero-time loop, {self.microsteps} microsteps in "
                 f"which no time passes; let one of them hold for more than 0 ns{LONGER}"
             )
-
-
-def checked_result(told: object) -> Message:
-    """What a `result` has returned, if it is a message."""
-    if not isinstance(told, Message):
-        raise ModelError(f"result() returned {type(told).__name__} {told!r:.60}; it must return a Message or None")
-    return told
 
 
 def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:

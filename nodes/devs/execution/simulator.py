@@ -12,24 +12,26 @@ nothing leaves; what its models say to each other takes direct routes and is not
 After Chow and Zeigler (1994); two phases after adevs. Broken rules raise ModelError.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import Any
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import Event, Slack
 from heavylift.nodes.devs.messages import Message
-from heavylift.nodes.devs.models import Model, Present
+from heavylift.nodes.devs.models import Atomic, Model, Present
 from heavylift.nodes.devs.ports import InPort, Port
 from heavylift.nodes.devs.tags import BEGIN, FOREVER, NEVER, Instant, Tag, tag_of
 from heavylift.nodes.devs.travelling import travelling
 
 from .bags import deliver, entry, fitting, received, sorted_bag, spoken
 from .flatten import Wire, flatten
-from .lookahead import Border, Observed, keep_promises, leaving
+from .lookahead import Border, Observed, leaving
 from .purity import Witness
-from .rules import LIMIT, Patience, checked_result, fail
+from .results import results_of
+from .rules import LIMIT, Patience, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
+from .speaking import speak
 from .transitions import Log, Trace, Transition
 
 SILENT = 256  # tags, and messages between its models, that a node works ahead of an `advance`
@@ -76,13 +78,16 @@ class Simulator:
     def start(self) -> None:
         """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
         self._last: Instant = (-1, 0)
-        self._due, self._spoken = None, False  # whether lambda has run for it
         self._staged: list[tuple[InPort[Message], Message]] = []
-        self._observed = Observed()
-        self._witness = Witness(self._watched)
-        self._witness.meet(self.atomics)
         self._present.now, self._present.speaker, self._present.busy = (0, 0), None, False
-        self._schedule = Schedule(self.atomics, self._last, self._present)
+        self._observed, self._witness = Observed(), Witness(self._watched)
+        self._begin(())
+
+    def _begin(self, known: Collection[Atomic]) -> None:
+        """Go on from the last tag with the atomics that are there now; who is not `known` starts."""
+        self._witness.meet(self.atomics)
+        self._due, self._spoken = None, False  # whether lambda has run for it
+        self._schedule = Schedule(self.atomics, self._last, self._present, known)
 
     @property
     def next_time(self) -> Tag:
@@ -177,7 +182,8 @@ class Simulator:
         If it shall be `silent`, so many at most, while nothing leaves and time does not stand still for long.
         """
         present, schedule, atomics, trace = self._present, self._schedule, self.atomics, self.trace
-        move, patience, noted, heard = schedule.move, self._patience.start, self._border.noted, self._border.spoken
+        border, witness, move, patience = self._border, self._witness, schedule.move, self._patience.start
+        promises, noted, heard = border.promises, border.noted, border.spoken
         self._spoken, present.busy = False, True
         while True:
             (t, k), soon = tag, schedule.soon
@@ -227,7 +233,7 @@ class Simulator:
             if due is None or due >= until or (silent and (silent == 1 or due[1] >= patience)):
                 self._last, self._due, present.busy = tag, None if due is None else tag_of(due), False
                 return
-            self._speak(due)
+            speak(due, schedule.imminent, atomics, present, witness, promises)
             if silent:
                 silent -= 1
                 if present.sources:
@@ -250,9 +256,7 @@ class Simulator:
         self._present.live = True
         self._adopt()
         self._border.still_promises(Tag(*self._last), border)
-        self._witness.meet(self.atomics)
-        self._schedule = Schedule(self.atomics, self._last, self._present, before)
-        self._due, self._spoken = None, False
+        self._begin(before)
 
     def snapshot(self) -> bytes:
         """All that the future depends on, between two tags; ModelError if a state cannot be kept."""
@@ -262,42 +266,17 @@ class Simulator:
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot; `models` and `atomics` are new ones then."""
         self.models, self._last, self._staged = thawed(snapshot, self.models)
-        self._due, self._spoken, self._observed = None, False, Observed()
         self._present.now, self._present.busy = self._last, False
         self._adopt()
-        self._witness = Witness(self._watched)
-        self._witness.meet(self.atomics)
-        self._schedule = Schedule(self.atomics, self._last, self._present, set(self.atomics))
+        self._observed, self._witness = Observed(), Witness(self._watched)
+        self._begin(set(self.atomics))
 
     def _lambda(self, tag: Instant) -> Present:
         """What the imminent atomics say at `tag` = next_time, in path order; later calls find it said."""
         if not self._spoken:
-            self._speak(tag)
+            speak(tag, self._schedule.imminent, self.atomics, self._present, self._witness, self._border.promises)
             self._spoken = True
         return self._present
-
-    def _speak(self, tag: Instant) -> None:
-        present, atomics, witness, imminent = self._present, self.atomics, self._witness, self._schedule.imminent
-        present.now, present.sources, present.values = tag, [], []
-        witness.left -= 1
-        looked_at = witness.left < 0 or (witness.new and not witness.new.isdisjoint(imminent))
-        seen = witness.before(imminent) if looked_at else None
-        try:
-            for i in imminent:
-                present.speaker = m = atomics[i]
-                try:
-                    m.output()
-                except (Exception, SystemExit) as error:
-                    fail(m, tag, "output", error)
-                if m._wait is not None:
-                    told = "output() must not change the state: call hold_in in a transition"
-                    fail(m, tag, "output", ModelError(told))
-        finally:
-            present.speaker = None
-        if seen:
-            witness.after(tag, seen)
-        if self._border.promises:
-            keep_promises(tag, present.sources)
 
     @property
     def last(self) -> Tag:
@@ -308,21 +287,8 @@ class Simulator:
         """What the atomics tell of a run that is over at `end` (a tag or ns), or else with the last transition; by
         path, without those that tell nothing."""
         _ = self.next_time  # what was asked of the structure has happened then
-        present, before = self._present, self._present.now
-        tag = present.now = max(self.last, Tag(end) if isinstance(end, int) else end, Tag(0))
-        found: dict[str, Message] = {}
-        for m in self.atomics:
-            try:
-                told = m.result()
-                if m._wait is not None or present.changes:
-                    raise ModelError("result() must not change the model: do that in a transition")
-                if told is not None:
-                    found[m.path] = travelling(checked_result(told), "its result")
-            except (Exception, SystemExit) as error:
-                m._wait, present.changes = None, []
-                fail(m, tag, "result", error)
-        present.now = before
-        return found
+        at = Tag(end) if isinstance(end, int) else end
+        return results_of(self.atomics, self._present, max(self.last, at, Tag(0)))
 
     @property
     def slack(self) -> list[Slack]:

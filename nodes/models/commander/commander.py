@@ -8,22 +8,27 @@ what a stalled run waits for.  Its messages number actions and orders; sentences
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
+from heavylift.nodes.models.own import aim_port
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan import actions as scene
-from heavylift.nodes.plan.places import ASIDE, WHEN, located, numbered, place
+from heavylift.nodes.plan.own import Led
+from heavylift.nodes.plan.places import ASIDE, LED, WHEN, located, numbered, place
 from heavylift.nodes.plan.plan import Plan, driven
 
 from .actuator_registry import TURN, first_lugs, first_picture, machines, owners, turns
 from .conditions import Moment, crossings, holds, next_time, words
 from .jobs import Job, addressed, make_way, seconds, still_open
-from .order_checks import check
+from .order_checks import check, check_led
 from .refused import Refused
 from .turn_law import Follower, followers
+
+ROUNDING = 1e-9  # of a speed
 
 
 class Commander(Atomic):
@@ -40,12 +45,16 @@ class Commander(Atomic):
         self.plan, self.owners = plan, owners(plan)
         self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
         targets = [*machines(plan), *([TURN] if turns(plan) else [])]
+        self.aims = {
+            self.add_in(aim_port(own.name, led.port), m.SetPoint): led for own in plan.models for led in own.leads
+        }
         self.to: dict[str, OutPort[m.Order]] = {name: self.add_out(f"order_{name}", m.Order) for name in targets}
 
     def start(self) -> None:
         """Begin with the first action if its condition holds."""
         self.picture, self.lugs, self.theta = first_picture(self.plan), first_lugs(self.plan), self.plan.start
         self.jobs: list[Job] = []
+        self.led: dict[str, float] = {}  # speed that models ask of actuators
         self.index = self.ids = self.since = 0
         self.over = False
         self.outbox: list[tuple[OutPort[Any], Message]] = []
@@ -58,6 +67,9 @@ class Commander(Atomic):
             self._hear(report)
         for command in x.get(self.command, ()):
             self._obey(command)
+        for port, led in self.aims.items():
+            for point in x.get(port, ()):
+                self._aim(led, point.value)
         self._settle()
 
     def output(self) -> None:
@@ -167,9 +179,29 @@ class Commander(Atomic):
             answer = m.OperatorAnswer(command.text, self.now.t, str(error), error.by)
         self.outbox.append((self.answer, answer))
 
+    def _aim(self, led: Led, speed: float) -> None:
+        """Lead the actuator of a model to a speed, unless it is asked for that already."""
+        move, who = led.move, self.plan.leader(led.move.actuator)
+        if not isfinite(speed):
+            raise ModelError(f"{who}: {led.port} says {speed}, which is no speed; say a finite number")
+        if move.speed and abs(speed) > move.speed * (1.0 + ROUNDING):
+            most = f"{move.speed:g} m/s or rad/s"
+            raise ModelError(
+                f"{who}: {led.port} asks {move.actuator} for {abs(speed):g}, and it can {most}; limit what it says"
+            )
+        try:
+            check(move, self.plan, self.owners, self.picture, self.lugs)
+        except Refused as error:
+            raise ModelError(f"{who}: {error}") from None
+        if speed != self.led.get(move.actuator, 0.0):
+            self.led[move.actuator] = speed
+            self.ids += 1
+            self._send(move.actuator, m.Aim(move.actuator, self.ids, (LED,), speed, move.accel))
+
     def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
         """Turn an order of the scene into orders to actors; `at` are the numbers of its action and of itself."""
         check(order, self.plan, self.owners, self.picture, self.lugs)
+        check_led(order, self.plan, self.lugs)
         match order:
             case scene.Wait():
                 self._job(at, "wait", "", ends_ns=self.now.t + ns(order.seconds))

@@ -17,7 +17,7 @@ from .observed_state import OFF, Picture
 from .refused import Refused
 from .turn_law import followers
 
-__all__ = ["check", "joints_moved", "sling_fault"]
+__all__ = ["check", "check_led", "joints_moved", "sling_fault"]
 
 
 def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]) -> None:
@@ -36,6 +36,20 @@ def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture,
         case Brake():
             if owners.get(order.brake) != order.model:
                 raise Refused(f"{order.model} has no brake {order.brake}")
+
+
+def check_led(order: Order, plan: Plan, lugs: Mapping[str, str]) -> None:
+    """Raise Refused for an order to an actuator that a model leads."""
+    match order:
+        case Move():
+            asked = [order.actuator]
+        case Turn() if plan.models:
+            asked = [f.actuator for f in followers(plan, lugs)]
+        case _:
+            asked = []
+    for actuator in asked:
+        if who := plan.leader(actuator):
+            raise Refused(f"{actuator} is led by the model {who} and takes no other orders")
 
 
 def joints_moved(order: Order, plan: Plan, lugs: Mapping[str, str]) -> list[str]:

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import copysign, inf, isclose
 
-from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import System, Threshold
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import ns
@@ -20,6 +19,7 @@ from heavylift.nodes.plan import pulses
 from heavylift.nodes.plan.plan import Driven
 
 from . import messages as m
+from .inputs import part, value
 from .parts import LiveActor
 
 SAME = 1e-12  # relative, of speeds that differ by rounding
@@ -59,7 +59,7 @@ class DriveActor(LiveActor):
         self.wake = self.rows[0][0] if self.rows else None
 
     def obey(self, order: m.Order) -> None:
-        """Run, halt, follow, release."""
+        """Run, aim, halt, follow, release."""
         if self.log is not None:
             self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
         match order:
@@ -67,6 +67,8 @@ class DriveActor(LiveActor):
                 self.run(order)
             case m.Halt():
                 self.halt(order)
+            case m.Aim():
+                self.aim(order)
             case m.Follow():
                 self.follow(order)
             case _:
@@ -96,6 +98,24 @@ class DriveActor(LiveActor):
             self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
         self.wake = self.now.t + ns(self.profile.duration) if self.profile.duration < inf else None
 
+    def aim(self, order: m.Aim) -> None:
+        """Lead the present speed to another one, as far as the end position on that side."""
+        if self.law is not None:
+            self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
+        self.job, self.halting, self.limit, self.pulsed, self.rows = order.id, False, "", None, ()
+        x, v = self.reference()
+        distance = None
+        if order.speed:
+            run = m.Run(order.actor, order.id, order.at, order.speed, order.accel)
+            distance, self.limit = self._distance(run, x)
+        speed = order.speed if distance is None else copysign(order.speed, distance)
+        self._profile(x, v, trapezoid(distance, speed, order.accel, v), order.accel)
+        duration = self.profile.duration if order.speed else self.profile.d1
+        self.goal = x + (distance if distance is not None else self.profile.displacement(self.profile.d1))
+        if self.profile is not REST:
+            self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
+        self.wake = self.now.t + ns(duration) if duration < inf else None
+
     def halt(self, order: m.Halt) -> None:
         """Ramp down the move of that id, unless it stands already."""
         if self.job != order.id or self.halting:
@@ -109,13 +129,14 @@ class DriveActor(LiveActor):
         self.goal = x + pulses.way(rows)
         self._begin_rows(rows)
 
-    def stop(self, limit: str) -> None:
-        """Ramp down now."""
+    def stop(self, limit: str, accel: float | None = None) -> None:
+        """Ramp down now, with the ramp of the move or another one."""
         x, v = self.reference()
+        accel = accel or self.accel
         self.halting, self.limit, self.rows = True, limit, ()
-        self._profile(x, v, trapezoid(None, 0.0, self.accel, v), self.accel)
+        self._profile(x, v, trapezoid(None, 0.0, accel, v), accel)
         self.goal = x + self.profile.displacement(self.profile.d1)
-        self.say(m.SetProfile(self.element, self.now.t, 0.0, self.accel))
+        self.say(m.SetProfile(self.element, self.now.t, 0.0, accel))
         self.wake = self.now.t + ns(self.profile.d1)
 
     def follow(self, order: m.Follow) -> None:
@@ -205,7 +226,8 @@ class HeldActor(LiveActor):
 class WinchActor(DriveActor):
     """A drive that winds a rope: reports when the rope is taut or slack; has an upper limit switch at the hook.
 
-    `switch` is the height of the hook eye with the value at which it trips; hoisting stops then.  A rope of several
+    `switch` is the height of the hook eye with the value at which it trips; hoisting stops then, with the deceleration
+    `emergency` where it has one.  A rope of several
     `pieces` (with their parts of its length) is wound as if all of them were.
     """
 
@@ -220,13 +242,14 @@ class WinchActor(DriveActor):
         upper: float | None = None,
         switch: tuple[Threshold, float] | None = None,
         pieces: Mapping[str, float] | None = None,
+        emergency: float | None = None,
     ) -> None:
         guards = (switch[0],) if switch else ()
         laws = laws or System(thresholds=guards)
         hears = (rope, *(guard.name for guard in guards))
         limits = ("shortest rope", "drum empty")
         super().__init__(name, rope, laws, start=start, lower=lower, upper=upper, limits=limits, hears=hears)
-        self.switch, self.pieces = switch, pieces or {rope: 1.0}
+        self.switch, self.pieces, self.emergency = switch, pieces or {rope: 1.0}, emergency
 
     def begin(self) -> None:
         """Arm the limit switch."""
@@ -250,6 +273,13 @@ class WinchActor(DriveActor):
             else:
                 super().say(message)
 
+    def aim(self, order: m.Aim) -> None:
+        """Do not hoist any higher while the limit switch is open."""
+        if self.tripped and order.speed < 0.0:
+            self.say(m.Limit(self.element, "upper limit", self.reference()[0]))
+        else:
+            super().aim(order)
+
     def notice(self, event: m.StateEvent) -> None:
         """The rope changed its state, or the limit switch did."""
         if event.name == self.element:
@@ -259,7 +289,7 @@ class WinchActor(DriveActor):
         self.tripped = not self.tripped
         self._arm()
         if self.tripped and self.job is not None and not self.halting:
-            self.stop("upper limit")
+            self.stop("upper limit", self.emergency)
         elif self.tripped:
             self.say(m.Limit(self.element, "upper limit", self.reference()[0]))
 
@@ -267,16 +297,3 @@ class WinchActor(DriveActor):
         if self.switch is not None:
             guard, height = self.switch
             self.say(m.Watch(guard.name, height - SWITCH_BACK * self.tripped, not self.tripped))
-
-
-def part(order: m.SetProfile | m.SetFollow, piece: str, share: float) -> m.SetProfile | m.SetFollow:
-    """What a piece of a rope has to do of it."""
-    if isinstance(order, m.SetFollow):
-        return m.SetFollow(piece, order.master, order.k1 * share, order.kc * share, order.ks * share)
-    distance = None if order.distance is None else order.distance * share
-    return m.SetProfile(piece, order.start_ns, order.speed * share, order.accel * share, distance)
-
-
-def value(law: m.Follow, s: float) -> float:
-    """f(s) of a follower."""
-    return float(law.kc * cos(s) + law.ks * sin(s))

@@ -11,8 +11,8 @@ from typing import TypeVar
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import KernelError
-from heavylift.nodes.scene.keys import mechanics
-from heavylift.nodes.scene.keys.flexible import Beam
+from heavylift.nodes.scene.keys.parts import mechanics
+from heavylift.nodes.scene.keys.parts.flexible import Beam
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
@@ -24,11 +24,12 @@ Made = TypeVar("Made")
 class Checking:
     """A mechanism as it is written, with the source that its faults are added to.
 
-    `lift`: what the machines of the scene declare, on whose bodies and joints it can act.
+    `lift`: what the other machines of the scene declare, on whose bodies and joints it can act; `base`: its place.
     """
 
-    def __init__(self, source: Source, given: mechanics.Mechanism, lift: k.System) -> None:
+    def __init__(self, source: Source, given: mechanics.Mechanism, lift: k.System, base: Path) -> None:
         self.source, self.given, self.lift, self.fault = source, given, lift, source.fault
+        self.base = base
         self.carried = [body.name for body in lift.bodies]
         self.bodies = [k.WORLD, *given.bodies, *self.carried]
         self.joints: dict[str, k.JointKind] = {name: joint.type for name, joint in given.joints.items()}

@@ -5,7 +5,7 @@ A condition over an empty set is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Literal
 
 import msgspec
@@ -22,8 +22,9 @@ from .yard import Yard
 class Conditions:
     """Resolves conditions; each crossing gets a threshold with a name of its own."""
 
-    def __init__(self, yard: Yard, mechanism: plan.Mechanism | None) -> None:
-        self.yard, self.source, self.mechanism = yard, yard.source, mechanism
+    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
+        self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
+        self.rigged = {name: slings for m in mechanisms for hook in m.hooks for name, slings in hook.slings.items()}
         self.thresholds = 0
 
     def read(self, path: Path, phrase: phrases.ConditionPhrase | None) -> actions.Condition | None:
@@ -46,15 +47,15 @@ class Conditions:
             case phrases.CrossTest():
                 self.thresholds += 1
                 name = f"{test.quantity}-{self.thresholds}"
-                model, threshold = self._threshold(path, test, name) or ("", Threshold(name, "height"))
+                model, threshold = self.threshold(path, test, name) or ("", Threshold(name, "height"))
                 return actions.Crossing(model=model, threshold=threshold, value=test.value, rising=test.rising, **named)
         return msgspec.structs.replace(test, where=named["where"])
 
     def _ropes(self, path: Path, of: str, noun: str, column: int) -> tuple[str, ...]:
         """The names of a set of slings or ropes; empty sets are faults."""
         slings, ropes = [s.name for s in self.yard.slings], [r.name for r in self.yard.ropes]
-        if self.mechanism:
-            ropes += [r.name for r in self.mechanism.system.all_ropes]
+        ropes += [r.name for mechanism in self.mechanisms for r in mechanism.system.all_ropes]
+        rigged = [sling for names in self.rigged.values() for sling in names]
         sets: dict[str, Iterable[str]] = {}
         if noun == "one":
             sets = {name: [name] for name in (*slings, *ropes)}
@@ -62,7 +63,7 @@ class Conditions:
             sets = {"": ropes, **{name: [name] for name in ropes}}
         else:
             loaders = {name: (name,) for name in self.yard.hooks}
-            sets = {"": slings}
+            sets = {"": [*slings, *rigged], **self.rigged}
             for name, members in {**loaders, **self.yard.groups}.items():
                 sets[name] = [s.name for s in self.yard.slings if s.loader in members]
         if of not in sets:
@@ -77,16 +78,16 @@ class Conditions:
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
         if self.yard.block:
             return "block"
-        if self.mechanism and (self.mechanism.system.supports or self.mechanism.system.contacts):
-            return self.mechanism.name
+        standing = [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
+        if standing:
+            return standing[0]
         missing = f"nothing in this scene can be {test.state}: it has no supports or contacts"
         self.source.fault(path, missing, column=test.column)
         return ""
 
-    def _threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold] | None:
+    def threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold] | None:
         """The model that watches a quantity, and its threshold; a fault if there is none."""
-        of, system = test.of, self.mechanism.system if self.mechanism else None
-        at = self.mechanism.name if self.mechanism else ""
+        of = test.of
         known: list[str] = []
         match test.quantity:
             case "tension" | "length" as kind:
@@ -94,17 +95,17 @@ class Conditions:
             case "angle" | "height" as kind if self.yard.block and of in {"", "block"}:
                 return "block", Threshold(name, kind, of="block", point=Point("block") if kind == "height" else None)
             case "height":
-                bodies = [body.name for body in system.bodies] if system else []
+                bodies = {body.name: m.name for m in self.mechanisms for body in m.system.bodies}
                 known = [*self.yard.hooks, *bodies]
                 if of in self.yard.hooks:
                     return of, Threshold(name, "height", point=Point(f"{of}.upper"))
                 if of in bodies:
-                    return at, Threshold(name, "height", point=Point(of))
-            case "position" | "speed" if system:
-                along = _coordinates(system)
+                    return bodies[of], Threshold(name, "height", point=Point(of))
+            case "position" | "speed":
+                along = {words: (m.name, *x) for m in self.mechanisms for words, x in _coordinates(m.system).items()}
                 known = [*along]
                 if of in along:
-                    joint, coordinate, turns = along[of]
+                    at, joint, coordinate, turns = along[of]
                     if test.value and test.turning != turns:
                         self.source.fault(path, f"'{of}' {wrong_units(turns=turns)}", column=test.column)
                     quantity: Literal["joint", "speed"] = "joint" if test.quantity == "position" else "speed"
@@ -123,7 +124,8 @@ class Conditions:
         noun = last if last in {"slings", "ropes"} else "one"
         ropes = self._ropes(path, " ".join(front) if noun != "one" else test.of, noun, test.column)
         owners = {s.name: s.loader for s in self.yard.slings} | {r.name: r.crane for r in self.yard.ropes}
-        models = {owners.get(rope, self.mechanism.name if self.mechanism else "") for rope in ropes}
+        owners |= {rope.name: m.name for m in self.mechanisms for rope in m.system.all_ropes}
+        models = {owners[rope] for rope in ropes}
         return (models.pop() if len(models) == 1 else "block", Threshold(name, kind, ropes=ropes)) if ropes else None
 
 

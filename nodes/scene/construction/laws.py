@@ -10,10 +10,10 @@ from typing import Any, get_args
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys import mechanics
 from heavylift.nodes.scene.keys.base import Base
-from heavylift.nodes.scene.keys.forces import Characteristic
-from heavylift.nodes.scene.keys.joints import POSITIONS
+from heavylift.nodes.scene.keys.parts import mechanics
+from heavylift.nodes.scene.keys.parts.forces import Characteristic
+from heavylift.nodes.scene.keys.parts.joints import POSITIONS
 from heavylift.nodes.scene.language.grammar import read_ramp
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
@@ -32,7 +32,7 @@ def check_laws(checks: Checking) -> None:
     driven: dict[tuple[str, str], str] = {}
     for kind, laws in checks.given.laws.items():
         for name, law in laws.items():
-            path: Path = ("mechanism", kind, name)
+            path: Path = (*checks.base, kind, name)
             along = checks.along(path, law.joint, law.coordinate)
             if along:
                 _dimensions(checks, path, law, turns=along[1])
@@ -47,7 +47,7 @@ def check_laws(checks: Checking) -> None:
         own: dict[str, Mapping[str, Base]] = {"limits": joint.limits, "friction": joint.friction}
         for key, given in own.items():
             for coordinate, law in given.items():
-                path = ("mechanism", "joints", name, key, coordinate)
+                path = (*checks.base, "joints", name, key, coordinate)
                 if coordinate in joint.coordinates:
                     _dimensions(checks, path, law, turns=joint.turns(coordinate))
                 else:
@@ -55,10 +55,10 @@ def check_laws(checks: Checking) -> None:
                     checks.fault(path, message, closest(coordinate, joint.coordinates), on_key=True)
         for coordinate, x in joint.limits.items():
             if x.range[0] >= x.range[1]:
-                path = ("mechanism", "joints", name, "limits", coordinate, "range")
+                path = (*checks.base, "joints", name, "limits", coordinate, "range")
                 checks.fault(path, "the first end must be below the second")
     for name, lock in checks.given.locks.items():
-        path = ("mechanism", "locks", name)
+        path = (*checks.base, "locks", name)
         if checks.own(path, lock.joint) and lock.joint not in checks.given.joints:
             checks.fault(
                 (*path, "joint"), f"there is no joint '{lock.joint}'", closest(lock.joint, checks.given.joints)
@@ -108,13 +108,13 @@ def _names(checks: Checking) -> None:
     taken = {body.partition(".")[0]: "machines" for body in checks.carried}
     for name in (name for name in checks.given.bodies if name in taken):
         message = f"the name '{name}' is given twice: one of the machines has it, too"
-        checks.fault(("mechanism", "bodies", name), message, on_key=True)
+        checks.fault((*checks.base, "bodies", name), message, on_key=True)
     kinds = ("joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts")
     for kind in kinds:
         for name in getattr(checks.given, kind):
             if name in taken:
                 message = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
-                checks.fault(("mechanism", kind, name), message, on_key=True)
+                checks.fault((*checks.base, kind, name), message, on_key=True)
             taken.setdefault(name, kind)
 
 
@@ -152,15 +152,18 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
     found = []
     for name, drive in checks.given.drives.items():
         lower, upper = drive.range or (None, None)
-        where = checks.source.where(("mechanism", "drives", name))
+        where = checks.source.where((*checks.base, "drives", name))
         start = _start(checks, drive)
         accel, pulses = ramp_of(drive.ramp)
         found.append(
-            plan.Actuator(name=name, start=start, accel=accel, lower=lower, upper=upper, pulses=pulses, where=where)
-        )
+            plan.Actuator(
+                name=name, start=start, accel=accel, lower=lower, upper=upper, pulses=pulses, verb=drive.verb or "",
+                speed=drive.speed, where=where,
+            )
+        )  # fmt: skip
     for name, rope in checks.given.ropes.items():
         if rope.winch:
-            where, winch = checks.source.where(("mechanism", "ropes", name, "winch")), rope.winch
+            where, winch = checks.source.where((*checks.base, "ropes", name, "winch")), rope.winch
             lower, upper = winch.shortest, winch.longest
             found.append(
                 plan.Actuator(name=name, start=rope.length, accel=winch.ramp, lower=lower, upper=upper, where=where)

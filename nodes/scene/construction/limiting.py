@@ -5,8 +5,9 @@ A number that the scene gives is the scene's; one of a machine type is the type'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from math import prod
+from typing import Any
 
 from heavylift.kernel.description.forces import Wind
 from heavylift.nodes.limits.reeving import drum_ends, lead_factor
@@ -24,6 +25,8 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
+from heavylift.nodes.scene.keys.parts.machines import SlingType
+from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
@@ -34,13 +37,14 @@ __all__ = ["build_limits", "reeving", "rope_factor"]
 ROLLING = 0.98  # efficiency of a sheave on rolling bearings
 
 
-def build_limits(yard: Yard, mechanism: plan.Mechanism | None) -> tuple[Limit, ...]:
+def build_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """All rows, crane by crane, then the rig's and the scene's."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
-    return (*rows, *_rig(yard), *_ropes(yard, mechanism), *_scene(yard, mechanism))
+    rows += [row for machine in mechanisms for row in _hooks(yard, machine)]
+    return (*rows, *_rig(yard), *_ropes(yard, mechanisms), *_scene(yard, mechanisms))
 
 
-def _scene(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
+def _scene(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """What counts for everything that is lifted."""
     limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
     where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
@@ -53,7 +57,7 @@ def _scene(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
         yield Limit(
             subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
         )
-    winds = tuple(f.name for f in mechanism.system.forces if isinstance(f, Wind)) if mechanism else ()
+    winds = tuple(f.name for m in mechanisms for f in m.system.forces if isinstance(f, Wind))
     if yard.cranes or winds or limits.wind is not None:
         by = "the scene" if limits.wind is not None else ""
         note = "" if winds and by else "give it under 'limits: {wind: ...}'" if winds else "no wind is modelled"
@@ -63,10 +67,12 @@ def _scene(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
         )  # fmt: skip
 
 
-def _ropes(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
+def _ropes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """Ropes that the scene itself limits; those of a mechanism without a limit are unknown."""
-    free = [rope.name for rope in mechanism.system.all_ropes] if mechanism else []
-    for name in (name for name in free if name not in yard.scene.limits.ropes):
+    rigged = {sling for m in mechanisms for hook in m.hooks for slings in hook.slings.values() for sling in slings}
+    hooks = {hook.rope for m in mechanisms for hook in m.hooks}
+    free = [rope.name for m in mechanisms for rope in m.system.all_ropes]
+    for name in (name for name in free if name not in {*yard.scene.limits.ropes, *rigged, *hooks}):
         where = yard.source.where(("mechanism", "ropes", name))
         note = "give it under 'limits: {ropes: ...}'"
         yield Limit(subject=name, quantity="rope tension", unit="N", note=note, where=where)
@@ -211,8 +217,6 @@ def _rig(yard: Yard) -> Iterator[Limit]:
     if rig is None:
         return
     given = rig.sling
-    partial = given.partial_factor or partial_factor()
-    by = "the scene" if given.partial_factor else f"{ND_0027}, 7.3.1, hand splice; {SUCCESSOR}"
     own = "the scene" if limits.model_fields_set & {"bridle", "bridle_warning"} else "EN 13414-1"
     for loader in yard.loaders:
         slings = tuple(sling.name for sling in yard.slings if sling.loader == loader.name)
@@ -224,16 +228,60 @@ def _rig(yard: Yard) -> Iterator[Limit]:
         )  # fmt: skip
     for sling in yard.slings:
         name, where, one = sling.name, sling.where, (sling.name,)
-        source = "the scene" if "factor" in given.model_fields_set else SLINGS
-        yield Limit(
-            subject=name, quantity="sling tension", unit="N", value=given.breaking / given.factor, factor=given.factor,
-            breaking=given.breaking, elements=one, source=source, where=where,
-        )  # fmt: skip
-        yield Limit(
-            subject=name, quantity="sling peak", unit="N", value=given.breaking / partial, factor=partial,
-            breaking=given.breaking, elements=one, source=by, where=where,
-        )  # fmt: skip
+        yield from _sling(given, name, where)
         yield Limit(
             subject=name, quantity="bridle angle", unit="rad", value=limits.bridle, warning=limits.bridle_warning,
             elements=one, source=own, where=where,
+        )  # fmt: skip
+
+
+def _hooks(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
+    """Hooks of a machine made of parts: capacity or chart, rope, slings."""
+    for hook in machine.hooks:
+        given = _given(yard, machine, hook.rope)
+        at = {"subject": hook.rope, "unit": "kg", "elements": (hook.rope,), "where": hook.where, "source": "its type"}
+        if chart := tuple(given.chart or ()):
+            note = "with hook block and rigging; the next longer radius counts"
+            yield Limit(quantity="hook load", chart=chart, over="radius", note=note, **at)  # type: ignore[arg-type]
+        else:
+            note = "" if given.capacity else "give its hook a 'capacity'"
+            yield Limit(quantity="hook load", value=given.capacity, note=note, **at)  # type: ignore[arg-type]
+        yield _fall(given, at)
+        for name, slings in hook.slings.items():
+            yield from _slings(yard, name, slings)
+
+
+def _fall(given: Hook, at: dict[str, Any]) -> Limit:
+    """The rope of a hook at rest, all falls together, of which the one at the drum is loaded most; friction assumed."""
+    at = {**at, "unit": "N", "quantity": "rope tension"}
+    if not given.fall_breaking:
+        return Limit(note="give its hook a 'fall breaking'", **{**at, "source": ""})
+    factor, ends = ROPE_FACTORS[given.mechanism_group], drum_ends(given.falls, None)
+    most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, ROLLING)
+    return Limit(value=most, factor=factor, **{**at, "source": f"{ISO_4308}, {given.mechanism_group}"})
+
+
+def _given(yard: Yard, machine: plan.Mechanism, rope: str) -> Hook:
+    """The keys of a hook."""
+    scene = yard.scene
+    return (scene.machines.get(machine.name) or scene.mechanism).hooks[rope]  # type: ignore[union-attr]
+
+
+def _slings(yard: Yard, name: str, slings: Sequence[str]) -> Iterator[Limit]:
+    """Slings of a rigging."""
+    given, where = yard.scene.rigging[name].sling, yard.source.where(("rigging", name))
+    yield from (row for sling in slings for row in _sling(given, sling, where))
+
+
+def _sling(given: SlingType, name: str, where: str) -> Iterator[Limit]:
+    """A sling, at rest and at its peak."""
+    most = {"factor": given.factor, "source": "the scene" if "factor" in given.model_fields_set else SLINGS}
+    own = f"{ND_0027}, 7.3.1, hand splice; {SUCCESSOR}"
+    partial = given.partial_factor or partial_factor()
+    peak = {"factor": partial, "source": "the scene" if given.partial_factor else own}
+    kinds: tuple[tuple[Quantity, dict[str, Any]], ...] = (("sling tension", most), ("sling peak", peak))
+    for quantity, by in kinds:
+        yield Limit(
+            subject=name, quantity=quantity, unit="N", value=given.breaking / by["factor"], breaking=given.breaking,
+            elements=(name,), where=where, **by,
         )  # fmt: skip

@@ -14,7 +14,7 @@ from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.text.source import Path
 
 from .limiting import reeving, rope_factor
-from .yard import HOOKS, Yard, box, by_beam, exit_height, trolley_start
+from .yard import Yard, box, by_beam, parts_of, trolley_start
 
 
 def add_loader(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader) -> None:
@@ -22,7 +22,8 @@ def add_loader(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader) ->
     path: Path = ("rig", "loaders", name)
     crane_name, hook = yard.hooks[name]
     crane = yard.scene.cranes[crane_name]
-    top, gravity = exit_height(crane, hook), yard.scene.gravity
+    given, gravity = parts_of(crane).hooks[hook], yard.scene.gravity
+    top = given.at[2]
     mass = crane.hook_block + loader.upper_mass + loader.lower_mass
     block = yard.scene.block
     lugs = [lug for lug in loader.lugs or () if block and lug in block.lugs]
@@ -34,8 +35,8 @@ def add_loader(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader) ->
         hangs = top - (lug_z + loader.sling + loader.height - rig.slack)
     else:
         hangs = top - crane.highest_hook
-    x = crane.at + HOOKS[hook][1] * crane.hook_spacing
-    y = trolley_start(yard, name=crane_name, crane=crane, trolley=HOOKS[hook][0])
+    x = crane.at + given.at[0]
+    y = trolley_start(yard, name=crane_name, crane=crane, trolley=given.on)
     frame, beam = loader.upper_mass + crane.hook_block, loader.height - loader.hinge
     yard.loaders.append(
         plan.Loader(
@@ -71,10 +72,10 @@ def add_loader(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader) ->
 def _rope(yard: Yard, name: str, loader: schema.Loader, L0: float) -> None:
     crane_name, hook = yard.hooks[name]
     crane, block = yard.scene.cranes[crane_name], yard.scene.block
-    trolley, side = HOOKS[hook]
-    x, z, half = side * crane.hook_spacing, exit_height(crane, hook), loader.falls_apart / 2
+    leaves, half = parts_of(crane).hooks[hook], loader.falls_apart / 2
+    x, _, z = leaves.at
     lines = tuple(
-        Line(Point(f"{crane_name}.{trolley}", (x + d, 0.0, z)), Point(f"{name}.upper", (d, 0.0, 0.0)), 0.5)
+        Line(Point(f"{crane_name}.{leaves.on}", (x + d, 0.0, z)), Point(f"{name}.upper", (d, 0.0, 0.0)), 0.5)
         for d in (-half, half)
     )
     carried = crane.hook_block + loader.upper_mass + loader.lower_mass

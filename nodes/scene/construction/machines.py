@@ -11,12 +11,14 @@ import msgspec
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.planar import groups_of, planar
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.parts.machines import GoliathBody, GoliathDrive
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
+from .hooks import hook_of
 from .loaders import add_loader
 from .stools import build_block
-from .yard import HOOKS, LOWER, UPPER, Level, Yard, box, ramp_of, trolley_start
+from .yard import LOWER, UPPER, Level, Yard, box, parts_of, ramp_of, trolley_start
 
 
 def build_machines(source: Source, scene: schema.Scene) -> Yard:
@@ -38,19 +40,28 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
 
 
 def check_parts(source: Source, scene: schema.Scene) -> None:
-    """A lift needs cranes, a rig and a block; a scene needs something that moves."""
+    """A lift needs cranes, a rig and a block, of which machines need no rig; a scene needs something that moves."""
     parts = {"cranes": bool(scene.cranes), "block": scene.block is not None, "rig": scene.rig is not None}
     missing = [key for key, there in parts.items() if not there]
+    _check_rigging(source, scene)
     if len(missing) == len(parts):
-        if scene.mechanism is None:
+        if scene.mechanism is None and not scene.machines:
             source.fault((), "a scene needs cranes, a block and a rig, or a mechanism")
-    elif missing:
+    elif missing and not (missing == ["cranes", "rig"] and scene.machines):
         there = " and ".join(key for key in parts if key not in missing)
         source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
     names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
-    if scene.mechanism and scene.mechanism.name in names:
+    for name in scene.machines:
+        if name in names:
+            source.fault(("machines", name), f"the name '{name}' is given twice: another machine has it", on_key=True)
+    if scene.mechanism and scene.mechanism.name in {*names, *scene.machines}:
         message = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
         source.fault(("mechanism", "name"), message)
+    _check_ends(source, scene)
+
+
+def _check_ends(source: Source, scene: schema.Scene) -> None:
+    """Tolerances fit their method, and the run ends some time."""
     if scene.tolerance_of == "rope tension":
         if scene.method not in plan.TENSION_METHODS:
             known = " or ".join(plan.TENSION_METHODS)
@@ -61,9 +72,25 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
         source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
 
 
+def _check_rigging(source: Source, scene: schema.Scene) -> None:
+    """Rigging hangs on hooks of machines and holds lugs of a block, each once."""
+    parts = [*scene.machines.values(), *([scene.mechanism] if scene.mechanism else [])]
+    hooks = [hook for machine in parts for hook in machine.hooks]
+    used: dict[str, str] = {}
+    for name, given in scene.rigging.items():
+        if hook_of(given) not in hooks:
+            known = [hook.replace(".", " ", 1) for hook in hooks]
+            source.fault(("rigging", name, "on"), f"there is no hook '{given.on}'", closest(given.on, known))
+        if scene.block is None:
+            source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
+        for i, lug in enumerate(given.to):
+            if used.setdefault(lug, name) != name or lug in given.to[:i]:
+                source.fault(("rigging", name, "to", i), f"the lug {lug} already carries a sling of {used[lug]}")
+
+
 def _hang(yard: Yard, rig: schema.Rig) -> None:
     """Which loader hangs on which hook."""
-    known = [f"{crane} {hook}" for crane in yard.scene.cranes for hook in HOOKS]
+    known = [f"{crane} {hook}" for crane, given in yard.scene.cranes.items() for hook in parts_of(given).hooks]
     taken: dict[str, str] = {}
     for name, loader in rig.loaders.items():
         path: Path = ("rig", "loaders", name, "hook")
@@ -91,20 +118,22 @@ def _hang(yard: Yard, rig: schema.Rig) -> None:
 
 
 def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.Crane:
-    where = yard.source.where(("cranes", name))
-    omega = 2 * math.pi * crane.servo_frequency
+    where, parts = yard.source.where(("cranes", name)), parts_of(crane)
     accel, pulses = ramp_of(crane.ramp)
 
-    def axis(start: float, ends: tuple[float, float], mass: float) -> plan.Axis:
-        kp, kv = mass * omega * omega, 2 * crane.servo_damping * mass * omega
+    def axis(start: float, ends: tuple[float, float], servo: GoliathDrive) -> plan.Axis:
+        omega = 2 * math.pi * servo.frequency
+        mass = sum(getattr(parts.bodies, moved).mass for moved in servo.moves)
+        kp, kv = mass * omega * omega, 2 * servo.damping * mass * omega
         return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=accel, kp=kp, kv=kv, pulses=pulses)
 
-    def trolley(which: Level, mass: float, height: float, capacity: float) -> plan.Trolley:
-        size = (2 * crane.hook_spacing, crane.trolley_length, 4.0)
-        body = plan.Inertia(mass=mass, com=(0.0, 0.0, height), moments=box(mass, size))
-        y = trolley_start(yard, name, crane, which)
+    def inertia(body: GoliathBody) -> plan.Inertia:
+        return plan.Inertia(mass=body.mass, com=body.com, moments=box(body.mass, body.box))
+
+    def trolley(which: Level, body: GoliathBody, servo: GoliathDrive, capacity: float) -> plan.Trolley:
+        moved = axis(trolley_start(yard, name, crane, which), crane.girder, servo)
         place = yard.source.where(("cranes", name, f"{which} trolley"))
-        return plan.Trolley(name=which, body=body, axis=axis(y, crane.girder, mass), capacity=capacity, where=place)
+        return plan.Trolley(name=which, body=inertia(body), axis=moved, capacity=capacity, where=place)
 
     if crane.drum_ends and crane.falls % crane.drum_ends:
         message = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
@@ -117,7 +146,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
                 plan.Hook(
                     name=hook,
                     rope=f"{name}.{hook}",
-                    trolley=HOOKS[hook][0],
+                    trolley=parts.hooks[hook].on,
                     accel=accel,
                     shortest=crane.shortest_rope,
                     drum=crane.drum,
@@ -127,15 +156,12 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
                     where=place,
                 )
             )
-    portal = (crane.width, crane.span, crane.upper_exit)
-    middle = (0.0, crane.span / 2, 0.7 * crane.upper_exit)
-    moving = crane.main_mass + crane.upper_mass + crane.lower_mass
     return plan.Crane(
         name=name,
-        main=plan.Inertia(mass=crane.main_mass, com=middle, moments=box(crane.main_mass, portal)),
-        gantry=axis(crane.at, crane.rails, moving),
-        upper=trolley(UPPER, crane.upper_mass, crane.upper_exit, crane.upper_capacity),
-        lower=trolley(LOWER, crane.lower_mass, crane.lower_exit, crane.lower_capacity),
+        main=inertia(parts.bodies.main),
+        gantry=axis(crane.at, crane.rails, parts.drives.gantry),
+        upper=trolley(UPPER, parts.bodies.upper, parts.drives.upper, crane.upper_capacity),
+        lower=trolley(LOWER, parts.bodies.lower, parts.drives.lower, crane.lower_capacity),
         hooks=tuple(sorted(hooks, key=lambda hook: hook.name)),
         capacity=crane.capacity * (crane.tandem if tandem else 1.0),
         girder=plan.Girder(

@@ -18,13 +18,16 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import check_force
 from heavylift.kernel.model.checks import check_inertia, check_joint
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys import contacts, joints, kinematics, mechanics
-from heavylift.nodes.scene.keys.forces import Characteristic
+from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
+from heavylift.nodes.scene.keys.parts.forces import Characteristic
+from heavylift.nodes.scene.keys.parts.machines import Rigging
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .checking import Checking
+from .hooks import Hung, hang
 from .laws import actuators, check_curve, check_laws, laws_of
 from .ropes import reeving_of, rope_of, span
+from .yard import box
 
 TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
 WIRE = 1e7  # stiffness from which a rope can only be a wire rope, of 16 mm or more [N]
@@ -34,18 +37,27 @@ TOUCH = 1e-9  # a rope or support this close carries [m]
 
 
 def build_mechanism(
-    source: Source, given: mechanics.Mechanism, gravity: float, lift: k.System = NO_LIFT
+    source: Source,
+    given: mechanics.Mechanism,
+    gravity: float,
+    lift: k.System = NO_LIFT,
+    base: Path = ("mechanism",),
+    block: plan.Block | None = None,
+    rigging: dict[str, Rigging] | None = None,
 ) -> plan.Mechanism:
-    """The mechanism of the plan, which may act on a lift; what is wrong is added to the faults of the source."""
-    return _Assembly(source, given, lift).build(gravity)
+    """The mechanism of the plan, which may act on a lift; what is wrong is added to the faults of the source.
+
+    `base`: where it stands in the scene; `rigging`: that of the scene, with lugs of the block.
+    """
+    return _Assembly(source, given, lift, base).build(gravity, block, rigging or {})
 
 
 class _Assembly(Checking):
-    def build(self, gravity: float) -> plan.Mechanism:
-        given = self.given
+    def build(self, gravity: float, block: plan.Block | None, rigging: dict[str, Rigging]) -> plan.Mechanism:
+        given, called = self.given, str(self.base[-1]) if len(self.base) > 1 else self.given.name
         for key in ("bodies", "joints"):
             if not (getattr(given, key) or self.carried):
-                self.fault(("mechanism",), f"the key '{key}' is missing: there is nothing else to act on", on_key=True)
+                self.fault(self.base, f"the key '{key}' is missing: there is nothing else to act on", on_key=True)
         self._tree()
         check_laws(self)
         made = tuple(self._joints())
@@ -53,8 +65,8 @@ class _Assembly(Checking):
         ropes = [rope_of(self, name, rope) for name, rope in plain.items()]
         reevings = [reeving_of(self, name, rope) for name, rope in given.ropes.items() if name not in plain]
         for name, support in given.supports.items():
-            self.known(("mechanism", "supports", name, "body"), support.body)
-            self.on_beam(("mechanism", "supports", name, "at"), support.body, support.at[0])
+            self.known((*self.base, "supports", name, "body"), support.body)
+            self.on_beam((*self.base, "supports", name, "at"), support.body, support.at[0])
         system = k.System(
             bodies=tuple(self._bodies()),
             joints=made,
@@ -68,21 +80,28 @@ class _Assembly(Checking):
         )
         whole = k.merge([self.lift, system], gravity)
         if not self.source.faults:
-            self.checked(("mechanism", "joints"), kinematics.poses, whole)
+            self.checked((*self.base, "joints"), kinematics.poses, whole)
+        hung = hang(self, whole, block, rigging, gravity) if given.hooks and not self.source.faults else Hung()
+        if given.hooks:
+            own = k.System(tuple(hung.bodies), tuple(hung.joints), ropes=tuple(hung.ropes))
+            system = k.merge([system, own], gravity)
+            whole = k.merge([self.lift, system], gravity)
         if not self.source.faults:
-            self.checked(("mechanism",), self._resisting, whole)
+            self.checked(self.base, self._resisting, whole)
         taut, closed = self._carrying(system, kinematics.poses(whole)) if not self.source.faults else ((), ())
         return plan.Mechanism(
-            name=given.name,
+            name=called,
             system=system,
-            actuators=tuple(actuators(self)),
+            actuators=(*actuators(self), *hung.actuators),
             taut=taut,
             closed=closed,
-            where=self.source.where(("mechanism",)),
+            hooks=tuple(hung.hooks),
+            shapes=(*self._shapes(), *hung.shapes),
+            where=self.source.where(self.base),
         )
 
     def _body(self, name: str, body: mechanics.Body) -> k.Body:
-        path: Path = ("mechanism", "bodies", name)
+        path: Path = (*self.base, "bodies", name)
         flexible, made = body.beam or body.matrices, None
         if flexible is None and body.mass is None:
             self.fault((*path, "mass"), "the key 'mass' is missing", on_key=True)
@@ -95,7 +114,14 @@ class _Assembly(Checking):
                 check_flexible(name, made)
             except (KernelError, ValueError) as error:
                 self.fault(at, str(error), on_key=True)
-        return k.Body(name, body.mass or 0.0, body.com, _matrix(body.inertia), made)
+        if body.box and any(body.inertia):
+            self.fault((*path, "box"), "a body has either 'inertia' or the moments of its 'box'", on_key=True)
+        return k.Body(name, body.mass or 0.0, body.com, _moments(body), made)
+
+    def _shapes(self) -> Iterator[plan.Shape]:
+        for name, body in self.given.bodies.items():
+            if body.box:
+                yield plan.Shape(body=name, centre=body.com, size=body.box)
 
     def _carrying(self, system: k.System, at: kinematics.Poses) -> tuple[tuple[str, ...], tuple[str, ...]]:
         spans = {r.name: span(self, r, at) for r in system.reevings}
@@ -104,7 +130,7 @@ class _Assembly(Checking):
         for rigid in system.rigid_ropes:
             if stretched.get(rigid.name, 0.0) > TOO_SHORT:
                 short = f"{stretched[rigid.name] * 1e3:.3g} mm too short for its ends at the start"
-                self.fault(("mechanism", "ropes", rigid.name, "length"), f"the rope is rigid and {short}")
+                self.fault((*self.base, "ropes", rigid.name, "length"), f"the rope is rigid and {short}")
         for rope in system.ropes:
             self._overstretched(rope, stretched.get(rope.name, 0.0))
         for reeving in system.reevings:
@@ -124,13 +150,13 @@ class _Assembly(Checking):
             message += (
                 f", where wire ropes break at {BREAKS:.0%}: its ends are {rope.L0 + stretch:.6g} m apart at the start"
             )
-            self.fault(("mechanism", "ropes", rope.name, "length"), message)
+            self.fault((*self.base, "ropes", rope.name, "length"), message)
 
     def _tree(self) -> None:
         """Joints connect existing bodies, and every body is connected to the world."""
         carried: dict[str, str] = {}
         for name, joint in self.given.joints.items():
-            path: Path = ("mechanism", "joints", name)
+            path: Path = (*self.base, "joints", name)
             self.known((*path, "parent"), joint.parent)
             if isinstance(joint, joints.Slider):
                 if joint.parent in self.bodies and not self.beam(joint.parent):
@@ -147,7 +173,7 @@ class _Assembly(Checking):
             free = joint.type == "free" and joint.child in self.given.bodies
             if free and not self._solid(joint.child) and self._possible(joint.child):
                 message = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
-                self.fault(("mechanism", "bodies", joint.child), f"{message} with 'inertia'", on_key=True)
+                self.fault((*self.base, "bodies", joint.child), f"{message} with 'inertia'", on_key=True)
         connected = self._connected()
         for body in (b for b in self.given.bodies if b not in connected):
             above, seen = body, set[str]()
@@ -155,10 +181,10 @@ class _Assembly(Checking):
                 seen.add(above)
                 above = self.given.joints[carried[above]].parent
             if above == body and not seen:
-                self.fault(("mechanism", "bodies", body), f"no joint carries the body '{body}'", on_key=True)
+                self.fault((*self.base, "bodies", body), f"no joint carries the body '{body}'", on_key=True)
             elif above in seen:
                 message = f"the joints of '{body}' go in a circle and never reach the world"
-                self.fault(("mechanism", "bodies", body), message, on_key=True)
+                self.fault((*self.base, "bodies", body), message, on_key=True)
 
     def _connected(self) -> set[str]:
         """Bodies that joints connect to the world, in either direction."""
@@ -174,13 +200,13 @@ class _Assembly(Checking):
         """The kernel's bodies, with inertias that a mass can have."""
         for name, body in self.given.bodies.items():
             made = self._body(name, body)
-            self.checked(("mechanism", "bodies", name, "inertia"), check_inertia, made)
+            self.checked((*self.base, "bodies", name, "inertia"), check_inertia, made)
             yield made
 
     def _joints(self) -> Iterator[k.Joint]:
         """The kernel's joints; their axes have directions as their type requires."""
         for name, joint in self.given.joints.items():
-            path: Path = ("mechanism", "joints", name)
+            path: Path = (*self.base, "joints", name)
             faults = len(self.source.faults)
             for key in joint.directions:
                 axis = getattr(joint, key.replace(" ", "_"))
@@ -197,13 +223,13 @@ class _Assembly(Checking):
         """Whether all moments of inertia are there, or other bodies or a beam may bring them."""
         carries = any(joint.parent == body for joint in self.given.joints.values())
         given = self.given.bodies[body]
-        return carries or bool(given.beam or given.matrices) or all(given.inertia[:3])
+        return carries or bool(given.beam or given.matrices or given.box) or all(given.inertia[:3])
 
     def _possible(self, body: str) -> bool:
         """Whether a body can have its inertia; if not, that is reported separately."""
         given = self.given.bodies[body]
         try:
-            check_inertia(k.Body(body, given.mass or 0.0, inertia=_matrix(given.inertia)))
+            check_inertia(k.Body(body, given.mass or 0.0, inertia=_moments(given)))
         except KernelError:
             return False
         return True
@@ -220,12 +246,12 @@ class _Assembly(Checking):
             check_resistance(program, program.initial_state())
         except KernelError as error:
             body = next((b.name for b in system.bodies if f"body '{b.name}'" in str(error)), "")
-            self.fault(("mechanism", "bodies", body) if body else ("mechanism",), str(error), on_key=True)
+            self.fault((*self.base, "bodies", body) if body else self.base, str(error), on_key=True)
 
     def _forces(self) -> Iterator[forces.Force]:
         """Each force acts on existing bodies or an existing joint and is one that the kernel can build."""
         for name, force in self.given.forces.items():
-            path: Path = ("mechanism", "forces", name)
+            path: Path = (*self.base, "forces", name)
             for keys, body in force.bodies:
                 self.known((*path, *keys), body)
             joint = getattr(force, "joint", "")
@@ -239,7 +265,7 @@ class _Assembly(Checking):
     def _contacts(self) -> Iterator[Contact]:
         """Each contact is between existing bodies and shapes that the kernel can watch."""
         for name, given in self.given.contacts.items():
-            path: Path = ("mechanism", "contacts", name)
+            path: Path = (*self.base, "contacts", name)
             self.known((*path, "body"), given.body)
             self.known((*path, "against", "body"), given.against.body)
             made = contacts.built(name, given)
@@ -247,7 +273,9 @@ class _Assembly(Checking):
             yield made
 
 
-def _matrix(i: tuple[float, ...]) -> k.Matrix:
+def _moments(body: mechanics.Body) -> k.Matrix:
+    """Inertia about the centre of mass, as written or of a uniform box."""
+    i: tuple[float, ...] = box(body.mass or 0.0, body.box) if body.box else body.inertia
     xx, yy, zz, xy, xz, yz = (*i, 0.0, 0.0, 0.0)[:6]
     return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 

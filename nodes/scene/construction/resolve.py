@@ -5,10 +5,13 @@ Two orders of one action for the same actor contradict each other and are refuse
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.keys.actions import Action
 from heavylift.nodes.scene.language import phrases
+from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
@@ -16,20 +19,21 @@ from .conditions import Conditions, wrong_units
 from .targets import Actor, targets
 from .yard import Yard, by_beam, ramp_of
 
+ROUNDING = 1e-9  # relative, of a speed
 TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
 
-def build_actions(yard: Yard, mechanism: plan.Mechanism | None) -> tuple[plan.Action, ...]:
+def build_actions(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[plan.Action, ...]:
     """The action list of the plan; what is wrong is added to the faults of the scene."""
-    resolver = _Resolver(yard, mechanism)
+    resolver = _Resolver(yard, mechanisms)
     return tuple(resolver.action(i, action) for i, action in enumerate(yard.scene.actions))
 
 
 def build_orders(
-    yard: Yard, mechanism: plan.Mechanism | None, path: Path, target: str, phrase: phrases.OrderPhrase
+    yard: Yard, mechanisms: Sequence[plan.Mechanism], path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
     """One order to a target; what is wrong is added to the faults of the yard's source."""
-    resolver = _Resolver(yard, mechanism)
+    resolver = _Resolver(yard, mechanisms)
     words = target if target in resolver.targets else target.replace(".", " ", 1)  # events say "west.H1"
     return tuple(resolver.orders(path, words, phrase))
 
@@ -37,11 +41,11 @@ def build_orders(
 class _Resolver:
     """Walks through the action list once."""
 
-    def __init__(self, yard: Yard, mechanism: plan.Mechanism | None) -> None:
+    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source = yard, yard.source
-        self.targets = targets(yard, mechanism)
+        self.targets = targets(yard, mechanisms)
         self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
-        self.condition = Conditions(yard, mechanism).read
+        self.condition = Conditions(yard, mechanisms).read
 
     def action(self, index: int, action: Action) -> plan.Action:
         path: Path = ("actions", index)
@@ -73,11 +77,11 @@ class _Resolver:
             known = [*self.targets, "stage", "when", "timeout"]
             self.source.fault(path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True)
             return ()
-        if found and found[0].kind not in VERBS[phrase.verb].kinds:
-            fitting = [fit.name for fit in VERBS.values() if found[0].kind in fit.kinds]
+        obeying = tuple(actor for actor in found if actor.obeys(VERBS[phrase.verb]))
+        if found and not obeying:
+            fitting = [fit.name for fit in VERBS.values() if any(actor.obeys(fit) for actor in found)]
             self.source.fault(path, f"'{target}' cannot {phrase.verb}", f"it can: {', '.join(fitting)}")
-            return ()
-        return found
+        return obeying
 
     def _orders(self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase) -> list[actions.Order]:
         if not found:
@@ -114,6 +118,9 @@ class _Resolver:
             self.source.fault(path, how if winding else f"'to' needs a position, '{actor.name}' has no rope")
         if phrase.turning != actor.turns:
             self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
+        elif actor.speed is not None and phrase.speed > actor.speed * (1.0 + ROUNDING):
+            most = (units.RATE if actor.turns else units.SPEED).show(actor.speed)
+            self.source.fault(path, f"'{actor.name}' can {phrase.verb} with {most} at most")
         sign = float(VERBS[phrase.verb].sign or 1)
         endless = phrase.by is None and phrase.to is None
         ramp, pulses = ramp_of(phrase.ramp) if phrase.ramp else (actor.accel, actor.pulses)

@@ -9,9 +9,8 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.table import check_force
-from heavylift.nodes.scene.keys import kinematics, mechanics
-from heavylift.nodes.scene.keys.attitudes import unit
-from heavylift.nodes.scene.keys.base import End
+from heavylift.nodes.scene.keys.base import End, unit
+from heavylift.nodes.scene.keys.parts import kinematics, mechanics
 from heavylift.nodes.scene.text.source import Path
 
 from .checking import Checking
@@ -21,7 +20,7 @@ __all__ = ["reeving_of", "rope_of", "span"]
 
 def rope_of(checks: Checking, name: str, rope: mechanics.Rope) -> k.Rope | k.RigidRope:
     """A rope between points, on its way perhaps over others without friction."""
-    path: Path = ("mechanism", "ropes", name)
+    path: Path = (*checks.base, "ropes", name)
     lines = [(line.start, line.end, line.share, (*path, "lines", i)) for i, line in enumerate(rope.lines)]
     for start, end, _, at in lines:
         checks.known((*at, "start", "body"), start.body)
@@ -55,7 +54,7 @@ def _stretch(checks: Checking, path: Path, rope: mechanics.Rope) -> None:
 
 def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reeving:
     """A rope over sheaves with a radius or friction."""
-    path: Path = ("mechanism", "ropes", name)
+    path: Path = (*checks.base, "ropes", name)
     if rope.start is None or rope.end is None or rope.lines or not rope.hooked:
         message = "a rope over sheaves has 'start' and 'end', no 'lines', and is never taken off"
         checks.fault(path, message, on_key=True)
@@ -98,5 +97,5 @@ def span(checks: Checking, rope: forces.Reeving, at: kinematics.Poses) -> float:
     try:
         return ReevingLaw().start_length(rope, lambda body: (at[body][1], at[body][0]))
     except KernelError as error:
-        checks.fault(("mechanism", "ropes", rope.name), str(error), on_key=True)
+        checks.fault((*checks.base, "ropes", rope.name), str(error), on_key=True)
         return 0.0

@@ -5,11 +5,12 @@ One table, so that an unknown target is answered with the nearest known one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from heavylift.nodes.models.mechanism import turning
+from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.verbs import Kind
+from heavylift.nodes.plan.verbs import Kind, Verb
 
 from .yard import Yard
 
@@ -17,7 +18,7 @@ from .yard import Yard
 @dataclass(frozen=True)
 class Actor:
     """What an order can address: the model that has it, its name there, its ramp [m/s2 or rad/s2], how many pulses a
-    ramp without swing has, whether it turns."""
+    ramp without swing has, whether it turns; `verb`: the one that is its own, `speed`: its highest, if it has one."""
 
     kind: Kind
     model: str
@@ -26,9 +27,17 @@ class Actor:
     loader: str = ""
     turns: bool = False
     pulses: int = 0
+    verb: str = ""
+    speed: float | None = None
+
+    def obeys(self, verb: Verb) -> bool:
+        """Whether it can be given the verb."""
+        own = self.verb in ("", verb.name) or self.kind == "winch" or verb.name == "drive"
+        fits = self.kind != "drive" or verb.units == ("turning" if self.turns else "sliding") or verb.units == "either"
+        return self.kind in verb.kinds and own and fits
 
 
-def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Actor, ...]]:
+def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[Actor, ...]]:
     """Every target of this scene with its actors."""
     table: dict[str, tuple[Actor, ...]] = {}
     on_hook = {(c, h): loader for loader, (c, h) in yard.hooks.items()}
@@ -56,24 +65,40 @@ def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Act
             table[f"all {plural}"] = table[plural]
     for sling in yard.slings:
         table[sling.name] = (Actor("sling", sling.loader, sling.name, loader=sling.loader),)
-    if yard.block:
+    if yard.block and yard.cranes:
         table["block"] = (Actor("block", "block", "turn"),)
-    if mechanism:
-        drives = {drive.name for drive in mechanism.system.drives}
-        angular = turning(mechanism)
-        for actuator in mechanism.actuators:
-            kind: Kind = "drive" if actuator.name in drives else "winch"
-            actor = _driven(kind, mechanism.name, actuator.name, actuator, actuator.name in angular)
-            table[actuator.name] = (actor,)
-        for rope in (rope for rope in mechanism.system.straight_ropes if not rope.winch):
-            table[rope.name] = (Actor("rope", mechanism.name, rope.name),)
-        for brake in mechanism.system.brakes:
-            table[brake.name] = (Actor("brake", mechanism.name, brake.name),)
-        for lock in mechanism.system.locks:
-            table[lock.name] = (Actor("lock", mechanism.name, lock.name),)
+    for mechanism in mechanisms:
+        _of_machine(table, mechanism)
     table["wait"] = (Actor("none", "", "wait"),)
     return table
 
 
+def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) -> None:
+    """Targets of a mechanism; it can itself be given the verbs of its drives, and of its hook if it has one only."""
+    drives = {drive.name for drive in machine.system.drives}
+    angular = turning(machine)
+    for actuator in machine.actuators:
+        kind: Kind = "drive" if actuator.name in drives else "winch"
+        actor = _driven(kind, machine.name, actuator.name, actuator, actuator.name in angular)
+        table[actuator.name] = table[actuator.name.replace(f"{machine.name}.", f"{machine.name} ", 1)] = (actor,)
+    for rope in (rope for rope in machine.system.straight_ropes if not rope.winch):
+        table[rope.name] = (Actor("rope", machine.name, rope.name),)
+    for brake in machine.system.brakes:
+        table[brake.name] = (Actor("brake", machine.name, brake.name),)
+    for lock in machine.system.locks:
+        table[lock.name] = (Actor("lock", machine.name, lock.name),)
+    moved = [table[a.name][0] for a in machine.actuators if a.verb and a.name in drives]
+    hooks = tuple(table[hook.rope][0] for hook in machine.hooks)
+    for hook in machine.hooks:
+        for name, slings in hook.slings.items():
+            table[name] = tuple(table[sling][0] for sling in slings)
+    if moved or hooks:
+        table[machine.name] = (*moved, *(hooks if len(hooks) == 1 else ()))
+        for plural, actors in (("cranes", tuple(moved)), ("hooks", hooks)):
+            if actors:
+                table[plural] = table[f"all {plural}"] = (*table.get(plural, ()), *actors)
+
+
 def _driven(kind: Kind, model: str, name: str, by: plan.Axis | plan.Actuator, turns: bool = False) -> Actor:
-    return Actor(kind, model, name, by.accel, turns=turns, pulses=by.pulses)
+    own = (by.verb, by.speed) if isinstance(by, plan.Actuator) else ("", None)
+    return Actor(kind, model, name, by.accel, "", turns, by.pulses, *own)

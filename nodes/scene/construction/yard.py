@@ -8,13 +8,13 @@ from typing import Literal, TypeAlias
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.parts.machines import GoliathParts
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import Source
 
 Level: TypeAlias = Literal["upper", "lower"]
 UPPER: Level = "upper"
 LOWER: Level = "lower"
-HOOKS: dict[str, tuple[Level, int]] = {"H1": (UPPER, -1), "H2": (UPPER, 1), "H3": (LOWER, 0)}  # trolley, side along x
 
 PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that is known
 
@@ -45,9 +45,10 @@ def box(mass: float, size: Vector) -> Vector:
     return (mass / 12 * (y + z), mass / 12 * (x + z), mass / 12 * (x + y))
 
 
-def exit_height(crane: schema.Crane, hook: str) -> float:
-    """World z where the ropes of a hook leave its trolley [m]."""
-    return crane.upper_exit if HOOKS[hook][0] == UPPER else crane.lower_exit
+def parts_of(crane: schema.Crane) -> GoliathParts:
+    """What its type makes of a crane: bodies, drives, and where the ropes of its hooks leave the trolleys."""
+    assert crane.parts is not None
+    return crane.parts
 
 
 def trolley_start(yard: Yard, name: str, crane: schema.Crane, trolley: str) -> float:
@@ -56,7 +57,7 @@ def trolley_start(yard: Yard, name: str, crane: schema.Crane, trolley: str) -> f
     block, rig = yard.scene.block, yard.scene.rig
     if written is not None or block is None or rig is None:
         return written if written is not None else sum(crane.girder) / 2
-    hung = [loader for loader, (c, h) in yard.hooks.items() if c == name and HOOKS[h][0] == trolley]
+    hung = [loader for loader, (c, h) in yard.hooks.items() if c == name and parts_of(crane).hooks[h].on == trolley]
     lugs = [lug for loader in hung for lug in rig.loaders[loader].lugs or () if lug in block.lugs]
     if not lugs:
         return sum(crane.girder) / 2

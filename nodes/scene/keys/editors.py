@@ -28,9 +28,19 @@ __all__ = ["json_schema", "with_unit"]
 Schema = dict[str, Any]
 ALL = (*DIMENSIONS, STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in ALL}
+OTHER = {  # than a goliath, whose keys are known
+    "type": "object",
+    "description": "a crane of another type, with parameters of that",
+    "properties": {"type": {"type": "string", "not": {"pattern": "^goliath"}}},
+    "required": ["type"],
+}
 SHORT = {  # what a scene may write shorter than its models require
     "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
+}
+TABLES = {  # out of which a block may take what it needs
+    "from": "a row of a table beside the scene, such as blocks.csv#B17; its heads name keys with units: mass [t]",
+    "lugs from": "the block's lugs in a table, such as lugs.csv#B17; columns block, name, x [m], y [m], z [m]",
 }
 
 
@@ -45,6 +55,12 @@ def json_schema() -> Schema:
             part["properties"][key] = _readable(value, comment.get(key, ""))
     for name, short in SHORT.items():
         definitions[name] = {"anyOf": [definitions[name], short]}
+    cranes = schema["properties"]["cranes"]
+    cranes["additionalProperties"] = {"anyOf": [cranes["additionalProperties"], OTHER]}
+    block = definitions["Block"]
+    for key, meaning in TABLES.items():
+        block["properties"][key] = {"type": "string", "description": meaning}
+    block["anyOf"] = [{"required": block.pop("required")}, *({"required": [key]} for key in TABLES)]
     schema["properties"]["extends"] = {"type": "string", "description": "scene that this one is laid over"}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 

@@ -6,20 +6,21 @@ Python. Defaults of a crane and a loader are those of a credible 900 t yard; a s
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from heavylift.kernel.description.mechanics import MethodName
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.question import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_validator
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
-from .mechanics import Mechanism, Ramp
-from .placement import Process
+from .nodes import OwnModel, Process
+from .parts.machines import GoliathParts, Machine, Rigging, SlingType
+from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
+from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
 RESERVED = (  # no machine and no group has such a name: words of the language, nodes and topics of a run
@@ -48,13 +49,6 @@ def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
-def _rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    for (one, _), (next_, _) in pairwise(chart):
-        if next_ <= one:
-            raise ValueError(f"the places of a chart rise, but {next_:g} m comes after {one:g} m")
-    return chart
-
-
 def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
     twice = next((quantity for i, quantity in enumerate(asked) if quantity in asked[:i]), None)
     if twice:
@@ -63,15 +57,16 @@ def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
 
 
 Range = Annotated[tuple[u.Length, u.Length], AfterValidator(_ordered)]
-MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
-Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValidator(_rising)]
 OffLead = u.Swing | Literal["unknown"]
 
 
 class Crane(Base):
-    """A goliath crane: portal on rails along x; upper trolley (H1, H2) and lower trolley (H3) along y."""
+    """A goliath crane: portal on rails along x; upper trolley (H1, H2) and lower trolley (H3) along y.
 
-    type: Literal["goliath-900"]
+    What is left out its type says, `parts` it makes; the defaults are those of goliath-900.
+    """
+
+    type: str  # goliath-900, or a file of that family
     at: u.Length  # x of its centre
     upper_trolley: u.Length | None = None  # y; left out: where its lugs are
     lower_trolley: u.Length | None = None
@@ -123,6 +118,20 @@ class Crane(Base):
     mechanism_group: MechanismGroup = "M6"  # of the hoists: gives the rope factor by ISO 4308-1
     rope_factor: u.Factor | None = None  # breaking force over its most loaded part; left out: by the mechanism group
     rope_partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 2.77, EN 13001-3-2
+    parts: GoliathParts | None = None  # made by the type, not to be written
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _of_its_type(cls, data: Any, handler: ModelWrapValidatorHandler[Crane]) -> Crane:
+        """Parameters of the type stand for keys that are left out, and do not count as set."""
+        theirs = data.get("parameters") if isinstance(data, dict) else None
+        if not isinstance(theirs, dict):
+            return handler(data)
+        own = {key: value for key, value in data.items() if key != "parameters"}
+        crane = handler({**theirs, **own})
+        kept = {name for name, field in cls.model_fields.items() if {name, field.alias} & {*own}}
+        object.__setattr__(crane, "__pydantic_fields_set__", kept)
+        return crane
 
 
 class Supports(Base):
@@ -145,16 +154,6 @@ class Block(Base):
     inertia: tuple[u.Inertia, u.Inertia, u.Inertia] | None = None  # left out: a uniform box
     lugs: dict[Name, Place]
     supports: Supports
-
-
-class SlingType(Base):
-    """The slings: 96 mm wire, design factor 5."""
-
-    EA: u.Force = u.FORCE.read("445 MN")
-    breaking: u.Force = u.FORCE.read("6.43 MN")
-    factor: u.Factor = 5.0  # breaking force over its tension at rest, EN 13414-1
-    partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 3.17 by 0027/ND 7.3.1
-    damping: u.Ratio = 0.05  # of critical, with half of its loader; assumed
 
 
 class Loader(Base):
@@ -238,12 +237,16 @@ class Scene(Base):
     seed: Annotated[int, Field(ge=0)] = 0
     microsteps: Annotated[int, Field(ge=1, le=2**31 - 1)] = LIMIT  # so many steps in no time are a loop
     end: u.Duration | None = None
-    cranes: dict[Name, Crane] = Field(default_factory=dict)
+    cranes: dict[Name, Crane] = Field(default_factory=dict)  # of other types than goliaths: their parameters
     block: Block | None = None
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()
     mechanism: Mechanism | None = None
+    wind: Wind | None = None
+    machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
+    rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)
 

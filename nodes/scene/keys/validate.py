@@ -12,8 +12,9 @@ from functools import reduce
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
-from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered
+from heavylift.nodes.scene.text.faults import closest, raise_faults
+from heavylift.nodes.scene.text.machine_types import expand
+from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
 from heavylift.nodes.scene.text.uncertainty import Stated, separated
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -38,8 +39,11 @@ _PLAIN = {
 
 
 def validate(source: Source) -> Scene | None:
-    """The scene, or None with its errors added to the faults of the source; its data keep nominal values."""
+    """The scene, machines as their types make them, or None with its errors added to the faults of the source; its data
+    keep nominal values."""
     stated = uncertainties(source)
+    if not expand(source):
+        return None
     try:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
@@ -47,6 +51,15 @@ def validate(source: Source) -> Scene | None:
             source.faults.append(_fault(source, message))
         return None
     source.faults += [*_reserved(scene), *uncertainty_faults(scene, stated)]
+    return scene
+
+
+def validated(text: str, name: str) -> Scene:
+    """The same of a whole text; raises SceneError."""
+    source = read(text, name)
+    scene = validate(source)
+    raise_faults(source, source.faults)
+    assert scene is not None
     return scene
 
 
@@ -58,9 +71,11 @@ def uncertainties(source: Source) -> dict[Path, Stated]:
 def _reserved(scene: Scene) -> Iterator[Fault]:
     """No machine and no group has the name of a keyword of the language or of a part of a run."""
     named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
+    named |= {("machines", name): name for name in scene.machines}
     if scene.rig:
         named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
         named |= {("rig", "groups", name): name for name in scene.rig.groups}
+    named |= {("models", name): name for name in scene.models}
     if scene.mechanism:
         named["mechanism", "name"] = scene.mechanism.name
     for path, name in named.items():

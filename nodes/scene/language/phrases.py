@@ -2,7 +2,7 @@
 
     order      = motion | turn | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
                | "engage" | "release" | "wait" time
-    motion     = ("travel" | "traverse" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
+    motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
                  | "to" position ["of rope"] ["or" "until" condition]
                  | "until" condition )

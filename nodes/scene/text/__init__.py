@@ -1,8 +1,11 @@
 """The text of a scene.
 
+opening         the file of a scene, or a bundled one
 source, files   the text with the place of every key and value; how files are read
-extending       the text of a scene: its file's or a bundled one's, over those that it extends
+extending       a scene over those that it extends
+tables          a block's row and its lugs out of a table beside the scene
 overlay         one scene over another, settings of the command line
+machine_types   types of cranes as files; expressions: arithmetic over their parameters
 rewriting       other values in the text, all else as it was written
 faults          every error, with file, line and column
 units           quantities with units, and the pydantic types that read them

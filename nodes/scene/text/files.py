@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import stat
+from itertools import count
 from pathlib import Path
 
-__all__ = ["content", "within"]
+__all__ = ["content", "named_so_far", "within"]
 
 LARGEST = 1 << 19  # of a scene [bytes]
+_named = count()
 
 
 def content(path: Path, most: int = LARGEST) -> bytes:
@@ -24,6 +26,7 @@ def content(path: Path, most: int = LARGEST) -> bytes:
 
 def within(root: Path, path: Path) -> Path:
     """What a path leads to; ValueError if that is outside of the folder `root` or cannot be said."""
+    next(_named)
     try:
         found = path.resolve()
         if found.is_relative_to(root.resolve()):
@@ -31,3 +34,8 @@ def within(root: Path, path: Path) -> Path:
     except (OSError, RuntimeError, ValueError):
         raise ValueError("this is no path of a file") from None
     raise ValueError(f"{path.name!r} is outside of the scene's folder, whose files alone it may use; copy it there")
+
+
+def named_so_far() -> str:
+    """Changes whenever a scene leads to another file."""
+    return repr(_named)

@@ -25,7 +25,9 @@ PART = re.compile(r"[^./\[\]]+")
 def merged(below: Source, above: Source) -> Source:
     """A scene with another one laid over it."""
     keys, values = dict(below.keys), dict(below.values)
-    found = Source(above.name, below.data, keys, values, below.faults + above.faults, root=above.root)
+    found = Source(
+        above.name, below.data, keys, values, below.faults + above.faults, {}, above.root, below.files + above.files
+    )
     laid = _overlay(found, above, below.data, above.data, ())
     found.data = laid if isinstance(laid, dict) else {}
     found.values[()] = above.mark(())

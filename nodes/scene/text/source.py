@@ -63,6 +63,7 @@ class Source:
     faults: list[Fault] = field(default_factory=list)
     places: dict[str, Path] = field(default_factory=dict)
     root: FilePath = FilePath()  # the scene's folder, which holds all files that it may use
+    files: tuple[str, ...] = ()  # the file, and before it those that it extends
 
     def fault(
         self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None
@@ -85,6 +86,10 @@ class Source:
                 return found
             path, on_key = path[:-1], True
         return self.values.get((), Mark(self.name, 1, 1, ""))
+
+    def layer(self, mark: Mark) -> int:
+        """The number of the file, the lowest first, settings last: what lies above wins."""
+        return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
         """`file:line:column` of a path, the file without its folder; `path_of` finds it again; "" outside of files."""
@@ -127,7 +132,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
     found = _composed(text, name)
     data = _copied(found.data)
     assert isinstance(data, dict)
-    return Source(name, data, dict(found.keys), dict(found.values), list(found.faults), root=root or FilePath())
+    return Source(name, data, dict(found.keys), dict(found.values), list(found.faults), {}, root or FilePath(), (name,))
 
 
 def _copied(data: Data) -> Data:

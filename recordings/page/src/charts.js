@@ -138,15 +138,20 @@ export class Charts {
     ctx.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
     ctx.textAlign = "right";
     ctx.textBaseline = "bottom";
-    for (const value of values) {
-      const y = plot.valToPos(value, "y", true);
+    const label = (low, high, y) => ctx.fillText(
+      `rated ${low}${low === high ? "" : ` to ${high}`} ${unit}`, bbox.left + bbox.width - 4, y - 2 * devicePixelRatio);
+    let near = null; // the label that waits for others too close to stand beside it
+    for (const value of [...values].sort((a, b) => a - b)) {
+      const y = plot.valToPos(value, "y", true), text = value.toFixed(0);
       if (y < bbox.top || y > bbox.top + bbox.height) continue;
       ctx.beginPath();
       ctx.moveTo(bbox.left, y);
       ctx.lineTo(bbox.left + bbox.width, y);
       ctx.stroke();
-      ctx.fillText(`rated ${value.toFixed(0)} ${unit}`, bbox.left + bbox.width - 4, y - 2 * devicePixelRatio);
+      if (near && near.y - y > 13 * devicePixelRatio) label(near.low, near.high, near.y);
+      near = near && near.y - y <= 13 * devicePixelRatio ? { ...near, high: text, y } : { low: text, high: text, y };
     }
+    if (near) label(near.low, near.high, near.y);
     ctx.restore();
   }
 

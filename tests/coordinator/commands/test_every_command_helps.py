@@ -85,7 +85,7 @@ def test_json_is_one_object(capsys: pytest.CaptureFixture[str], command: tuple[s
 def test_the_help_tells_all_commands_and_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
     code, told, _ = heavylift(capsys, "--help")
     assert code == 0
-    assert set(COMMANDS) <= set(re.findall(r"^  ([a-z]+)  ", told, re.M))
+    assert set(COMMANDS) <= set(re.findall(r"^  ([a-z-]+)  ", told, re.M))
     assert "Exit codes: 0 done; 1 the scene, the run or the file is at fault" in told
     assert not CONTROL.search(told)
 

@@ -71,6 +71,14 @@ def test_a_wrong_placement_is_refused(given: list[str], count: int, told: str) -
     assert str(error.value).startswith(told)
 
 
+@pytest.mark.parametrize("command", [["run", "lift"], ["devs", "heavylift.nodes.zoo.multi_server_queue:mmc"]])
+@pytest.mark.parametrize("more", [["--processes", "2"], ["--place", "source=a"]])
+def test_one_process_and_several_are_not_both_meant(command: list[str], more: list[str]) -> None:
+    told = CliRunner().invoke(app, [*command, "--in-process", *more])
+    assert told.exit_code == 2
+    assert "leave out --processes and --place" in told.output
+
+
 def scene(placement: str) -> str:
     return f"{bundled()['lift'].read_text()}\nplacement:\n{placement}"
 
@@ -78,7 +86,7 @@ def scene(placement: str) -> str:
 def test_a_scene_places_its_nodes() -> None:
     loaded = parse(scene("  yard-a: [crane, block]\n  yard-b: {nodes: [loader-1]}\n"))
     assert node_names(loaded.plan) == LIFT
-    assert loaded.placement == {"crane": "yard-a", "block": "yard-a", "loader-1": "yard-b"}
+    assert loaded.facts.placement == {"crane": "yard-a", "block": "yard-a", "loader-1": "yard-b"}
 
 
 @pytest.mark.parametrize(

@@ -45,5 +45,5 @@ def test_the_commands_of_two_hosts_are_one_run(tmp_path: Path, truth: str) -> No
 def test_the_scene_of_the_page_is_read() -> None:
     (placement,) = (block for block in BLOCKS if block.startswith("placement:"))
     loaded = parse(f"heavylift: 1\nname: lift\nextends: lift\n{placement}")
-    assert loaded.placement == {"crane": "yard-a", "block": "yard-a", "kernel": "yard-b"}
-    assert loaded.remote == ["yard-b"]
+    assert loaded.facts.placement == {"crane": "yard-a", "block": "yard-a", "kernel": "yard-b"}
+    assert loaded.facts.remote == ["yard-b"]

@@ -193,3 +193,38 @@ def chain(length: int) -> Coupled:
     root.connect(a.out, b.into)
     root.connect(b.out, a.into)
     return root
+
+
+class Settings:
+    """What is no plain data, and holds some."""
+
+    def __init__(self, values: list[int]) -> None:
+        self.values = values
+
+
+class Counting(Ticker):
+    """Writes into what it shares with others, and says what stands there."""
+
+    def __init__(self, name: str, **shared: object) -> None:
+        super().__init__(name)
+        self.__dict__ |= shared
+
+    def internal(self) -> None:
+        self.values.append(len(self.values))
+        seen = [self.table["values"], getattr(self, "settings", self).values, sorted(getattr(self, "words", []))]
+        self.text = f"{self.values} {seen[0] is self.values} {seen[1] is self.values} {seen[2]}"
+        self.hold_in(10)
+
+
+def crowd(what: str, size: int = 3) -> Coupled:
+    """All hold one list, by two ways; `what` else of it."""
+    root, values = Coupled("yard"), [1]
+    shared: dict[str, object] = {"values": values, "table": {"values": values, "a": (1, [2])}}
+    more: dict[str, dict[str, object]] = {
+        "settings": {"settings": Settings(values)},
+        "words": {"words": {"hook", "sling"}},
+    }
+    ear = root.add(Ear("ear"))
+    for i in range(size):
+        root.connect(root.add(Counting(f"c{i}", **shared, **more.get(what, {}))).out, ear.into)
+    return root

@@ -98,6 +98,21 @@ def test_what_is_fixed_may_be_read_in_any_node(where: dict[str, Any]) -> None:
     assert "ticker of yard yard 3 [1, 2, 3]" in flat("yard('look')")
 
 
+@pytest.mark.filterwarnings("ignore:.*may iterate over a set")
+@pytest.mark.parametrize(("what", "builds"), [("data", 1), ("settings", 3), ("words", 3)])
+def test_children_that_hold_the_same_have_each_their_own(
+    what: str, builds: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = list[str]()
+    with_children = building.with_children
+    monkeypatch.setattr(building, "with_children", lambda *x: (made.append(x[0]), with_children(*x))[1])
+    together = run(f"crowd('{what}')", 40, in_process=True)
+    assert len(made) == builds, "plain data are copied, for the rest the model is built again"
+    assert together == run(f"crowd('{what}')", 40, processes=4)
+    assert together.count("[1, 1, 2] True True") == 6, "three said it, and one has heard it"
+    assert flat(f"crowd('{what}')", 40).count("[1, 1, 2] True True") == 2, "flat they are one"
+
+
 WHERE = {
     "attribute": "yard.other.weight",
     "deep": "yard.other.plan",
@@ -115,8 +130,8 @@ def test_a_build_that_differs_is_refused_before_anything_runs(what: str, monkeyp
     assert any(
         f"random_build('{what}'): {told} differs between the process of node" in said for told in WHERE[what].split("|")
     )
-    monkeypatch.setattr("heavylift.coordinator.run.models.declaration", lambda root, names: b"")
-    monkeypatch.setattr("heavylift.coordinator.participants.declaring.declaration", lambda root, names: b"")
+    monkeypatch.setattr("heavylift.coordinator.run.models.declarations", lambda root, nodes: [b"" for _ in nodes])
+    monkeypatch.setattr("heavylift.coordinator.participants.declaring.declarations", lambda root, nodes: iter([b""]))
     assert run(f"random_build('{what}')", in_process=True).count("Transition") > 20
 
 
@@ -174,3 +189,8 @@ def test_a_limit_of_microsteps_that_is_none(limit: Any) -> None:
 
 def test_an_end_that_is_no_time() -> None:
     assert run("chain(3)", until=1.5) == "until=1.5: the end of a run must be an int >= 0 in ns, use ns(seconds)"  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("more", [{"processes": 2}, {"places": ["a=b"]}, {"remote": ["a"]}, {"external": ["a"]}])
+def test_one_process_and_others_are_not_both_meant(more: dict[str, Any]) -> None:
+    assert run("chain(3)", in_process=True, **more).startswith("in_process: all models run in this process; leave out")

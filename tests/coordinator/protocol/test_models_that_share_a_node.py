@@ -13,14 +13,15 @@ import pytest
 from clockwork import Clockwork
 from heavylift.coordinator.protocol import core as core_module
 from heavylift.coordinator.protocol import distance
-from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.core import Coordinator, Outcome
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.node_state import Known, together
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.devs import Model, Simulator, Tag
+from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Model, Simulator, Tag
 from heavylift.nodes.devs.execution import flatten, lookahead
+from heavylift.nodes.devs.execution.flatten import Wire
 from mutants import changed
 from random_models import Run, build, build_ring, distributed, flat
 from random_models import told as results
@@ -51,6 +52,16 @@ def test_random_placements_show_the_log_of_the_flat_run_and_the_events_of_nodes_
         assert run.results == results(seed, build=_build(seed)), seed
         inside += len(run.events)
     assert inside > 1_000
+
+
+def test_a_finish_port_ends_all_placements_alike() -> None:
+    finished = 0
+    for seed in MODELS:
+        finish = [*_build(seed)(seed).children][seed % 2], "uv"[seed % 2]
+        alone, run = (distributed(seed, 5, finish=finish, build=_build(seed), together=x) for x in (None, seed))
+        assert run == alone, seed
+        finished += alone.outcome is Outcome.FINISHED
+    assert 0 < finished < len(MODELS)
 
 
 def told(seed: int) -> bool:
@@ -111,6 +122,30 @@ def a_node_is_quiet_for_ever_if_its_next_tag_is(patch: Patch) -> None:
     patch.setattr(lookahead.Border, "quiet", lambda border, tag: Tag(2**63 - 1))
 
 
+def inner_ports_are_on_no_way(patch: Patch) -> None:
+    def begin(original: Callable[..., None], border: lookahead.Border, roots: Any, atomics: list[Atomic]) -> None:
+        original(border, roots, atomics)
+        inner = [exit for m in atomics for port in lookahead.outs(m) for exit, _ in port.inner]
+        border.lookahead |= {f"{port.owner.name}.{port.name}": NEVER for port in inner}
+
+    changed(patch, lookahead.Border, "__init__", begin)
+
+
+def one_coupling_brings_what_others_say(patch: Patch) -> None:
+    def wired(original: Callable[..., Any], tops: dict[str, Model], wires: list[Wire], ahead: Any) -> Any:
+        first = {w[:2]: w for w in reversed(wires) if w[2] in tops}
+        return original(tops, [w for w in wires if w[0] in tops or first.get(w[:2]) is w], ahead)
+
+    changed(patch, flatten, "_wired", wired)
+
+
+def a_node_works_ahead_beyond_its_window(patch: Patch) -> None:
+    def advance(original: Callable[..., None], simulator: Simulator, tag: Tag, bag: Any = (), until: Any = 0) -> None:
+        original(simulator, tag, bag, FOREVER if until and simulator.models[1:] else until or Tag(-1))
+
+    changed(patch, Simulator, "advance", advance)
+
+
 MUTANTS = [
     what_comes_from_outside_stands_last_in_a_bag,
     what_others_hear_counts_as_inner,
@@ -119,6 +154,8 @@ MUTANTS = [
     events_leave_though_something_is_said_inside_before,
     only_the_first_model_of_a_node_hears,
     a_node_is_quiet_for_ever_if_its_next_tag_is,
+    one_coupling_brings_what_others_say,
+    a_node_works_ahead_beyond_its_window,
 ]
 
 
@@ -139,9 +176,10 @@ def relayed() -> list[tuple[Tag, int]]:
     return last.heard
 
 
-def test_what_a_node_passes_on_inside_is_waited_for(monkeypatch: Patch) -> None:
+@pytest.mark.parametrize("mutant", [no_way_leads_from_model_to_model_within_a_node, inner_ports_are_on_no_way])
+def test_what_a_node_passes_on_inside_is_waited_for(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
     assert relayed() == [(Tag(5, 2), 100)]
-    no_way_leads_from_model_to_model_within_a_node(monkeypatch)
+    mutant(monkeypatch)
     with pytest.raises(
         HeavyliftError, match=r"^d at \(0.000000009 s, 0\): late message c.out for \(0.000000005 s, 2\)"
     ):

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.protocol.core import Outcome
-from heavylift.kernel.errors import ModelError
+from heavylift.coordinator.run.branch import Branch
+from heavylift.kernel.errors import ModelError, RecordingError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Model, Out, Simulator, ns
 from heavylift.nodes.zoo.queue import Counted, workshop
 from heavylift.recordings import Recording
@@ -135,3 +136,13 @@ def test_a_script_defines_messages_and_runs_its_model(tmp_path: Path) -> None:
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
     assert done.stdout == "{'top.one': Answer(value=42)}\n"
+
+
+def test_a_recording_of_models_names_the_command_that_runs_them_again(tmp_path: Path) -> None:
+    reference = "heavylift.nodes.zoo.multi_server_queue:mmc(c=2, seed=3)"
+    run_models(reference, until=ns(5), output=tmp_path / "queue.mcap", in_process=True)
+    with pytest.raises(RecordingError) as error:
+        Branch.of(tmp_path / "queue.mcap", "2 s", ["c=3"])
+    assert str(error.value).endswith(
+        f"holds no scene, so it cannot be run again; `heavylift devs '{reference}'` runs its model again"
+    )

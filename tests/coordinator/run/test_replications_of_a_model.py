@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import ast
 import json
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from math import factorial, isnan, sqrt
+from multiprocessing import get_context
 from pathlib import Path
 from random import Random
 
@@ -13,7 +14,7 @@ import pytest
 from command import finish
 from heavylift import replicate
 from heavylift.coordinator.run.replications import Replications
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import Atomic, Coupled, Message, ns
 from heavylift.nodes.zoo import bouncing_ball, multi_server_queue
 
@@ -44,6 +45,17 @@ def test_nothing_depends_on_the_executor_and_few_seeds_are_the_first_of_many() -
         other = replicate(MMC, 3, 8, until=ns(20), executor=threads)
     assert replicate(MMC, 2, 7, until=ns(20), workers=1).values == {k: x[:2] for k, x in some.values.items()}
     assert not {*some.seeds} & {*other.seeds}
+
+
+@pytest.mark.filterwarnings("ignore:.*fork")
+def test_a_process_that_is_forked_after_a_run_says_that_it_cannot_run() -> None:
+    with ThreadPoolExecutor(1) as threads:
+        replicate(MMC, 1, until=ns(1), executor=threads)
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("fork")) as forks,
+        pytest.raises(ProtocolError, match=r"forked from one that has run models.*get_context\('spawn'\)"),
+    ):
+        replicate(MMC, 1, until=ns(1), executor=forks)
 
 
 def test_the_interval_is_students() -> None:

@@ -102,6 +102,7 @@ def test_a_lost_keeper_that_nobody_needs_does_no_harm(digest: str, point: int, n
 
 @pytest.mark.parametrize("point", [1, 3, 70, MESSAGES], ids=["start", "all welcomed", "run", "exit"])
 @pytest.mark.parametrize(("number", "how"), [(signal.SIGKILL, KILLED), (signal.SIGSTOP, STOPPED)])
+@pytest.mark.large(beyond=5)
 def test_a_lost_keeper_is_replaced_when_it_is_needed(digest: str, point: int, number: int, how: str) -> None:
     run, notes = play({point: both(strike("south"), keeper(number))}, deadline=1.0)
     assert run.digest == digest

@@ -46,7 +46,7 @@ def forces(random, names, joints):
     ramp = Signal(times=(0.0, 0.1), values=(0.0, 1.0))
     out = [
         Load("load", point(), tuple((1e3 * random.normal(size=3)).tolist()), unit(), "body", ramp),
-        Wind("wind", point(), 5.0, 1.2, unit(), Signal(20.0)),
+        Wind("wind", point(), 5.0, 1.2, unit(), Signal(20.0), sides=(2.0, 0.0, 7.0)),
         Spring("spring", point(), point(), 1.0, 1e3, 10.0),
         Torsion("torsion", str(a), str(b), unit(), 1e3, 10.0),
         Bushing("bushing", point(), point(), matrix(1000.0), matrix(20.0)),

@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 from math import atan, pi, sin, sqrt
 from pathlib import Path
 
@@ -13,6 +13,8 @@ from heavylift.kernel.description.mechanics import Body, Joint, Master, Point, S
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.simulation import Simulation
 from scipy.integrate import solve_ivp
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, G, X, Y, column, hung, imbalance, slider, started
 
 PERMILLE = 1e-3  # what the closed forms accept
@@ -44,6 +46,19 @@ def test_a_load_in_the_wind_hangs_where_the_closed_form_says():
     assert column(s, "wind/force")[1][0, 0] == pytest.approx(expected["F"], rel=1e-12)
     t, q = column(s, "joint/position")
     assert q[:, 0] == pytest.approx(np.full(len(t), theta), rel=PERMILLE)
+
+
+def test_the_wind_sees_of_a_turned_box_what_its_sides_project():
+    """Of a box a x b x c that is turned by R, the wind sees A = sum |R_ji w_j| A_i, the area of its shadow."""
+    turn = Rotation.from_euler("zyx", [0.5, -0.3, 1.1])
+    size, sides, v = np.array([20.0, 16.0, 8.0]), (16.0 * 8.0, 20.0 * 8.0, 20.0 * 16.0), 15.0
+    box = Body("box", 3e5, inertia=((1e7, 0.0, 0.0), (0.0, 1e7, 0.0), (0.0, 0.0, 1e7)))
+    float_ = Joint("float", "free", "world", "box", q0=(0.0, 0.0, 0.0, *turn.as_quat()))
+    gale = Wind("gale", Point("box"), 0.0, 1.2, X, Signal(v), sides=sides)
+    s = started(System((box,), (float_,), forces=(gale,), gravity=G))
+    corners = np.array(list(product(*((-x / 2, x / 2) for x in size)))) @ turn.as_matrix().T
+    shadow = ConvexHull(corners[:, 1:]).volume  # of a polygon, its area
+    assert column(s, "wind/force")[1][0, 0] == pytest.approx(0.5 * 1.225 * 1.2 * shadow * v**2, rel=1e-12)
 
 
 def test_a_sudden_gust_swings_the_load_twice_as_far():

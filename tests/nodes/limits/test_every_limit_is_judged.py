@@ -15,8 +15,7 @@ from heavylift.nodes.limits import Limit, Use, judge_path, judge_run, signals_of
 from heavylift.nodes.limits.reading import READERS
 from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.plan.limit import Quantity
-from heavylift.nodes.scene import check, load
-from heavylift.nodes.scene.loading import LoadedScene
+from heavylift.nodes.scene import LoadedScene, check, load
 
 SIDE = "cranes.crane.{}=1 MN"
 LIFT = (

@@ -25,17 +25,17 @@ mechanism:
   joints: {pivot: {type: revolute, child: boom, axis: [0, 0, 1]}}
   drives: {turntable: {joint: pivot, type: prescribed, ramp: 2 deg/s2}}
 actions:
-  - turntable: slew 3 deg/s by 30 deg
-  - when: slew done
-    turntable: slew 3 deg/s to 10 deg
+  - turntable: swivel 3 deg/s by 30 deg
+  - when: swivel done
+    turntable: swivel 3 deg/s to 10 deg
 """
 THERE_s, BACK_s = 30 / 3 + 3 / 2, 20 / 3 + 3 / 2  # trapezoids: way / speed + speed / ramp
 
 
 @pytest.fixture
-def slew(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(VERBS, "slew", Verb("slew", ("drive",), "move", units="turning"))
-    monkeypatch.setattr(actions, "MOTIONS", (*MOTIONS, "slew"))
+def swivel(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(VERBS, "swivel", Verb("swivel", ("drive",), "move", units="turning"))
+    monkeypatch.setattr(actions, "MOTIONS", (*MOTIONS, "swivel"))
 
 
 def test_every_verb_stands_in_the_grammar_that_people_read() -> None:
@@ -48,29 +48,29 @@ def test_a_plan_with_another_verb_is_refused() -> None:
         msgspec.convert(order, actions.Move)
 
 
-@pytest.mark.usefixtures("slew")
+@pytest.mark.usefixtures("swivel")
 def test_a_new_verb_is_read_resolved_run_and_waited_for(tmp_path: Path) -> None:
     scene = parse(SCENE)
     moves = [action.orders[0] for action in scene.plan.actions]
-    assert [move.verb for move in moves if isinstance(move, actions.Move)] == ["slew", "slew"]
+    assert [move.verb for move in moves if isinstance(move, actions.Move)] == ["swivel", "swivel"]
     run(scene, tmp_path / "jib.mcap", in_process=True)
     angle = Recording(tmp_path / "jib.mcap")["joint/position/pivot.angle"]
     assert angle.t[-1] == pytest.approx(THERE_s + BACK_s, abs=1e-8)
     assert degrees(angle.values[-1, 0]) == pytest.approx(10.0)
 
 
-@pytest.mark.usefixtures("slew")
+@pytest.mark.usefixtures("swivel")
 @pytest.mark.parametrize(
     ("written", "told"),
     [
-        ("slew 3 m/min by 30 deg", "'3 m/min' is no angular rate"),
-        ("slow 3 deg/s by 30 deg", "did you mean 'slew'"),
-        ("hoist 3 m/min by 1 m", "it can: drive, slew"),
+        ("swivel 3 m/min by 30 deg", "'3 m/min' is no angular rate"),
+        ("swvel 3 deg/s by 30 deg", "did you mean 'swivel'"),
+        ("hoist 3 m/min by 1 m", "it can: slew, luff, drive, swivel"),
     ],
 )
 def test_mistakes_name_it(written: str, told: str) -> None:
     with pytest.raises(SceneError, match=re.escape(told)):
-        parse(SCENE.replace("slew 3 deg/s by 30 deg", written))
+        parse(SCENE.replace("swivel 3 deg/s by 30 deg", written))
 
 
 SLIDES = (SCENE.replace("revolute", "prismatic").replace("2 deg/s2", "0.1 m/s2"), "metres, not degrees or radians")

@@ -7,12 +7,15 @@ import sys
 import pytest
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import bundled, check, load, parse
-from heavylift.nodes.scene.keys.kinematics import place, poses
+from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 
 SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "arm": (4, 4, 0, 0, 2, 0),
+    "damper": (4, 8, 0, 0, 3, 2),
     "girder": (4, 3, 0, 0, 2, 3),
     "gust": (1, 6, 1, 0, 2, 0),
+    "hall": (4, 12, 1, 4, 3, 7),
+    "jib": (5, 12, 1, 4, 3, 9),
     "lift": (10, 30, 3, 6, 6, 5),
     "linkage": (3, 1, 0, 0, 2, 4),
     "pendulum": (1, 1, 0, 0, 2, 0),
@@ -22,6 +25,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "tandem": (15, 40, 4, 8, 8, 5),
     "trolley": (2, 4, 0, 0, 2, 4),
     "turnover": (19, 54, 6, 12, 10, 23),
+    "wind-tandem": (15, 40, 4, 8, 9, 5),
 }
 
 

@@ -88,6 +88,7 @@ def test_it_is_as_long_as_the_tangents_and_the_arc_or_the_straight_line(seed):
 
 
 @pytest.mark.parametrize("seed", range(6))
+@pytest.mark.large(beyond=3)
 def test_over_several_sheaves_it_is_the_upper_hull(seed):
     """Circles of one rope that turns one way: taut, it is the convex hull of circles and ends above them."""
     random = np.random.default_rng(seed)

@@ -71,7 +71,7 @@ CASES = [  # frame, place of the load, deflection under a force of one newton
 
 @pytest.mark.parametrize(("given", "direction"), [("beam", 1.0), ("matrices", -1.0)])
 @pytest.mark.parametrize(("frame", "at", "softness"), CASES)
-@pytest.mark.large(beyond=4)
+@pytest.mark.large(beyond=2)
 def test_deflections_are_noted_at_5_percent_and_refused_at_25(given, frame, at, softness, direction):
     def bent(part: float) -> str:
         flexible = matrices(BEAM, frame) if given == "matrices" else None
@@ -138,7 +138,7 @@ def on_tip(part: float) -> tuple[float, float, float]:
 
 @pytest.mark.parametrize("modes", [1, 4])
 @pytest.mark.parametrize(("frame", "times"), [("clamped", 1.0), ("simply supported", 4.0)])
-@pytest.mark.large(beyond=2)
+@pytest.mark.large(beyond=1)
 def test_a_column_beyond_its_euler_load_is_refused_however_straight_it_is(frame, times, modes):
     flexible = Flexible(modes, BEAM, frame=frame, damping=1.0)
     assert upright(column(flexible, force=on_tip(0.45 * times))) == ""

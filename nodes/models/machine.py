@@ -1,4 +1,7 @@
-"""A mechanism: a researcher's own bodies, joints and laws as one coupled model.
+"""The generic machine: bodies, joints, laws and hooks that are declared, as one coupled model.
+
+A researcher's mechanism is one, and every crane that its type makes of parts; goliaths, loaders and the block have
+models of their own, for how much of them is modelled is theirs.
 
 Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law goes to the actor
 of the joint or body that it acts on.  A rope and a force belong to the first body (not the ground) at their
@@ -8,19 +11,21 @@ ends, a support or contact to its body.  What acts on a joint or body of the lif
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from heavylift.kernel.description.forces import Force, Reeving
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, RigidRope, Rope, System
+from heavylift.kernel.description.mechanics import WORLD, RigidRope, Rope, System, Threshold
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.parts.drive import DriveActor, WinchActor
+from heavylift.nodes.models.parts.gauges import LoadCell
 from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, Group, JointCoupled, Law, Machine
 from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, SlingActor, Stools
 from heavylift.nodes.plan.plan import Actuator, Mechanism
 
 
-class MechanismModel(Machine):
-    """One mechanism of the plan."""
+class MachineModel(Machine):
+    """One mechanism of the plan, or a crane made of parts."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism.name)
@@ -68,6 +73,9 @@ class MechanismModel(Machine):
             actors.append(self._rope(rope, System(ropes=(rope,))))
         for rigid in (r for r in self.system.rigid_ropes if _body(r) == body):
             actors.append(self._rope(rigid, System(rigid_ropes=(rigid,))))
+        for hook in (h for h in self.mechanism.hooks if h.capacity and self._holds(h.rope) == body):
+            rated = (hook.capacity + hook.block_mass) * self.system.gravity
+            actors.append(LoadCell(f"{_name(hook.rope)}-load", f"{hook.rope}.load", (hook.rope,), rated))
         for force in (f for f in self.system.forces if _first(f) == body):
             laws = System(forces=(force,))
             actors.append(self._rope(force, laws) if isinstance(force, Reeving) else Law(_name(force.name), laws))
@@ -84,8 +92,19 @@ class MechanismModel(Machine):
     def _rope(self, rope: Rope | RigidRope | Reeving, laws: System) -> Actor:
         if not rope.winch:
             return SlingActor(_name(rope.name), rope.name, laws)
-        at = self._actuator(rope.name)
-        return WinchActor(_name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper)
+        at, eye = self._actuator(rope.name), next((h.eye for h in self.mechanism.hooks if h.rope == rope.name), None)
+        switch = None
+        if at.highest is not None and eye is not None:
+            guard = Threshold(f"{rope.name}.highest", "height", point=eye)
+            laws, switch = replace(laws, thresholds=(guard,)), (guard, at.highest)
+        return WinchActor(
+            _name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper, switch=switch,
+            emergency=at.emergency,
+        )  # fmt: skip
+
+    def _holds(self, rope: str) -> str:
+        """The body whose actor the rope of this name is."""
+        return next(_body(r) for r in self.system.ropes if r.name == rope)
 
     def _drive(self, name: str, element: str, laws: System) -> DriveActor:
         at = self._actuator(element)

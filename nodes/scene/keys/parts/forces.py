@@ -14,11 +14,9 @@ from typing import Annotated, Literal, cast
 from heavylift.kernel.description import forces as f
 from heavylift.kernel.description.points import Point
 from heavylift.kernel.trust import named
+from heavylift.nodes.scene.keys.base import Base, Direction, End, Quaternion, Station, quaternion_matrix, unit
 from heavylift.nodes.scene.text import units as u
 from pydantic import Field
-
-from .attitudes import quaternion_matrix, unit
-from .base import Base, Direction, End, Quaternion, Station
 
 __all__ = ["Force"]
 
@@ -64,12 +62,13 @@ class Load(_Force):
 
 
 class Wind(_Force):
-    """Drag of a wind on an area at a point of a body; `gusts` are its speed over time."""
+    """Drag of a wind on an area at a point of a body, or on the `sides` of a box; `gusts` are its speed over time."""
 
     type: Literal["wind"]
     body: str
     at: Station = (0.0, 0.0, 0.0)
-    area: u.Area
+    area: u.Area = 0.0
+    sides: tuple[u.Area, u.Area, u.Area] = (0.0, 0.0, 0.0)  # seen along the body's axes
     drag: u.Ratio
     direction: Direction
     speed: u.Velocity = 0.0
@@ -78,7 +77,7 @@ class Wind(_Force):
 
     def built(self, name: str, folder: Path) -> f.Force:
         at, signal = Point(self.body, self.at), _signal(self.speed, self.gusts)
-        return f.Wind(name, at, self.area, self.drag, unit(self.direction), signal, self.density)
+        return f.Wind(name, at, self.area, self.drag, unit(self.direction), signal, self.density, self.sides)
 
 
 class Spring(_Force):

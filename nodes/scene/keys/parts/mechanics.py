@@ -6,15 +6,16 @@ whether their units are those of a sliding or a turning one.
 
 from __future__ import annotations
 
+from math import inf
 from typing import Annotated, Any, Literal
 
+from heavylift.nodes.scene.keys.base import Base, Direction, End, Name, Place, Station, rising
 from heavylift.nodes.scene.language.grammar import read_ramp
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text import units as u
-from pydantic import BeforeValidator, Discriminator, Field, GetCoreSchemaHandler, Tag
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, GetCoreSchemaHandler, Tag
 from pydantic_core import CoreSchema, core_schema
 
-from .base import Base, Direction, End, Name, Place, Station
 from .contacts import Contact
 from .flexible import Beam, Matrices
 from .forces import Force as ForceElement
@@ -57,15 +58,22 @@ Moments = Annotated[
 ]
 
 
+ROUNDING = 1e-9  # relative, of lengths and masses that are the same
+MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
+Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValidator(rising)]
+
+
 class Body(Base):
     """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz.
 
-    `beam` or `matrices` make it flexible; mass, com and inertia are then what sits rigidly in its frame.
+    `box`: it has the moments of a uniform box of these edges, and is drawn as one.  `beam` or `matrices` make it
+    flexible; mass, com and inertia are then what sits rigidly in its frame.
     """
 
     mass: u.Mass | None = None
     com: Place = (0.0, 0.0, 0.0)
     inertia: Moments = (0.0, 0.0, 0.0)
+    box: tuple[u.Extent, u.Extent, u.Extent] | None = None
     beam: Beam | None = None
     matrices: Matrices | None = None
 
@@ -174,7 +182,7 @@ class Lock(Base):
 
 
 class Drive(Base):
-    """A drive of a joint, following what the action list orders."""
+    """A drive of a joint, following what the action list orders; with a verb orders to its machine find it."""
 
     joint: str
     type: Literal["prescribed", "servo", "speed"]
@@ -183,6 +191,61 @@ class Drive(Base):
     ramp: StrokeRamp  # or without swing: `one swing`, `0.1 m/s2 in two pulses`
     range: tuple[u.Stroke, u.Stroke] | None = None
     coordinate: str = ""
+    verb: Literal["travel", "traverse", "slew", "luff"] | None = None
+    speed: u.StrokeSpeed | None = None  # the highest that orders may give it
+
+
+class BoomChart(Base):
+    """What may hang on a boom of a length with a counterweight, by radius."""
+
+    boom: u.Extent
+    counterweight: u.Mass | None = None
+    chart: Chart
+
+
+class Hook(Base):
+    """A hook on the falls of a winch; the elastic rope from the body `on` to the hook block is all of its falls.
+
+    With a `drum` the rope goes on from `at` to it, as one fall: what moves `at` against the drum, as luffing does,
+    moves the hook.
+    """
+
+    on: str
+    at: Place
+    drum: End | None = None
+    falls: Annotated[int, Field(ge=1)] = 1
+    apart: u.Gap = 0.0  # of the outer falls, along the y of `on`: gives the yaw stiffness T b2 / 4L
+    block: u.Mass  # of the hook block
+    height: u.Extent = u.LENGTH.read("2 m")  # of the hook block, from its ropes down to the slings
+    capacity: u.Mass | None = None  # of what hangs below the hook block
+    capacity_chart: Chart | None = None  # (radius, mass with hook block and rigging): the next longer radius counts
+    capacity_charts: list[BoomChart] = Field(default_factory=list)  # instead, by boom length and counterweight
+    boom: u.Extent | None = None  # of which the chart is looked up: that of the next longer one
+    counterweight: u.Mass | None = None  # of which the chart is looked up: that of the next lighter one
+    radius_from: str = ""  # body from whose origin the radius of the chart is measured
+    fall_EA: u.Force
+    fall_breaking: u.Force | None = None  # left out: the rope is not judged
+    mechanism_group: MechanismGroup = "M6"  # gives the rope factor by ISO 4308-1
+    damping: u.Ratio = 0.03  # of critical, with what it carries at the start
+    speed: u.Speed
+    ramp: u.Ramp
+    emergency: u.Ramp | None = None  # with which the upper limit switch stops it; left out: the ramp
+    shortest: u.Extent  # rope at the hook, unstretched
+    longest: u.Extent
+    highest: u.Length | None = None  # z of the hook where the upper limit switch trips
+    hangs: u.Extent | None = None  # below `at` at the start; left out: as its rigging asks, else as short as can be
+
+    @property
+    def chart(self) -> list[tuple[float, float]] | None:
+        """The chart that counts: of the same boom or the next longer one, of the same counterweight or the next lighter
+        one; raises ValueError where there is none."""
+        if not self.capacity_charts:
+            return self.capacity_chart
+        boom, heavy = (self.boom or inf) * (1.0 - ROUNDING), (self.counterweight or 0.0) * (1.0 + ROUNDING)
+        fit = [x for x in self.capacity_charts if x.boom >= boom and (x.counterweight or 0.0) <= heavy]
+        if not fit:
+            raise ValueError("there is no chart for a boom so long, with such a counterweight")
+        return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0))).chart
 
 
 class Mechanism(Base):
@@ -203,6 +266,7 @@ class Mechanism(Base):
     drives: dict[Name, Drive] = Field(default_factory=dict)
     forces: dict[Name, ForceElement] = Field(default_factory=dict)
     contacts: dict[Name, Contact] = Field(default_factory=dict)
+    hooks: dict[Name, Hook] = Field(default_factory=dict)
 
     @property
     def laws(self) -> dict[str, dict[str, Any]]:

@@ -1,0 +1,63 @@
+"""What the kernel tells models that listen: signals at whole multiples of a period, read from its dense output.
+
+No step is cut for them: the kernel works on until a step goes beyond the next sample, or an event is located that does
+not come before it, and reads the signals within that step: what they were before any input of that instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.simulation.native.signals import reader
+from heavylift.nodes.devs import NEVER, Event, encode
+from heavylift.nodes.models import KERNEL, sample_port
+from heavylift.nodes.models.parts.messages import Sample
+
+from .parts import Listening
+
+__all__ = ["Sampling"]
+
+
+class Sampling:
+    """The samples of all that listen; `done`: how many instants of each period are told."""
+
+    def __init__(self, listening: Mapping[str, Listening], program: Program) -> None:
+        self._listening = {
+            model: (x.period, {sample_port(model, port): reader(program, signal) for port, signal in x.signals.items()})
+            for model, x in listening.items()
+            if x.signals
+        }
+        self.lookahead = {f"{KERNEL}.{port}": 0 for _, ports in self._listening.values() for port in ports}
+        self.done = {period: 0 for period, _ in self._listening.values()}
+        self._said: tuple[int, list[Event]] = (-1, [])
+
+    @property
+    def next_ns(self) -> int:
+        """When the next sample is due [ns]."""
+        return min((period * n for period, n in self.done.items()), default=NEVER)
+
+    def outputs(self, row: Callable[[int], np.ndarray]) -> list[Event]:
+        """The samples that are due next, of the row at that time."""
+        t = self.next_ns
+        if self._said[0] != t:
+            numbers = row(t).tolist()
+            ports = {
+                port: read(numbers)
+                for period, readers in self._listening.values()
+                if period * self.done[period] == t
+                for port, read in readers.items()
+            }
+            said = [Event(t, 0, KERNEL, port, 0, "Sample", encode(Sample(float(x)))) for port, x in ports.items()]
+            self._said = t, said
+        return self._said[1]
+
+    def renew(self) -> None:
+        """What was not taken may be another one now."""
+        self._said = -1, []
+
+    def taken(self) -> None:
+        """The samples that were due are told."""
+        t = self.next_ns
+        self.done = {period: n + (period * n == t) for period, n in self.done.items()}

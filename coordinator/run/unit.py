@@ -1,0 +1,188 @@
+"""A scene as a co-simulation unit of FMI 2.0: commands in; tensions, peaks and poses out at communication points.
+
+    heavylift export-fmu lift -o lift.fmu
+
+The unit plays the scene in the process of its master, by the protocol of any run: `doStep` decides what comes before
+its end and shows the lift there by the dense output of the mechanics, so that communication points change no step.
+
+    command                  text; one that differs from that of the step before is given where the step begins
+    answer                   why the last command was refused
+    tension.NAME, peak.NAME  of a rope now, and the largest so far [N]
+    pose.BODY.x ... .qw      place [m] and quaternion of a body
+
+It needs this heavylift in the Python that the master loads, and has no state to be saved.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+import zipfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import msgspec
+from heavylift.coordinator.live.commands import Given, command
+from heavylift.coordinator.participants.configuration import wiring
+from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.protocol.memory import answer
+from heavylift.coordinator.protocol.messages import Done, Hello
+from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.kernel.errors import ModelError, SceneError
+from heavylift.kernel.simulation.native.samples import published
+from heavylift.kernel.trust import demand
+from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, encode, ns
+from heavylift.nodes.models import KERNEL, build
+from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
+from heavylift.nodes.plan.plan import Plan, decode, functions
+from heavylift.nodes.plan.plan import encode as plan_bytes
+from heavylift.nodes.scene import LoadedScene, restored
+from heavylift.nodes.scene.operator_command import spoken
+from heavylift.recordings import SampleLayout
+from heavylift.recordings.format.text import GENERATOR
+from heavylift.recordings.write.partfile import PartFile
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, FmuBuilder, Real, String
+
+__all__ = ["Stepped", "Unit", "export"]
+
+KEPT = "scene.heavylift"
+CODE = "from heavylift.coordinator.run.unit import Unit\n\n\nclass {name}(Unit):\n    pass\n"
+
+
+class _Kept(msgspec.Struct):
+    """What a unit knows of its scene."""
+
+    plan: bytes
+    text: str
+    merged: str
+    name: str
+
+
+class Stepped:
+    """A run of a scene in this process that stands at `now` [ns]; `refused`: why the last command was, if it was."""
+
+    def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
+        """`words` makes an OperatorCommand's action of a command."""
+        models, wires = build(plan), wiring(plan)
+        self._words, self.now, self.refused = words, 0, ""
+        self._kernel = KernelNode(configured(plan, models), lambda batch: None)
+        most = plan.microsteps
+        self._nodes = {n: Node(n, Simulator(m, microsteps=most, wires=wires.all)) for n, m in models.items()}
+        self._nodes[KERNEL] = Node(KERNEL, self._kernel, self._kernel.finish, samples=True)
+        end = FOREVER if plan.end is None else Tag(ns(plan.end))
+        self._core = OpenCoordinator(
+            self._nodes, wires.couplings, end, wires.finish, self._hear, wires.outside, plan.microsteps
+        )
+        for name, node in self._nodes.items():
+            hello = node.hello()
+            if not isinstance(hello, Hello):
+                raise ModelError(hello.sentence)
+            self._core.hello(name, hello)
+        layout = msgspec.msgpack.decode(self._kernel.layout(), type=SampleLayout)
+        self._at = {f"{c.topic}/{name}": c.start + i for c in layout.channels for i, name in enumerate(c.names)}
+        ropes = [name.removeprefix("rope/tension/") for name in self._at if name.startswith("rope/tension/")]
+        self.peaks = dict.fromkeys(ropes, 0.0)
+        self._look()
+
+    def _hear(self, event: Event) -> None:
+        if isinstance(event.value, OperatorAnswer):
+            self.refused = event.value.refused
+
+    def order(self, text: str) -> None:
+        """Give a command now."""
+        try:
+            said = encode(OperatorCommand(text, self._words(text)))
+        except SceneError as error:
+            self.refused = str(error).partition("\n")[0]
+            return
+        if self._core.over is None:
+            self._core.inject(command(Given(Tag(self.now), said)))
+
+    def go(self, to_ns: int) -> None:
+        """All that comes before that time; raises HeavyliftError as a run does."""
+        answers: list[tuple[str, Done]] = []
+        while True:
+            for name, grant in self._core.ready(Tag(to_ns)):
+                answers.append((name, answer(self._nodes[name], grant, self._core)))
+            if not answers:
+                break
+            self._core.done(*answers.pop())
+        self.now = to_ns
+        self._look()
+
+    def _look(self) -> None:
+        """What there is to see now, or when the run ended."""
+        simulation = self._kernel.simulation
+        shown = simulation.shown(max(min(self.now, self._core.end.t), simulation.epoch))
+        self._row = published(simulation.method, shown[None])[0]
+        _, _, most = self._kernel.said
+        for rope, known in self.peaks.items():
+            told = most[self._at[f"rope/peak/{rope}"]] if len(most) and f"rope/peak/{rope}" in self._at else 0.0
+            self.peaks[rope] = max(known, float(told), self[f"rope/tension/{rope}"])
+
+    def __getitem__(self, name: str) -> float:
+        """A column of the samples, such as "rope/tension/crane.H1"."""
+        return float(self._row[self._at[name]])
+
+    @property
+    def poses(self) -> list[str]:
+        """The columns of all poses."""
+        return [name for name in self._at if name.startswith("pose/")]
+
+
+class Unit(Fmi2Slave):  # type: ignore[misc]
+    """The unit of the scene that stands beside its module."""
+
+    def __init__(self, **given: object) -> None:
+        super().__init__(**given)
+        kept = msgspec.msgpack.decode((Path(str(self.resources)) / KEPT).read_bytes(), type=_Kept)
+        plan = decode(kept.plan)
+        demand(functions(plan), f"{kept.name}.fmu")
+        self.author, self.description = GENERATOR, f"the scene {plan.name}"
+        self.command = self._given = ""
+        self._run = Stepped(plan, partial(_spoken, kept, plan))
+        text = {"causality": Fmi2Causality.input, "variability": Fmi2Variability.discrete}
+        self.register_variable(String("command", start="", **text))
+        told = {**text, "causality": Fmi2Causality.output}
+        self.register_variable(String("answer", getter=lambda: self._run.refused, **told))
+        for rope in self._run.peaks:
+            self._register(f"tension.{rope}", "[N]", partial(self._run.__getitem__, f"rope/tension/{rope}"))
+            self._register(f"peak.{rope}", "[N], so far", partial(self._run.peaks.__getitem__, rope))
+        for pose in self._run.poses:
+            self._register(pose.replace("/", "."), "[m] or 1", partial(self._run.__getitem__, pose))
+
+    def _register(self, name: str, unit: str, getter: Callable[[], float]) -> None:
+        told = Real(name, causality=Fmi2Causality.output, description=unit, getter=getter)
+        self.register_variable(told, nested=False)
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """One communication step [s]."""
+        if self.command != self._given and self.command:
+            self._run.order(self.command)
+        self._given = self.command
+        self._run.go(ns(current_time + step_size))
+        return True
+
+
+def _spoken(kept: _Kept, plan: Plan, text: str) -> bytes:
+    return msgspec.msgpack.encode(spoken(restored(plan, kept.text, kept.merged, kept.name), text))
+
+
+def export(scene: LoadedScene, output: Path, force: bool = False) -> Path:
+    """Write the unit of a scene; its path."""
+    name = "".join(word.capitalize() for word in re.findall(r"[A-Za-z0-9]+", scene.plan.name))
+    name = name if name[:1].isalpha() else f"Scene{name}"
+    kept = _Kept(plan_bytes(scene.plan), scene.text, scene.merged, scene.path.name)
+    with PartFile(output, "a unit", (".fmu",), force) as file, tempfile.TemporaryDirectory() as folder:
+        code, data, made = (Path(folder) / x for x in (f"heavylift_{name.lower()}.py", KEPT, f"{name}.fmu"))
+        code.write_text(CODE.format(name=name))
+        data.write_bytes(msgspec.msgpack.encode(kept))
+        FmuBuilder.build_FMU(code, dest=made, project_files=[data])
+        with zipfile.ZipFile(made, "a") as archive:
+            archive.comment = GENERATOR.encode()
+        with file.writing():
+            file.stream.write(made.read_bytes())
+    return file.path

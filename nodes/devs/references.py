@@ -1,0 +1,77 @@
+"""References to code: `package.module:name` or `path/to/file.py:name`, perhaps with arguments; read and imported.
+
+Whether that code may run is judged before, by `heavylift.kernel.trust`.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+from heavylift.kernel.errors import HeavyliftError, ModelError
+
+__all__ = ["imported", "importing", "read"]
+
+_importing: list[str] = []
+
+
+def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
+    """Module or file, name, positional and named arguments; ModelError if it is no reference."""
+    where = reference.partition("(")[0].rpartition(":")[0]
+    try:
+        tree = ast.parse(reference[len(where) + 1 :], mode="eval").body
+        if isinstance(tree, ast.Name) and where:
+            return where, tree.id, [], {}
+        if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and where:
+            named = {k.arg: ast.literal_eval(k.value) for k in tree.keywords if k.arg is not None}
+            return where, tree.func.id, [ast.literal_eval(x) for x in tree.args], named
+    except (SyntaxError, ValueError):
+        pass
+    raise ModelError(
+        f"{reference!r} names no model: write module:function, such as my_models:build or my_models:ring(4, hold=5)"
+    )
+
+
+def imported(where: str) -> ModuleType:
+    """The module of a name or file; ModelError says why there is none."""
+    _importing.append(where)
+    try:
+        if not where.endswith(".py"):
+            return importlib.import_module(where)
+        path = Path(where).resolve()
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        if spec is None or spec.loader is None:
+            raise FileNotFoundError(where)
+        if path.stem in sys.modules:
+            known = sys.modules[path.stem]
+            if Path(known.__file__ or "") == path:
+                return known
+            raise ModelError(f"{where}: a module {path.stem} exists already; give the file another name")
+        module = sys.modules[path.stem] = importlib.util.module_from_spec(spec)
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[path.stem]
+            raise
+        return module
+    except HeavyliftError:
+        raise
+    except FileNotFoundError as error:
+        raise ModelError(f"{where}: there is no such file") from error
+    except ModuleNotFoundError as error:
+        if error.name is not None and f"{where}.".startswith(f"{error.name}."):
+            raise ModelError(f"there is no module {where} in . or installed") from error
+        raise ModelError(f"{where} cannot be imported: {error}") from error
+    except Exception as error:
+        raise ModelError(f"{where} cannot be imported: {type(error).__name__}: {error}") from error
+    finally:
+        _importing.pop()
+
+
+def importing() -> str:
+    """The module that is being imported for its model just now, or ""."""
+    return _importing[-1] if _importing else ""

@@ -1,0 +1,156 @@
+"""A user's own model beside the kernel: any atomic or coupled model, or a unit of FMI, as a node of a scene.
+
+    class Damper(Atomic):                               models:
+        swing, speed = In(Sample), Out(SetPoint)          damper:
+                                                            model: anti_sway.py:Damper
+        def __init__(self, name, gain): ...                 period: 100 ms
+                                                            signals: {swing: swing along of fall}
+                                                            orders: {speed: trolley}
+                                                            parameters: {gain: 10 m/s}
+
+It is called with the name `model` and the parameters.  What it says waits for the delay of the scene, which is the
+lookahead of its port; a unit of FMI has its step as lookahead besides.
+"""
+
+from __future__ import annotations
+
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.errors import HeavyliftError, ModelError
+from heavylift.kernel.trust import foreign, refusal
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, InPort, Model, Out, OutPort
+from heavylift.nodes.devs.references import imported, read
+from heavylift.nodes.fmi import Stepped
+from heavylift.nodes.models.parts.messages import Sample, SetPoint
+from heavylift.nodes.plan.own import Own
+
+__all__ = ["OwnModel", "aim_port", "sample_port"]
+
+MOST = 100  # periods of a delay: so many set-points can be on their way
+
+
+def sample_port(model: str, port: str) -> str:
+    """The port of the kernel that says what a port of a model hears."""
+    return f"sample_{model}_{port}"
+
+
+def aim_port(model: str, port: str) -> str:
+    """The port of the commander that hears the set-points of a port of a model."""
+    return f"aim_{model}_{port}"
+
+
+class OwnModel(Coupled):
+    """The node of one model of the plan; ModelError if it cannot be built, or may not."""
+
+    def __init__(self, own: Own) -> None:
+        super().__init__(own.name)
+        if not 0 <= own.delay <= MOST * own.period or not own.period:
+            raise ModelError(f"{own.name}: a delay has at most {MOST} periods; lengthen the period")
+        inner = self.add(_made(own))
+        for port in own.signals:
+            self.connect(self.add_in(port, Sample), _port(own, inner, port, InPort, Sample))
+        for led in own.leads:
+            source = _port(own, inner, led.port, OutPort, SetPoint)
+            out, n = self.add_out(led.port, SetPoint), own.delay // own.period + 1
+            for i in range(n if own.delay else 0):
+                late = self.add(Delay(f"{led.port}-delay-{i + 1}", own.delay, i, n))
+                self.connect(source, late.into)
+                self.connect(late.out, out)
+            if not own.delay:
+                self.connect(source, out)
+
+    def declare(self) -> System:
+        """Nothing of the mechanics."""
+        return System()
+
+
+class Delay(Atomic):
+    """Says every so many-th set-point that it hears after a fixed time [ns], which is its lookahead.
+
+    One at a time: what is said was scheduled when it was heard, as a lookahead demands.
+    """
+
+    into, out = In(SetPoint), Out(SetPoint)
+
+    def __init__(self, name: str, wait: int, number: int, of: int) -> None:
+        super().__init__(name)
+        self.wait = self.out.lookahead = wait
+        self.number, self.of = number, of
+
+    def start(self) -> None:
+        """Nothing waits."""
+        self.heard = 0
+        self.point: SetPoint | None = None
+
+    def external(self, e: int, x: Bag) -> None:
+        """Those that are its own wait."""
+        for point in x[self.into]:
+            if self.heard % self.of == self.number:
+                if self.point is not None:
+                    raise ModelError("set-points come more often than one in a period; say less, or shorten the period")
+                self.point = point
+                self.hold_in(self.wait)
+            self.heard += 1
+
+    def output(self) -> None:
+        """What has waited."""
+        if self.point is not None:
+            self.out.send(self.point)
+
+    def internal(self) -> None:
+        """Free for another one."""
+        self.point = None
+        self.passivate()
+
+
+class _Unit(Stepped):
+    """A unit of FMI: its inputs are signals, its outputs set-points, its step is the period."""
+
+    def __init__(self, own: Own) -> None:
+        given = {key: x for key, x in own.parameters.items() if not isinstance(x, str)}
+        if text := sorted(own.parameters.keys() - given.keys()):
+            raise ModelError(f"{own.name}: the parameter '{text[0]}' of a unit must be a number or a truth value")
+        super().__init__("model", own.model, own.period, [led.port for led in own.leads], given, own.name)
+        self.heard = {port: self.add_in(port, Sample) for port in own.signals}
+        self.says = {led.port: self.add_out(led.port, SetPoint, own.period) for led in own.leads}
+        self.unit.check(own.signals)
+
+    def external(self, e: int, x: Bag) -> None:
+        """Hold the signals."""
+        self.unit.hold((name, value.value) for name, port in self.heard.items() for value in x.get(port, ()))
+
+    def output(self) -> None:
+        """Each output by its port."""
+        for name, value in self.said.values:
+            self.says[name].send(SetPoint(value))
+
+
+def _made(own: Own) -> Model:
+    if own.unit:
+        return _Unit(own)
+    where, name, arguments, _ = read(own.model)
+    if why := refusal(where, own.model):
+        raise ModelError(f"{own.name}: {why}")
+    make, file = getattr(imported(where), name, None), where.rpartition("/")[2]
+    if not callable(make):
+        raise ModelError(f"{own.name}: {file} has no model {name}; define a class or a function of that name")
+    if why := foreign(make, own.model):
+        raise ModelError(f"{own.name}: {name} of '{file}' must not be called: {why}")
+    try:
+        model = make("model", *arguments, **own.parameters)
+    except HeavyliftError:
+        raise
+    except Exception as error:
+        raise ModelError(f"{own.name}: {name}() of {file} raised {type(error).__name__}: {error}") from error
+    if not isinstance(model, Model) or model.name != "model":
+        raise ModelError(f"{own.name}: {name}() of {file} must return a DEVS model of the name that it is given")
+    return model
+
+
+def _port(own: Own, model: Model, name: str, kind: type, carries: type) -> InPort[Sample] | OutPort[SetPoint]:
+    """A port of the model that the scene binds."""
+    port = model.ports.get(name)
+    if port is None or not isinstance(port, kind) or port.type is not carries:
+        way, file = "in" if kind is InPort else "out", own.model.rpartition("/")[2]
+        known = ", ".join(p.name for p in model.ports.values() if isinstance(p, kind) and p.type is carries) or "none"
+        raise ModelError(f"{own.name}: {file} has no {way} port '{name}' for a {carries.__name__}; it has {known}")
+    return port  # type: ignore[return-value]

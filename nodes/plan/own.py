@@ -1,0 +1,43 @@
+"""Models of a user's own beside the kernel: what they hear, what they lead, how late."""
+
+from __future__ import annotations
+
+import msgspec
+from heavylift.kernel.description.signals import Signal
+
+from .actions import Item, Move
+
+__all__ = ["Led", "Own"]
+
+
+class Led(Item, frozen=True, kw_only=True):
+    """An out port whose set-points lead an actuator: `move`, without end, with the ramp of each change and the highest
+    speed (0: none is known)."""
+
+    port: str
+    move: Move
+
+
+class Own(Item, frozen=True, kw_only=True):
+    """A model that runs as a node: `model` is `module:name`, an absolute path `file.py:name`, or that of a unit of FMI.
+
+    It hears its `signals`, by port, every `period` [ns]; what it says arrives `delay` [ns] later.
+    """
+
+    name: str
+    model: str
+    period: int
+    delay: int = 0
+    signals: dict[str, Signal] = msgspec.field(default_factory=dict)
+    leads: tuple[Led, ...] = ()
+    parameters: dict[str, float | str | bool] = msgspec.field(default_factory=dict)
+
+    @property
+    def unit(self) -> bool:
+        """Whether it is a unit of FMI."""
+        return self.model.endswith(".fmu")
+
+    @property
+    def reference(self) -> str:
+        """What is named, as the list of trusted folders is asked for it."""
+        return f"{self.model}:" if self.unit else self.model

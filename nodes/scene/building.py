@@ -1,0 +1,139 @@
+"""From the text of a scene to its plan: read, lay over, validate, build, check.
+
+All errors of one step are reported at once; a later step starts only when the earlier ones found nothing.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+from heavylift.nodes.fidelity import Question
+from heavylift.nodes.models import node_names
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
+from heavylift.nodes.scene.checks.orders import held_orders, order_checks
+from heavylift.nodes.scene.checks.overloads import overloads
+from heavylift.nodes.scene.construction.limiting import build_limits
+from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
+from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
+from heavylift.nodes.scene.construction.own_models import build_models, check_models
+from heavylift.nodes.scene.construction.resolve import build_actions
+from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.nodes import placement_faults
+from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.text.extending import extended
+from heavylift.nodes.scene.text.faults import raise_faults
+from heavylift.nodes.scene.text.machine_types import gather
+from heavylift.nodes.scene.text.overlay import override
+from heavylift.nodes.scene.text.source import Fault, Source, read
+from heavylift.nodes.scene.text.tables import tabled
+from heavylift.nodes.statics.static_state import standing
+from heavylift.nodes.statics.swinging import swing_free
+
+from .loaded_scene import Facts, LoadedScene
+
+__all__ = ["build", "facts"]
+
+
+def facts(scene: schema.Scene) -> Facts:
+    """What a run asks of the keys of a scene."""
+    return Facts(
+        ask=scene.ask,
+        accuracy=scene.wanted_accuracy,
+        placement={node: process for process, hosting in scene.placement.items() for node in hosting.nodes},
+        remote=[process for process, hosting in scene.placement.items() if hosting.host == "remote"],
+        tandem={name: crane.tandem for name, crane in scene.cranes.items() if len(scene.cranes) > 1},
+    )
+
+
+def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False) -> LoadedScene:
+    """The scene of a text with settings laid over it; `passing`: one of many that nobody loads again."""
+    source = extended(path, name, text, path.parent)
+    if not source.data:
+        raise_faults(source, source.faults)
+    for setting in overrides:
+        override(source, setting)
+    tabled(source)
+    gather(source)
+    whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
+    scene = validate(source)
+    raise_faults(source, source.faults)
+    assert scene is not None
+    yard = build_machines(source, scene)
+    check_parts(source, scene)
+    lift = plan.Plan(
+        name=scene.name,
+        gravity=scene.gravity,
+        cranes=tuple(yard.cranes),
+        loaders=tuple(yard.loaders),
+        block=yard.block,
+        rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
+        fidelity=build_fidelity(yard),
+    )
+    mechanisms = build_mechanisms(source, scene, lift)
+    raise_faults(source, source.faults)
+    loaded = LoadedScene(
+        msgspec.structs.replace(
+            lift,
+            tolerance=scene.tolerance or min(scene.wanted_accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
+            method=scene.method,
+            step=scene.step,
+            tensions_only=scene.tolerance_of == "rope tension",
+            seed=scene.seed,
+            microsteps=scene.microsteps,
+            samples_hz=scene.samples,
+            end=scene.end,
+            mechanisms=mechanisms,
+            models=build_models(yard, mechanisms),
+            limits=build_limits(yard, mechanisms),
+            actions=build_actions(yard, mechanisms),
+        ),
+        text,
+        path,
+        facts(scene),
+        merged=whole,
+        settings=tuple(overrides),
+        passing=passing,
+    )
+    loaded.__dict__["scene"] = scene
+    check_models(source, loaded.plan)
+    raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
+    shaped, unknown = swing_free(loaded.plan, keep=not passing)
+    raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in unknown])
+    loaded = replace(loaded, plan=shaped)
+    loaded.__dict__["scene"] = scene
+    raise_faults(source, _impossible(source, loaded))
+    if loaded.followed is not None:
+        rests = replace(loaded, plan=standing(loaded.plan, loaded.statics))
+        rests.__dict__.update(scene=scene, statics=loaded.statics)  # the same path: it begins at that rest
+        loaded = rests
+    pruned = _pruned(loaded)
+    pruned.__dict__["scene"] = scene
+    return pruned
+
+
+def _pruned(loaded: LoadedScene) -> LoadedScene:
+    """With the fidelity and the integration steps that the scene's question requires."""
+    if not loaded.scene.ask:
+        return loaded
+    verdict = loaded.answering(Question(loaded.scene.ask, loaded.scene.wanted_accuracy))
+    return replace(loaded, plan=loaded.modelled(verdict), verdict=verdict, whole=loaded.plan)
+
+
+def _impossible(source: Source, loaded: LoadedScene) -> list[Fault]:
+    """What cannot be built or carried out, or would be overloaded; loads are judged only where everything fits."""
+    scene, built = loaded.scene, loaded.plan
+    if not built.lift:
+        judged = any(machine.hooks for machine in built.mechanisms)
+        found = overloads(built, loaded.statics, loaded.uses) if judged else []
+        return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]
+    found = start_checks(scene, built) or held_orders(built)
+    if not found:
+        assert loaded.followed is not None
+        found = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
+    found = found or overloads(built, loaded.statics, loaded.uses)
+    return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]

@@ -1,0 +1,189 @@
+"""The hooks of a machine and the slings on them: hook blocks on ropes that hang plumb at rest at the start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import sqrt
+
+from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.elementary import atan2, cos, sin
+from heavylift.kernel.description import mechanics as k
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys.parts import kinematics
+from heavylift.nodes.scene.keys.parts.machines import Rigging
+from heavylift.nodes.scene.keys.parts.mechanics import Hook
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path
+
+from .checking import Checking
+from .yard import box
+
+__all__ = ["Hung", "hang"]
+
+TOUCH = 1e-9  # [m]
+
+
+@dataclass
+class Hung:
+    """What the hooks of a machine add to it."""
+
+    bodies: list[k.Body] = field(default_factory=list)
+    joints: list[k.Joint] = field(default_factory=list)
+    ropes: list[k.Rope] = field(default_factory=list)
+    actuators: list[plan.Actuator] = field(default_factory=list)
+    hooks: list[plan.Hoist] = field(default_factory=list)
+    shapes: list[plan.Shape] = field(default_factory=list)
+
+
+def hang(
+    checks: Checking, whole: k.System, block: plan.Block | None, rigging: dict[str, Rigging], gravity: float
+) -> Hung:
+    """Hook blocks, ropes and slings of a machine; `whole`: its other parts with all that is around it."""
+    at, found = kinematics.poses(whole), Hung()
+    for name, hook in checks.given.hooks.items():
+        path: Path = (*checks.base, "hooks", name)
+        checks.known((*path, "on"), hook.on)
+        if hook.drum:
+            checks.known((*path, "drum", "body"), hook.drum.body)
+        if hook.radius_from:
+            checks.known((*path, "radius from"), hook.radius_from)
+        if name in checks.bodies:
+            checks.fault(path, f"the name '{name}' is given twice: a body has it, too", on_key=True)
+        try:
+            radius = bool(hook.chart)
+        except ValueError as error:
+            radius = True
+            checks.fault((*path, "capacity charts"), str(error), on_key=True)
+        if radius and not hook.radius_from:
+            checks.fault(path, "a chart by radius needs 'radius from', the body that slews", on_key=True)
+        if hook.shortest >= hook.longest:
+            checks.fault((*path, "longest"), "the longest rope must be longer than the shortest")
+        mine = {key: given for key, given in rigging.items() if hook_of(given) == name}
+        if not checks.source.faults:
+            _hang_one(checks, found, name, hook, block, mine, at, gravity)
+    return found
+
+
+def hook_of(given: Rigging) -> str:
+    """The hook that a rigging names, as "jib main" or "jib.main"."""
+    return ".".join(given.on.split())
+
+
+def _hang_one(
+    checks: Checking,
+    found: Hung,
+    name: str,
+    hook: Hook,
+    block: plan.Block | None,
+    rigging: dict[str, Rigging],
+    at: kinematics.Poses,
+    gravity: float,
+) -> None:
+    path: Path = (*checks.base, "hooks", name)
+    where = checks.source.where(path)
+    tip = tuple(kinematics.place(k.Point(hook.on, hook.at), at).tolist())
+    along = at[hook.on][1][:, 1]
+    yaw = 0.5 * float(atan2(-float(along[0]), float(along[1])))
+    length = _plumb(checks, path, hook, tip, block, rigging, at)
+    if checks.source.faults:
+        return
+    pose = (tip[0], tip[1], tip[2] - length, 0.0, 0.0, float(sin(yaw)), float(cos(yaw)))
+    size = (hook.height / 2, max(hook.apart, hook.height / 2), hook.height)
+    middle = (0.0, 0.0, -hook.height / 2)
+    x, y, z = box(hook.block, size)
+    found.bodies.append(k.Body(name, hook.block, middle, ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))))
+    found.joints.append(k.Joint(f"{name}.free", "free", k.WORLD, name, q0=pose, v0=(0.0,) * 6))
+    found.shapes.append(plan.Shape(body=name, centre=middle, size=size))
+    lines, away = _lines(name, hook), 0.0
+    if hook.drum:
+        drum = k.Point(hook.drum.body, hook.drum.at)
+        lines.append(k.Line(k.Point(hook.on, hook.at), drum, 1.0 / hook.falls))
+        away = norm((kinematics.place(drum, at) - tip).tolist()) / hook.falls
+    EA = hook.falls * hook.fall_EA
+    L0 = (length + away) / (1.0 + hook.block * gravity / EA)
+    mass = hook.block + (block.body.mass if block and rigging else 0.0)
+    damping = 2.0 * hook.damping * sqrt(EA / L0 * mass)
+    found.ropes.append(k.Rope(name, tuple(lines), EA, L0, damping, winch=True))
+    for why, bad in (("shorter", length < hook.shortest - TOUCH), ("longer", length > hook.longest + TOUCH)):
+        if bad:
+            ends = f"{hook.shortest:g} to {hook.longest:g} m"
+            checks.fault(
+                path, f"its rope would be {why} than can be at the start: {length:.4g} m, of {ends}", on_key=True
+            )
+    ends_at = hook.shortest + away, hook.longest + away
+    found.actuators.append(
+        plan.Actuator(
+            name=name, start=L0, accel=hook.ramp, lower=min(ends_at[0], L0), upper=ends_at[1], verb="hoist",
+            speed=hook.speed, highest=hook.highest, emergency=hook.emergency, where=where,
+        )
+    )  # fmt: skip
+    slings = {key: _slings(found, key, given, name, hook, block) for key, given in rigging.items()}
+    axis = k.Point(hook.radius_from) if hook.radius_from else None
+    found.hooks.append(
+        plan.Hoist(
+            rope=name, eye=k.Point(name), block_mass=hook.block, capacity=hook.capacity or 0.0, axis=axis,
+            slings=slings, where=where,
+        )
+    )  # fmt: skip
+
+
+def _lines(name: str, hook: Hook) -> list[k.Line]:
+    """The falls as one line, or as two that are apart."""
+    sides = (-hook.apart / 2, hook.apart / 2) if hook.apart else (0.0,)
+    x, y, z = hook.at
+    return [
+        k.Line(k.Point(hook.on, (x, y + d, z)), k.Point(name, (0.0, d, 0.0)), 1.0 / len(sides)) for d in sides
+    ]  # fmt: skip
+
+
+def _plumb(
+    checks: Checking,
+    path: Path,
+    hook: Hook,
+    tip: tuple[float, ...],
+    block: plan.Block | None,
+    rigging: dict[str, Rigging],
+    at: kinematics.Poses,
+) -> float:
+    """How far below its tip a hook hangs at the start: as written, as its slings ask, or as near as can be [m]."""
+    heights: list[float] = []
+    for key, given in rigging.items():
+        here: Path = ("rigging", key)
+        lengths = _lengths(given)
+        if len(lengths) != len(given.to):
+            n = len(given.to)
+            checks.fault((*here, "length"), f"{n} slings need {n} lengths, or one for all, not {len(lengths)}")
+        lugs = {lug.name: lug.p for lug in block.lugs} if block else {}
+        for i, (lug, reach) in enumerate(zip(given.to, lengths, strict=False)):
+            if lug not in lugs:
+                checks.fault((*here, "to", i), f"the block has no lug '{lug}'", closest(lug, lugs))
+                continue
+            assert block is not None
+            p = kinematics.place(k.Point(block.name, lugs[lug]), at).tolist()
+            aside = norm([p[0] - tip[0], p[1] - tip[1]])
+            if aside >= reach - given.slack:
+                told = f"the lug {lug} is {aside:.3g} m beside the hook, too far for a sling of {reach:g} m"
+                checks.fault((*here, "to", i), f"{told} with {given.slack:g} m of slack")
+                continue
+            heights.append(p[2] + sqrt((reach - given.slack) * (reach - given.slack) - aside * aside))
+    if hook.hangs is not None or not heights:
+        return hook.hangs or hook.shortest
+    return tip[2] - min(heights) - hook.height
+
+
+def _lengths(given: Rigging) -> list[float]:
+    return given.length if isinstance(given.length, list) else [given.length] * len(given.to)
+
+
+def _slings(found: Hung, key: str, given: Rigging, name: str, hook: Hook, block: plan.Block | None) -> tuple[str, ...]:
+    """The slings of a rigging, from the hook to lugs of the block; their names."""
+    assert block is not None
+    lugs = {lug.name: lug.p for lug in block.lugs}
+    names = []
+    for i, (lug, length) in enumerate(zip(given.to, _lengths(given), strict=True), 1):
+        sling, EA = f"{key}.sling-{i}", given.sling.EA
+        line = k.Line(k.Point(name, (0.0, 0.0, -hook.height)), k.Point(block.name, lugs[lug]))
+        damping = 2.0 * given.sling.damping * sqrt(EA / length * hook.block)
+        found.ropes.append(k.Rope(sling, (line,), EA, length, damping))
+        names.append(sling)
+    return tuple(names)

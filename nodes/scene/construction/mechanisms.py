@@ -1,0 +1,56 @@
+"""All that a scene makes of parts, one coupled model each: its machines, its mechanism, the wind."""
+
+from __future__ import annotations
+
+import msgspec
+from heavylift.kernel.description.mechanics import System, merge
+from heavylift.nodes.models import system
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys.parts.mechanics import Mechanism
+from heavylift.nodes.scene.keys.schema import Scene
+from heavylift.nodes.scene.text.faults import closest, raise_faults
+from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.statics.action_preview import at_rest
+
+from .mechanism import build_mechanism
+
+__all__ = ["build_mechanisms"]
+
+WIND = "wind"
+
+
+def build_mechanisms(source: Source, scene: Scene, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
+    """Each is built about the bodies and joints that the lift, at rest as well as in a run, and those before it have;
+    what is wrong is added to the faults of the scene."""
+    bases: dict[Path, Mechanism] = {("machines", name): machine for name, machine in scene.machines.items()}
+    if scene.mechanism is not None:
+        bases["mechanism",] = scene.mechanism
+    if not bases and scene.wind is None:
+        return ()
+    if lift.machines:
+        raise_faults(source, source.faults)
+    held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
+    around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
+    built: list[plan.Mechanism] = []
+    for base, given in bases.items():
+        built.append(build_mechanism(source, given, scene.gravity, around, base, lift.block, scene.rigging))
+        if source.faults:
+            return tuple(built)  # what others name of it is not known
+        around = merge([around, built[-1].system], scene.gravity)
+    if (air := _wind(source, scene, around)) is not None:
+        built.append(build_mechanism(source, air, scene.gravity, around, (WIND,)))
+    return tuple(built)
+
+
+def _wind(source: Source, scene: Scene, around: System) -> Mechanism | None:
+    """The forces of the wind, where there is one."""
+    if scene.wind is None:
+        return None
+    known = [body.name for body in around.bodies]
+    for body in scene.wind.on:
+        if body not in known:
+            source.fault((WIND, "on", body), f"there is no body '{body}'", closest(body, known), on_key=True)
+    forces = scene.wind.forces(scene.block.size if scene.block else None, scene.seed, scene.end)
+    if not forces:
+        source.fault((WIND,), "there is no block in the wind; name bodies and their sides under 'on'", on_key=True)
+    return None if source.faults else Mechanism.model_construct(name=WIND, forces=forces)

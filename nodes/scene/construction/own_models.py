@@ -1,0 +1,153 @@
+"""The models of a scene's key `models`: what they hear and lead, resolved by the words of conditions and orders."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import cast
+
+from heavylift.kernel.description.mechanics import Threshold
+from heavylift.kernel.description.signals import Sampled, Signal
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.models import OwnModel
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.actions import Move
+from heavylift.nodes.plan.own import Led, Own
+from heavylift.nodes.plan.verbs import VERBS
+from heavylift.nodes.scene.keys.nodes import OwnModel as Keys
+from heavylift.nodes.scene.language.grammar import QUANTITIES
+from heavylift.nodes.scene.language.phrases import CrossTest
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.files import within
+from heavylift.nodes.scene.text.source import Path, Source
+
+from .conditions import Conditions
+from .targets import Actor, targets
+from .yard import Yard
+
+__all__ = ["build_models", "check_models"]
+
+SWINGS = ("swing along", "swing across")
+LED_BY = {"gantry": "travel", "trolley": "traverse", "drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
+
+
+def build_models(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Own, ...]:
+    """The models of the plan; what is wrong is added to the faults of the scene."""
+    return _Models(yard, mechanisms).all()
+
+
+def check_models(source: Source, built: plan.Plan) -> None:
+    """Each model is built once: its code may run, and has the ports that the scene binds."""
+    if source.faults:
+        return
+    for own in built.models:
+        try:
+            OwnModel(own)
+        except HeavyliftError as error:
+            source.fault(("models", own.name, "model"), str(error).removeprefix(f"{own.name}: "))
+
+
+class _Models:
+    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
+        self.yard, self.source = yard, yard.source
+        self.targets = targets(yard, mechanisms) if yard.scene.models else {}
+        self.conditions = Conditions(yard, mechanisms)
+        self.leaders: dict[str, str] = {}
+
+    def all(self) -> tuple[Own, ...]:
+        found = tuple(self.one(name, given) for name, given in self.yard.scene.models.items())
+        for i, action in enumerate(self.yard.scene.actions if self.leaders else ()):
+            for target in action.orders:
+                for actor in self.targets.get(" ".join(target.split()), ()):
+                    if who := self.leaders.get(actor.name):
+                        message = f"{actor.name} is led by the model '{who}' and takes no other orders"
+                        self.source.fault(("actions", i, target), message, on_key=True)
+        return found
+
+    def one(self, name: str, given: Keys) -> Own:
+        path: Path = ("models", name)
+        mechanisms = (mechanism.name for mechanism in self.conditions.mechanisms)
+        if name in (*self.yard.hooks, *self.yard.scene.cranes, *mechanisms):
+            self.source.fault(path, f"the name '{name}' is given twice: one of the machines has it, too", on_key=True)
+        signals = {port: self.signal((*path, "signals", port), text) for port, text in given.signals.items()}
+        leads = (self.led((*path, "orders", port), name, port, target) for port, target in given.orders.items())
+        return Own(
+            name=name,
+            model=self.code((*path, "model"), given.model),
+            period=round(given.period * 1e9),
+            delay=round(given.delay * 1e9),
+            signals={port: signal for port, signal in signals.items() if signal},
+            leads=tuple(led for led in leads if led),
+            parameters=dict(given.parameters),
+            where=self.source.where(path),
+        )
+
+    def code(self, path: Path, model: str) -> str:
+        """The reference, a file of the scene's folder by its absolute path."""
+        file, colon, name = model.partition(":")
+        if not file.endswith((".py", ".fmu")):
+            return model
+        try:
+            return f"{within(self.source.root, self.source.root / file)}{colon}{name}"
+        except ValueError as error:
+            self.source.fault(path, str(error))
+            return model
+
+    def signal(self, path: Path, text: str) -> Signal | None:
+        """What a port hears: a quantity of a condition, of what has it, or the swing of a rope."""
+        words = " ".join(text.split())
+        known = (*QUANTITIES, *SWINGS)
+        match = re.fullmatch(rf"({'|'.join(known)})(?: of (.+))?", words)
+        if match is None:
+            quantity = words.partition(" of ")[0]
+            self.source.fault(path, f"there is no signal '{quantity}'", closest(quantity, known))
+            return None
+        quantity, of = match[1], match[2] or ""
+        actor = next(iter(self.targets.get(of, ())), None)
+        if quantity in SWINGS:
+            return self.swing(path, quantity, actor.name if actor else of)
+        if quantity in ("position", "speed") and actor and (moved := self.moved(actor)):
+            return Signal("joint" if quantity == "position" else "speed", of=moved[0], coordinate=moved[1])
+        of = actor.name if actor and actor.kind == "hook" and quantity in ("tension", "length") else of
+        test = CrossTest(quantity=quantity, of=of, rising=True, value=0.0, turning=False, column=0)
+        found = self.conditions.threshold(path, test, quantity)
+        return _signal(found[1]) if found else None
+
+    def moved(self, actor: Actor) -> tuple[str, str] | None:
+        """Joint and coordinate that a drive moves."""
+        if actor.kind in ("gantry", "trolley"):
+            return actor.name.removesuffix(".drive"), ""
+        drives = (drive for m in self.conditions.mechanisms for drive in m.system.drives)
+        return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
+
+    def swing(self, path: Path, quantity: str, rope: str) -> Signal | None:
+        known = [r.name for r in self.yard.ropes]
+        known += [r.name for m in self.conditions.mechanisms for r in m.system.straight_ropes]
+        if rope not in known:
+            self.source.fault(path, f"there is no rope '{rope}' that swings", closest(rope, known))
+            return None
+        return Signal(cast(Sampled, quantity), ropes=(rope,))
+
+    def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
+        """The actuator that a port leads."""
+        found = self.targets.get(" ".join(target.split()), ())
+        actor = found[0] if len(found) == 1 else None
+        if actor is None or actor.kind not in LED_BY:
+            known = [words for words, some in self.targets.items() if len(some) == 1 and some[0].kind in LED_BY]
+            self.source.fault(path, f"'{target}' is no drive or winch that can be led", closest(target, known))
+            return None
+        if other := self.leaders.get(actor.name):
+            self.source.fault(path, f"{actor.name} is led by the model '{other}' already; one model leads it")
+        self.leaders.setdefault(actor.name, model)
+        return Led(port=port, move=self.move(actor, self.source.where(path)))
+
+    def move(self, actor: Actor, where: str) -> Move:
+        verb = VERBS[actor.verb or LED_BY[actor.kind]]
+        crane = self.yard.scene.cranes.get(actor.model)
+        most = verb.limit(crane, loaded=True) if crane and actor.speed is None else actor.speed
+        speed, name = most or 0.0, verb.name
+        return Move(verb=name, model=actor.model, actuator=actor.name, speed=speed, accel=actor.accel, where=where)
+
+
+def _signal(h: Threshold) -> Signal:
+    return Signal(h.quantity, h.of, h.point, h.ropes, h.axis, h.coordinate)

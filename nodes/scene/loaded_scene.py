@@ -1,0 +1,131 @@
+"""A scene that can be run, and what follows from its plan at rest: loads, use of limits, findings, what is modelled."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+from heavylift.kernel.cache import remembered
+from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
+from heavylift.nodes.limits.geometry import geometry_findings
+from heavylift.nodes.limits.judging import judge, uses_on_path
+from heavylift.nodes.limits.telling import sorted_findings
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.planar import planar
+from heavylift.nodes.plan.question import Asked
+from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
+from heavylift.nodes.statics.action_preview import plan_key
+from heavylift.nodes.statics.findings import path_findings
+
+if TYPE_CHECKING:
+    from .keys import schema
+
+__all__ = ["Facts", "LoadedScene"]
+
+
+class Facts(msgspec.Struct, frozen=True):
+    """What a run asks of the keys of a scene besides its plan; `placement`: node -> process, for the nodes that the
+    scene places; `remote`: processes that it places on other hosts; `tandem`: what each crane may carry beside another.
+    """
+
+    ask: tuple[Asked, ...]
+    accuracy: float
+    placement: dict[str, str]
+    remote: list[str]
+    tandem: dict[str, float]
+
+
+@dataclass(frozen=True)
+class LoadedScene:
+    """A scene that can be run: its plan, its text as it stands in the file, its path, what a run asks of its keys."""
+
+    plan: plan.Plan
+    text: str
+    path: Path
+    facts: Facts
+    verdict: Verdict | None = None  # what is modelled, where the scene asks for something
+    merged: str = ""  # text of the whole scene as JSON where it extends another one or has settings laid over it
+    typed: str = ""  # its path or the name of a bundled scene, as it was given
+    settings: tuple[str, ...] = ()  # laid over it
+    passing: bool = False  # one of many that nobody loads again
+    whole: Plan | None = None  # the plan before what is asked left anything out
+
+    @cached_property
+    def scene(self) -> schema.Scene:
+        """Its keys."""
+        from .keys.validate import validated  # with what reads scenes
+
+        return validated(self.merged or self.text, str(self.path))
+
+    @cached_property
+    def statics(self) -> Followed:
+        """The action list followed at rest, as far as that goes."""
+        return follow(self.plan, keep=not self.passing)
+
+    @cached_property
+    def followed(self) -> Following | None:
+        """The same as the states of a lift; None where no goliath lifts a block."""
+        return following(self.plan, self.statics) if self.plan.lift else None
+
+    @property
+    def states(self) -> Sequence[StaticState]:
+        """The points of the path at rest along the action list; none without a block."""
+        return self.statics.states if self.plan.lift else ()
+
+    @cached_property
+    def _as_written(self) -> LoadedScene:
+        if self.whole is None:
+            return self
+        scene = replace(self, plan=self.whole, whole=None)
+        scene.__dict__["statics"] = self.statics
+        return scene
+
+    def answering(self, question: Question) -> Verdict:
+        """What would be modelled if that were asked."""
+        scene, followed = self.scene, self._as_written.followed
+        if followed is None or self.plan.models:
+            what = "a scene with models of its own" if self.plan.models else "what is made of parts"
+            return unpromised(question, self.plan.fidelity, f"{what} is modelled as it is written")
+        built = self._as_written.plan
+        named, steps = frozenset(scene.fidelity.model_fields_set), frozenset(scene.model_fields_set)
+
+        def chosen() -> Verdict:
+            return choose(built, followed, question, named, steps)
+
+        asked = repr((plan_key(built), question, sorted(named), sorted(steps)))
+        name = f"{hashlib.sha256(asked.encode()).hexdigest()}.verdict"
+        return chosen() if self.passing else remembered(name, Verdict, chosen)
+
+    def modelled(self, verdict: Verdict) -> Plan:
+        """The plan with what a question requires."""
+        built, question = self._as_written.plan, verdict.question
+        if self._as_written.followed is None or built.models:
+            return built
+        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
+        if verdict.steps:
+            steps = verdict.steps[0]
+            only = built.tensions_only or (steps.method in plan.TENSION_METHODS and question.ask == ("rope tension",))
+            built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance, tensions_only=only)
+        return built
+
+    @cached_property
+    def uses(self) -> list[Use]:
+        """The worst of each limit on that path, of a lift also where its moves are to lead."""
+        if not self.plan.limits or (self.plan.lift and not self.states):
+            return []
+        goals = goal_states(self.plan, self.statics) if self.plan.lift else []
+        return uses_on_path(self.plan, [*self.statics.states, *goals])
+
+    @cached_property
+    def findings(self) -> list[Finding]:
+        """What is beyond a limit on that path, or should be reported."""
+        judged = judge(self.plan, self.uses, dynamic=False)
+        return sorted_findings([*geometry_findings(self.plan), *judged, *path_findings(self.plan, self.statics)])

@@ -1,0 +1,267 @@
+"""Arithmetic over parameters, as values of a machine type that begin with `=`: `=0.7 t/m*boom`, `=acos(reach/boom)`.
+
+    sum      = product {("+" | "-") product}
+    product  = factor {("*" | "/") factor}
+    factor   = {"+" | "-"} atom
+    atom     = number [unit] | parameter ["." ("x" | "y" | "z")] | function "(" sum {"," sum} ")" | "(" sum ")"
+    function = sqrt | sin | cos | tan | acos | asin | atan2 | min | max;  pi is a number
+
+Numbers are floats in SI units, operations happen in the order of the text, and functions round alike everywhere.  Each
+value carries the exponents of kg, m, s and rad: metres are never added to tonnes.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+
+from heavylift.kernel.algebra.elementary import atan2, cos, sin
+
+from .units import DIMENSIONS, NUMBER
+
+__all__ = ["FUNCTIONS", "ExpressionError", "Value", "evaluated", "shown_as", "value_of"]
+
+Exponents = tuple[int, int, int, int]  # of kg, m, s, rad
+PLAIN: Exponents = (0, 0, 0, 0)
+ANGLE: Exponents = (0, 0, 0, 1)
+BASE: dict[str, Exponents] = {  # without their powers of ten
+    **dict.fromkeys(("kg", "t"), (1, 0, 0, 0)),
+    **dict.fromkeys(("m", "mm", "cm", "km"), (0, 1, 0, 0)),
+    **dict.fromkeys(("s", "min", "h", "ms", "days"), (0, 0, 1, 0)),
+    **dict.fromkeys(("rad", "deg"), ANGLE),
+    **dict.fromkeys(("N", "kN", "MN", "GN"), (1, 1, -2, 0)),
+    **dict.fromkeys(("Pa", "MPa", "GPa"), (1, -1, -2, 0)),
+    **dict.fromkeys(("Hz", "kHz"), (0, 0, -1, 0)),
+    **dict.fromkeys(("", "%"), PLAIN),
+}
+FUNCTIONS = ("sqrt", "sin", "cos", "tan", "acos", "asin", "atan2", "min", "max")
+LONGEST, DEEPEST = 500, 20  # characters of an expression, levels of brackets
+UNIT = "|".join(
+    re.escape(u).replace(r"\ ", r"\s+")
+    for u in sorted({u for d in DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
+)
+QUANTITY = re.compile(rf"\d+\.?\d*(?:[eE][+-]?\d+)?(?:\s*({UNIT})(?![\w/%]))?")
+WORD = re.compile(r"[A-Za-z_]\w*(?:\s+[A-Za-z_]\w*)*(?:\.[xyz]\b)?")
+
+
+class ExpressionError(ValueError):
+    """An expression that cannot be read or computed; `column` in its text, from 0."""
+
+    def __init__(self, sentence: str, column: int = 0) -> None:
+        super().__init__(sentence)
+        self.column = column
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number in SI units and what it measures."""
+
+    number: float
+    exponents: Exponents = PLAIN
+
+
+def value_of(text: object) -> Value | None:
+    """A quantity as a scene writes it, "42 m" or 8; None for anything else."""
+    if isinstance(text, bool) or not isinstance(text, str | int | float):
+        return None
+    if not isinstance(text, str):
+        return Value(float(text))
+    found = re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", text)
+    known = found and next((d for d in DIMENSIONS if found[2] in d.units), None)
+    if not found or not known:
+        return None
+    number = float(found[1]) if not found[2] else known.number(text)
+    return Value(number, _exponents(found[2]))
+
+
+def shown_as(value: Value) -> str | float:
+    """A value as a scene writes it, exactly; raises ExpressionError where no unit measures it."""
+    if not math.isfinite(value.number):
+        raise ExpressionError("the result is no finite number")
+    if value.exponents == PLAIN:
+        return value.number
+    if value.exponents not in _units():
+        raise ExpressionError(f"the result is in {_named(value.exponents)}, which measures nothing here")
+    return f"{value.number!r} {_units()[value.exponents]}"
+
+
+def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
+    """The value of an expression without its `=`; `lookup` knows parameters; raises ExpressionError."""
+    if len(text) > LONGEST:
+        raise ExpressionError(f"an expression has at most {LONGEST} characters, this one has {len(text)}")
+    reader = _Reader(text, lookup)
+    value = reader.sum()
+    if reader.at < len(text):
+        raise ExpressionError(f"the expression should end before '{text[reader.at :]}'", reader.at)
+    return value
+
+
+class _Reader:
+    """The unread rest of an expression."""
+
+    def __init__(self, text: str, lookup: Callable[[str], Value | None]) -> None:
+        self.text, self.lookup, self.at, self.depth = text, lookup, 0, 0
+        self._skip()
+
+    def sum(self) -> Value:
+        left = self.product()
+        while sign := self._take("+", "-"):
+            at = self.at
+            right = self.product()
+            if left.exponents != right.exponents:
+                both = f"{_named(left.exponents)} and {_named(right.exponents)} cannot be added or subtracted"
+                raise ExpressionError(both, at)
+            total = left.number + right.number if sign == "+" else left.number - right.number
+            left = Value(total, left.exponents)
+        return left
+
+    def product(self) -> Value:
+        left = self.factor()
+        while sign := self._take("*", "/"):
+            at = self.at
+            right = self.factor()
+            if sign == "/" and right.number == 0.0:
+                raise ExpressionError("this is zero and cannot divide", at)
+            number = left.number * right.number if sign == "*" else left.number / right.number
+            left = Value(number, _times(left.exponents, right.exponents, 1 if sign == "*" else -1))
+        return left
+
+    def factor(self) -> Value:
+        negative = False
+        while sign := self._take("+", "-"):
+            negative ^= sign == "-"
+        value = self.atom()
+        return Value(-value.number, value.exponents) if negative else value
+
+    def atom(self) -> Value:
+        if found := QUANTITY.match(self.text, self.at):
+            self._on(found.end())
+            value = value_of(" ".join(found[0].split()))
+            assert value is not None
+            return value
+        if self._take("("):
+            return self._list(1)[0]
+        found = WORD.match(self.text, self.at)
+        if not found:
+            rest = self.text[self.at :]
+            raise ExpressionError(f"a number, a parameter or a bracket must stand here, not '{rest}'", self.at)
+        at, word = self.at, " ".join(found[0].split())
+        self._on(found.end())
+        if word in FUNCTIONS:
+            if not self._take("("):
+                raise ExpressionError(f"behind '{word}' a bracket must follow", self.at)
+            return self._called(word, at)
+        if word == "pi":
+            return Value(math.pi)
+        value = self.lookup(word)
+        if value is None:
+            raise ExpressionError(f"there is no parameter '{word}'", at)
+        return value
+
+    def _list(self, most: int) -> list[Value]:
+        """What stands before a closing bracket."""
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise ExpressionError(f"brackets are nested deeper than {DEEPEST} levels", self.at)
+        values = [self.sum()]
+        while len(values) < most and self._take(","):
+            values.append(self.sum())
+        if not self._take(")"):
+            raise ExpressionError("a bracket is not closed here", self.at)
+        self.depth -= 1
+        return values
+
+    def _called(self, name: str, at: int) -> Value:
+        values = self._list(8)
+        wanted = {"atan2": 2}.get(name, 1)
+        if name not in ("min", "max") and len(values) != wanted:
+            raise ExpressionError(f"'{name}' needs {wanted} value{'s' if wanted > 1 else ''}, not {len(values)}", at)
+        kinds = {value.exponents for value in values}
+        first, exponents = values[0].number, values[0].exponents
+        if len(kinds) > 1:
+            raise ExpressionError(f"the values of '{name}' are of different kinds", at)
+        if name in ("min", "max"):
+            return Value((min if name == "min" else max)(value.number for value in values), exponents)
+        if not all(math.isfinite(value.number) for value in values):
+            raise ExpressionError(f"'{name}' needs finite numbers", at)
+        if name == "atan2":
+            return Value(float(atan2(first, values[1].number)), ANGLE)
+        if name == "sqrt":
+            if first < 0.0 or any(x % 2 for x in exponents):
+                raise ExpressionError("this has no square root", at)
+            kg, m, s, rad = (x // 2 for x in exponents)
+            return Value(math.sqrt(first), (kg, m, s, rad))
+        return self._turned(name, values[0], at)
+
+    def _turned(self, name: str, value: Value, at: int) -> Value:
+        """The functions of angles, and their inverses."""
+        inverse = name in ("acos", "asin")
+        if value.exponents not in ((PLAIN,) if inverse else (PLAIN, ANGLE)):
+            needed = "a ratio" if inverse else "an angle"
+            raise ExpressionError(f"'{name}' needs {needed}, not {_named(value.exponents)}", at)
+        x = value.number
+        if inverse:
+            if not -1.0 <= x <= 1.0:
+                raise ExpressionError(f"'{name}' needs a ratio from -1 to 1, not {x:g}", at)
+            other = math.sqrt(1.0 - x * x)
+            return Value(float(atan2(other, x) if name == "acos" else atan2(x, other)), ANGLE)
+        if name == "tan":
+            return Value(float(sin(x) / cos(x)))
+        return Value(float(sin(x) if name == "sin" else cos(x)))
+
+    def _take(self, *signs: str) -> str:
+        sign = self.text[self.at : self.at + 1]
+        if not sign or sign not in signs:
+            return ""
+        self._on(self.at + 1)
+        return sign
+
+    def _on(self, at: int) -> None:
+        self.at = at
+        self._skip()
+
+    def _skip(self) -> None:
+        while self.at < len(self.text) and self.text[self.at].isspace():
+            self.at += 1
+
+
+def _times(a: Exponents, b: Exponents, sign: int) -> Exponents:
+    kg, m, s, rad = (x + sign * y for x, y in zip(a, b, strict=True))
+    return kg, m, s, rad
+
+
+@cache
+def _exponents(unit: str) -> Exponents:
+    """What a unit measures: "kN m/rad" is kg m2 / s2 / rad."""
+    over, *under = unit.split("/")
+    found = PLAIN
+    for part, sign in ((over, 1), *((each, -1) for each in under)):
+        for word in part.split():
+            name = word.rstrip("0123456789")
+            for _ in range(int(word[len(name) :] or 1)):
+                found = _times(found, BASE[name], sign)
+    return found
+
+
+@cache
+def _units() -> Mapping[Exponents, str]:
+    """The unit of SI of each kind of quantity."""
+    found: dict[Exponents, str] = {}
+    for dimension in DIMENSIONS:
+        for unit, factor in dimension.units.items():
+            if factor == 1:
+                found.setdefault(_exponents(unit), unit)
+    return found
+
+
+def _named(exponents: Exponents) -> str:
+    """What a value is measured in, for sentences."""
+    if exponents == PLAIN:
+        return "numbers"
+    if exponents in _units():
+        return _units()[exponents]
+    parts = zip(("kg", "m", "s", "rad"), exponents, strict=True)
+    return " ".join(f"{unit}{x if x != 1 else ''}" for unit, x in parts if x)

@@ -1,0 +1,96 @@
+"""A unit of FMI as a model of a scene: signals are its inputs, set-points its outputs, its step is the period."""
+
+from __future__ import annotations
+
+import builtins
+from pathlib import Path
+
+import fmpy
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.in_memory import play
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.devs import Simulator, ms
+from heavylift.nodes.models import build_one
+from heavylift.nodes.models.parts.messages import Sample, SetPoint
+from heavylift.nodes.scene import LoadedScene
+from pythonfmu import FmuBuilder
+from scenes import SLEDGE, scene
+
+GOVERNOR = """\
+models:
+  governor:
+    model: Governor.fmu
+    period: 20 ms
+    signals: {x: position of rail}
+    orders: {speed: pusher}
+    parameters: {goal: 300 mm}
+"""
+
+
+@pytest.fixture(scope="module")
+def governed(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> LoadedScene:
+    FmuBuilder.build_FMU(Path(__file__).with_name("governor.py"), dest=folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HEAVYLIFT_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield scene(folder, SLEDGE, GOVERNOR, sets=("end=3 s",))
+
+
+def stepped(file: Path, heard: list[float]) -> list[float]:
+    """What FMPy alone gets of the unit, which hears these values, one before each step of 20 ms."""
+    told = fmpy.read_model_description(str(file))
+    number = {v.name: v.valueReference for v in told.modelVariables}
+    one = fmpy.instantiate_fmu(fmpy.extract(str(file)), told, "CoSimulation")
+    one.setupExperiment(startTime=0.0)
+    one.setReal([number["goal"]], [0.3])
+    one.enterInitializationMode()
+    one.exitInitializationMode()
+    found = [one.getReal([number["speed"]])[0]]
+    for i, x in enumerate(heard):
+        one.setReal([number["x"]], [x])
+        one.doStep(i * 0.02, 0.02)
+        found.append(one.getReal([number["speed"]])[0])
+    return found
+
+
+def test_it_says_what_another_player_gets_of_it(governed: LoadedScene, folder: Path) -> None:
+    found = play(governed.plan)
+    heard = [(e.t, e.value.value) for e in found.events if isinstance(e.value, Sample)]
+    said = [(e.t, e.value.value) for e in found.events if isinstance(e.value, SetPoint)]
+    assert [t for t, _ in heard] == [t for t, _ in said] == [ms(20) * i for i in range(150)]
+    assert [x for _, x in said] == stepped(folder / "Governor.fmu", [x for _, x in heard[:-1]])
+    assert heard[-1][1] == pytest.approx(0.3 * (1 - 2.718281828 ** (-0.5 * 2.98)), abs=0.02), "x' = (goal - x) / 2"
+
+
+def test_its_step_is_the_lookahead_of_its_ports(governed: LoadedScene) -> None:
+    simulator = Simulator(build_one(governed.plan, "governor"))
+    simulator.start()
+    assert simulator.lookahead == {"governor.speed": ms(20)}
+
+
+@pytest.mark.large
+def test_the_digest_is_equal_in_a_process_of_its_own(governed: LoadedScene, tmp_path: Path) -> None:
+    assert run(governed, tmp_path / "apart.mcap").digest == play(governed.plan).digest
+
+
+def test_what_it_lacks_is_told_by_name(governed: LoadedScene, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for sets, sentence in (
+        (
+            "models.governor.signals={y: position of rail}",
+            "Governor.fmu has no variable y; it has x, goal, gain, speed",
+        ),
+        ("models.governor.orders={pace: pusher}", "Governor.fmu has no variable pace; it has x, goal, gain, speed"),
+        ("models.governor.parameters={goal: high}", "the parameter 'goal' of a unit must be a number or a truth value"),
+    ):
+        with pytest.raises(SceneError, match=sentence):
+            scene(folder, SLEDGE, GOVERNOR, sets=(sets,))
+    genuine = builtins.__import__
+
+    def absent(name: str, *rest: object) -> object:
+        if name == "fmpy":
+            raise ImportError(name)
+        return genuine(name, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(builtins, "__import__", absent)
+    with pytest.raises(SceneError, match=r"a unit of FMI needs FMPy: pip install 'heavylift\[fmi\]'"):
+        scene(folder, SLEDGE, GOVERNOR)

@@ -1,0 +1,131 @@
+"""A block's weight, centre of mass and lugs stand in tables beside the scene, as yards keep them."""
+
+import re
+from pathlib import Path
+
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import LoadedScene, load
+from heavylift.nodes.scenes import bundled
+
+BLOCKS = """\
+block;drawing;mass [t];size x [m];size y [m];size z [m];com x [m];com y [m];com z [m]
+B16;A-1;120;10;8;4;0;0;0
+B17;A-2;300;20;16;8;0.25;0;-0.5
+B18;A-3;480 +- 3 %;20;16;8;;;
+"""
+LUGS = """\
+block,name,x [m],y [m],z [m]
+B17,P1,-8,-6,4.3
+B17,P2,-4,-6,4.3
+B17,Q1,4,-6,4.3
+B17,Q2,8,-6,4.3
+B17,R1,-2,6,4.3
+B17,R2,2,6,4.3
+B18,P1,0,0,4.3
+"""
+WRITTEN = ["block.com=[0.25 m, 0 m, -0.5 m]"]
+"""What the bundled scene lacks of block B17."""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    """The bundled lift, its block and lugs in tables."""
+    text = bundled()["lift"].read_text()
+    before, rest = text.split("  mass: 300 t\n  size: [20 m, 16 m, 8 m]\n")
+    kept, lugs = rest.split("  lugs:")
+    after = lugs[lugs.index("\ncranes:") :]
+    (tmp_path / "blocks.csv").write_text(BLOCKS)
+    (tmp_path / "lugs.csv").write_text(LUGS)
+    path = tmp_path / "lift.yaml"
+    path.write_text(f"{before}  from: blocks.csv#B17\n{kept}  lugs from: lugs.csv#B17\n{after}")
+    return path
+
+
+def meant(scene: LoadedScene) -> str:
+    """The plan without the places of its text."""
+    return re.sub(r"where='[^']*'", "", repr(scene.plan))
+
+
+def refused(scene: Path, *settings: str) -> str:
+    with pytest.raises(SceneError) as error:
+        load(scene, settings)
+    return str(error.value).replace(f"{scene.parent}/", "")
+
+
+def test_the_plan_is_that_of_the_whole_text(scene: Path) -> None:
+    assert meant(load(scene)) == meant(load("lift", WRITTEN))
+
+
+def test_what_the_scene_writes_wins_over_the_row(scene: Path) -> None:
+    scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
+    assert meant(load(scene)) == meant(load("lift", [*WRITTEN, "block.mass=250 t"]))
+
+
+def test_a_row_that_a_setting_names_wins_over_the_scene(scene: Path) -> None:
+    heavier: LoadedScene = load(scene, ["block.from=blocks.csv#B18"])
+    assert heavier.scene.block is not None
+    assert heavier.scene.block.mass == 480e3
+    assert meant(heavier) == meant(load("lift", ["block.mass=480 t +- 3 %"]))
+
+
+def test_a_scene_that_extends_another_may_take_another_block(scene: Path) -> None:
+    (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: lift\nblock: {from: blocks.csv#B18}\n")
+    assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
+    scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
+    assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
+
+
+def test_a_workbook_says_the_same(scene: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for line in BLOCKS.splitlines():
+        book.active.append([float(x) if x.replace(".", "").isdigit() else x for x in line.split(";")])
+    book.save(scene.parent / "blocks.xlsx")
+    assert meant(load(scene, ["block.from=blocks.xlsx#B17"])) == meant(load(scene))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("300;20", "heavy;20", "blocks.csv:3:9: error: block.mass: 'heavy' is no mass"),
+        ("mass [t]", "mass [m]", "blocks.csv:3:9: error: block.mass: '300 m' is no mass"),
+        ("mass [t]", "mas [t]", "blocks.csv:1:15: error: block.mas: unknown key 'mas'"),
+        ("0.25;0;-0.5", "0.25;;-0.5", "blocks.csv:1:57: error: block.com: the row has no 'com y'"),
+        ("B17", "B71", "lift.yaml:9:9: error: block.from: blocks.csv has no row 'B17': did you mean 'B71'?"),
+        ("B16", "B17", "block.from: blocks.csv has the row 'B17' 2 times, in lines 2 and 3"),
+        ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is no row of a table: unexpected end of data"),
+    ],
+)
+def test_what_is_wrong_is_told_with_file_row_and_column(scene: Path, old: str, new: str, sentence: str) -> None:
+    table = scene.parent / "blocks.csv"
+    table.write_text(BLOCKS.replace(old, new, 1))
+    assert sentence in refused(scene)
+
+
+@pytest.mark.parametrize(
+    ("named", "sentence"),
+    [
+        (
+            "../blocks.csv#B17",
+            "'blocks.csv' is outside of the scene's folder, whose files alone it may use; copy it there",
+        ),
+        ("nothing.csv#B17", "there is no table 'nothing.csv' beside the scene"),
+        (
+            "blocks.doc#B17",
+            "'blocks.doc' is no table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row",
+        ),
+        ("lift.xlsx#B17", "there is no table 'lift.xlsx' beside the scene"),
+        ("blocks.csv", "blocks.csv has no row ''"),
+        ("17", "write the table and the row, such as 'from: blocks.csv#B17'"),
+    ],
+)
+def test_what_is_no_table_is_told(scene: Path, named: str, sentence: str) -> None:
+    assert sentence in refused(scene, f"block.from={named}")
+
+
+def test_a_lug_without_a_place_is_told_in_its_table(scene: Path) -> None:
+    (scene.parent / "lugs.csv").write_text(LUGS.replace("B17,Q1,4,", "B17,Q1,four,"))
+    assert "lugs.csv:4:8: error: block.lugs.Q1[0]: 'four' is no length" in refused(scene)
+    (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m],", ""))
+    assert "block.lugs from: lugs.csv has no column y [m]" in refused(scene)

@@ -1,0 +1,59 @@
+"""What was made of a lift's text is kept: a second start neither reads nor checks it, and notices every change."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+from heavylift.nodes.scene import load
+
+LOAD = """
+import sys
+from hashlib import sha256
+from heavylift.nodes.scene import load
+scene = load(sys.argv[1], sys.argv[2:])
+print(sha256(repr(scene.plan).encode()).hexdigest(), "heavylift.nodes.scene.building" in sys.modules)
+"""
+
+
+def loaded(cache: Path, *arguments: str) -> tuple[str, bool]:
+    """The plan's hash as a fresh process loads it, and whether it has built it."""
+    found = subprocess.run(
+        [sys.executable, "-c", LOAD, *arguments],
+        env={**os.environ, "HEAVYLIFT_CACHE": str(cache)},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    plan, built = found.stdout.split()
+    return plan, built == "True"
+
+
+def test_a_second_start_has_the_plan_of_the_first(tmp_path: Path) -> None:
+    settings = ["block.mass=310 t", "ask=[rope tension]", "accuracy=5 %"]
+    plan = sha256(repr(load("lift", settings).plan).encode()).hexdigest()
+    assert loaded(tmp_path / "cache", "lift", *settings) == (plan, True)
+    assert loaded(tmp_path / "cache", "lift", *settings) == (plan, False)
+    assert loaded(tmp_path / "cache", "lift", *settings[1:])[1]  # other settings are another lift
+
+
+def test_its_keys_are_read_when_somebody_asks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
+    first, again = load("lift"), load("lift")
+    assert (again.plan, again.facts, again.settings) == (first.plan, first.facts, first.settings)
+    assert again.scene == first.scene
+    assert again.findings == first.findings
+
+
+def test_what_stands_in_several_files_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
+    base, scene = tmp_path / "base.yaml", tmp_path / "scene.yaml"
+    base.write_text("extends: lift\nsamples: 5 Hz\n")
+    scene.write_text("extends: base.yaml\nseed: 7\n")
+    assert load(scene).plan.samples_hz == 5.0
+    base.write_text("extends: lift\nsamples: 4 Hz\n")
+    assert load(scene).plan.samples_hz == 4.0

@@ -1,0 +1,164 @@
+"""Types of machines are data: their values are arithmetic over parameters, whose faults name file, line and column."""
+
+from __future__ import annotations
+
+from math import acos, atan2, cos, pi, sqrt
+from pathlib import Path
+
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene import load, parse
+from heavylift.nodes.scene.keys.base import written
+from heavylift.nodes.scene.keys.schema import Crane
+from heavylift.nodes.scene.text.expressions import ExpressionError, Value, evaluated, shown_as, value_of
+from heavylift.nodes.scene.text.machine_types import library, machine_type
+
+PARAMETERS = {"boom": "42 m", "radius": "12 m", "counterweight": "80 t", "upper exit": "102 m", "at.x": "-3 m"}
+EXACT = [
+    ("0.7*upper exit", 0.7 * 102.0, "m"),
+    ("boom/2 - 1 m", 42.0 / 2 - 1.0, "m"),
+    ("-(2 + 3)*4 - -1", -19.0, ""),
+    ("0.5 t/m*boom", 500.0 * 42.0, "kg"),
+    ("-5 m*counterweight/(70 t + counterweight)", -5.0 * 80e3 / (70e3 + 80e3), "m"),
+    ("acos((radius - 1.5 m)/boom)", acos(10.5 / 42.0), "rad"),
+    ("2*boom*cos(60 deg)", 2 * 42.0 * cos(60 * pi / 180), "m"),
+    ("sqrt(boom*boom + radius*radius)", sqrt(42.0 * 42.0 + 144.0), "m"),
+    ("atan2(radius, boom)", atan2(12.0, 42.0), "rad"),
+    ("max(at.x, min(boom, radius))", 12.0, "m"),
+    ("counterweight*(2*pi*1 Hz)*(2*pi*1 Hz)", 80e3 * (2 * pi) * (2 * pi), "N/m"),
+    ("3 MN m/rad*1 deg", 3e6 * (pi / 180), "N m"),
+]
+WRONG = [
+    ("boom + counterweight", 7, "m and kg cannot be added"),
+    ("boom*(radius", 12, "a bracket is not closed"),
+    ("boom radius", 0, "there is no parameter 'boom radius'"),
+    ("2*", 2, "must stand here"),
+    ("boom/(radius - 12 m)", 5, "this is zero and cannot divide"),
+    ("acos(boom/radius)", 0, "needs a ratio from -1 to 1, not 3.5"),
+    ("sqrt(boom)", 0, "no square root"),
+    ("sin(boom)", 0, "needs an angle, not m"),
+    ("__import__(1)", 0, "there is no parameter '__import__'"),
+    ("(" * 30 + "1" + ")" * 30, 21, "nested deeper"),
+]
+SCENE = """\
+heavylift: 1
+name: own
+end: 1 s
+cranes:
+  crane: {type: crane.yaml, boom: 12 m}
+"""
+TYPE = """\
+machine type: 1
+name: small
+parameters: {boom: 10 m, mass: =0.2 t/m*boom}
+bodies:
+  boom: {mass: =mass, com: [=boom/2, 0 m, 0 m], box: [=boom, 1 m, 1 m]}
+joints:
+  foot: {type: revolute, child: boom, axis: [0, -1, 0], start: 30 deg}
+"""
+
+
+def parameter(name: str) -> Value | None:
+    return value_of(PARAMETERS[name]) if name in PARAMETERS else None
+
+
+def own(folder: Path, type_text: str = TYPE, scene: str = SCENE) -> Path:
+    (folder / "crane.yaml").write_text(type_text)
+    (folder / "own.yaml").write_text(scene)
+    return folder / "own.yaml"
+
+
+@pytest.mark.parametrize(("text", "number", "unit"), EXACT)
+def test_arithmetic_is_that_of_python_in_units_of_si(text: str, number: float, unit: str) -> None:
+    value = evaluated(text, parameter)
+    assert value.number == pytest.approx(number, rel=4e-16, abs=0.0)
+    assert str(shown_as(value)) == f"{value.number!r} {unit}".strip()
+    back = value_of(shown_as(value))
+    assert back == value  # what a scene reads of it is the same to the last bit
+
+
+@pytest.mark.parametrize(("text", "column", "told"), WRONG)
+def test_what_makes_no_sense_is_told_with_its_column(text: str, column: int, told: str) -> None:
+    with pytest.raises(ExpressionError, match="[" + told[0] + "]" + told[1:].replace("(", r"\(")) as error:
+        evaluated(text, parameter)
+    assert error.value.column == column
+
+
+def test_a_type_file_of_its_own_folder_makes_a_machine(tmp_path: Path) -> None:
+    scene = load(own(tmp_path))
+    (crane,) = scene.plan.mechanisms
+    (boom,) = crane.system.bodies
+    assert (crane.name, boom.name, boom.mass, boom.com[0]) == ("crane", "crane.boom", 2400.0, 6.0)
+    assert boom.inertia[1][1] == 2400.0 / 12 * (12.0 * 12.0 + 1.0)
+    again = parse(scene.merged, "own.yaml")  # in a recording stands all that a run needs
+    assert plan.encode(again.plan).replace(b"own.yaml", b"") != b""
+    assert again.plan.mechanisms[0].system == crane.system
+
+
+def test_a_setting_overrides_a_parameter(tmp_path: Path) -> None:
+    scene = load(own(tmp_path), ["cranes.crane.boom=15 m"])
+    assert scene.plan.mechanisms[0].system.bodies[0].mass == 3000.0
+
+
+@pytest.mark.parametrize(
+    ("type_text", "scene", "told"),
+    [
+        (TYPE.replace("=boom/2,", "=boom/2 + mass,"), SCENE, "crane.yaml:5:39: error: machines.crane"),
+        (TYPE.replace("com: [=boom/2", "con: [=boom/2"), SCENE, "crane.yaml:5:23: error"),
+        (TYPE.replace("child: boom", "child: beam"), SCENE, "crane.yaml:7:33: error"),
+        (TYPE.replace("mass: =mass", "mass: =boom"), SCENE, "crane.yaml:5:16: error"),
+        (TYPE.replace("=0.2 t/m*boom", "=2*mass"), SCENE, "the parameter 'mass' depends on itself"),
+        (TYPE.replace("machine type: 1", "heavylift: 1"), SCENE, "own.yaml:5:17: error"),
+        (
+            TYPE,
+            SCENE.replace("boom: 12 m", "boom: 12 t"),
+            "own.yaml:5:35: error: cranes.crane.boom: '12 t' does not fit",
+        ),
+        (
+            TYPE,
+            SCENE.replace("boom: 12 m", "bom: 12 m"),
+            "own.yaml:5:29: error: cranes.crane.bom: the type crane.yaml has",
+        ),
+        (TYPE, SCENE.replace("crane.yaml", "cran.yaml"), "the type file 'cran.yaml' cannot be read"),
+        (TYPE, SCENE.replace("crane.yaml", "../crane.yaml"), "outside of the scene's folder"),
+        (TYPE, SCENE.replace("crane.yaml", "jib-6"), "'jib-6' is not known here"),
+    ],
+)
+def test_faults_name_the_line_of_type_or_scene(tmp_path: Path, type_text: str, scene: str, told: str) -> None:
+    with pytest.raises(SceneError) as refused:
+        load(own(tmp_path, type_text, scene))
+    assert told in str(refused.value)
+
+
+def test_the_goliath_is_a_file_whose_numbers_are_the_defaults_of_its_keys() -> None:
+    parameters = machine_type("goliath-900").parameters
+    keys = {written(name): field for name, field in Crane.model_fields.items()}
+    left = {key for key, field in keys.items() if field.default is None or field.is_required()}
+    assert {*parameters} == {*keys} - left
+    for key, text in parameters.items():
+        value = value_of(text)
+        if value is not None:
+            assert value.number == keys[key].default, key
+
+
+def test_another_goliath_is_another_file(tmp_path: Path) -> None:
+    text = library()["goliath-900"].read_text()
+    (tmp_path / "goliath.yaml").write_text(
+        text.replace("span: 150 m", "span: 120 m").replace("H3: {on: lower", "H4: {on: lower")
+    )
+    (tmp_path / "scene.yaml").write_text(
+        "extends: lift\nname: other\ncranes: {crane: {type: goliath.yaml, main mass: 4000 t}}\n"
+        "rig: {loaders: {loader-3: {hook: crane H4}}}\n"
+    )
+    (crane,) = load(tmp_path / "scene.yaml").plan.cranes
+    assert [hook.name for hook in crane.hooks] == ["H1", "H2", "H4"]
+    assert (crane.main.mass, crane.main.com[1], crane.girder.span) == (4000e3, 60.0, 120.0)
+    assert crane.gantry.kp == (4000e3 + 300e3 + 150e3) * (2 * pi) * (2 * pi)
+
+
+@pytest.mark.parametrize("name", sorted(library()))
+def test_every_type_says_what_it_is_and_where_its_numbers_are_from(name: str) -> None:
+    kind = machine_type(name)
+    assert kind.data["name"] == name
+    assert all(kind.about(key) for key in ("about", "capacity", "source"))

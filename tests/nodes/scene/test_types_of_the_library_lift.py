@@ -1,0 +1,114 @@
+"""Every crane type of the library lifts a block; where its numbers are published, they are those of the publication."""
+
+from __future__ import annotations
+
+from math import acos, cos, degrees, radians
+
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import LoadedScene, load, parse
+from heavylift.nodes.scene.keys.parts.mechanics import Hook
+from heavylift.nodes.scene.text.machine_types import library, machine_type
+
+FOOT, POUND = 0.3048, 0.45359237
+ANGLES = {  # [deg] of the boom at radii of the chart [ft], by boom length [ft]; Terex, RT665
+    36: dict(zip((10, 12, 15, 20, 25, 30), (67.1, 63.6, 57.5, 48.0, 35.9, 18.0), strict=True)),
+    51: dict(
+        zip((10, 12, 15, 20, 25, 30, 35, 40, 45), (74.1, 71.8, 68.1, 61.9, 55.3, 48, 39.9, 29.9, 15), strict=True)
+    ),
+    66: dict(
+        zip((15, 20, 25, 30, 35, 40, 50, 55, 60), (73.3, 68.7, 63.9, 58.9, 53.7, 48, 34.8, 26.2, 13.2), strict=True)
+    ),
+}
+LOADS = {  # [lb] over 360 degrees
+    36: {10: 130_000, 12: 106_800, 15: 85_900, 20: 62_100, 25: 47_700, 30: 37_800},
+    51: {10: 80_100, 12: 80_100, 15: 78_500, 20: 63_400, 25: 48_900, 30: 39_200, 35: 32_300, 40: 27_000, 45: 21_400},
+    66: {15: 62_000, 20: 54_900, 25: 49_200, 30: 39_900, 35: 33_000, 40: 27_500, 50: 18_300, 55: 15_200, 60: 12_700},
+}
+READ = 0.35 * FOOT  # [m] that angles in tenths of a degree and a boom's own sag leave of a radius
+BLOCK = """\
+heavylift: 1
+name: lifted
+block:
+  mass: {mass} t
+  size: [3 m, 2 m, 2 m]
+  at: [{x} m, {y} m, 1.5 m]
+  lugs: {{A: [-1 m, 0.5 m, 1 m], B: [1 m, 0.5 m, 1 m], C: [-1 m, -0.5 m, 1 m], D: [1 m, -0.5 m, 1 m]}}
+  supports: {{height: 0.5 m, at: [[-1 m, -0.5 m], [1 m, -0.5 m], [-1 m, 0.5 m], [1 m, 0.5 m]]}}
+cranes: {{crane: {{type: {type}{more}}}}}
+rigging: {{legs: {{on: crane main, to: [A, B, C, D], length: 4 m, sling: {{EA: 60 MN, breaking: 1500 kN}}}}}}
+actions:
+  - crane main: hoist 1 m/min until all slings taut
+  - crane main: hoist 1 m/min until lifted
+  - crane main: hoist 5 m/min by 1 m
+"""
+LIFTS = {  # of each type: mass of the block [t], where it stands, what the crane is besides
+    "jib-60": (30, 16, 0, ", radius: 16 m"),
+    "overhead-100": (95, 5, 12, ", at: 5 m, trolley: 12 m"),
+    "rough-terrain-59": (15, 9, 0, ", radius: 9 m"),
+}
+
+
+def lift(name: str, mass: float | None = None, more: str = "", near: bool = False) -> LoadedScene:
+    own, x, y, place = LIFTS[name] if not near else (5.0, 6, 0, ", radius: 6 m")
+    return parse(BLOCK.format(mass=mass or own, x=x, y=y, type=name, more=place + more), "scene.yaml", passing=True)
+
+
+@pytest.mark.parametrize("name", sorted(set(library()) - {"goliath-900", "goliath-840"}))
+def test_a_machine_made_of_parts_lifts_a_block(name: str) -> None:
+    scene = lift(name)
+    last = scene.statics.states[-1]
+    dead = next(hook.block_mass for machine in scene.plan.mechanisms for hook in machine.hooks)
+    assert not last.grounded
+    assert last.tensions["crane.main"] == pytest.approx((LIFTS[name][0] * 1e3 + dead) * scene.plan.gravity, rel=1e-6)
+    assert scene.statics.known
+
+
+def test_a_goliath_of_belfast_lifts() -> None:
+    scene = load("lift", ["cranes.crane.type=goliath-840", "cranes.crane.upper trolley=69 m"])
+    (crane,) = scene.plan.cranes
+    assert (2 * crane.main.com[1], crane.capacity, crane.hooks[0].highest) == (140.0, 840e3, 70.0)
+    assert crane.girder.stiffness == pytest.approx(1000e3 * scene.plan.gravity / 0.3, rel=1e-3)
+    lifted = next(s for s in scene.statics.states if s.stage == "up")
+    assert sum(lifted.tensions[hook.rope] for hook in crane.hooks) > 300e3 * scene.plan.gravity
+
+
+def rough_terrain(boom_ft: int) -> Hook:
+    """The hook of the crane with a boom of this length, as the type makes it."""
+    return with_boom(boom_ft * FOOT)
+
+
+def with_boom(boom: float) -> Hook:
+    scene = lift("rough-terrain-59", 5, f", boom: {boom!r} m", near=True)
+    return scene.scene.machines["crane"].hooks["crane.main"]
+
+
+@pytest.mark.parametrize("boom", LOADS)
+def test_loads_are_those_of_the_makers_sheet_rounded_down(boom: int) -> None:
+    chart = rough_terrain(boom).chart
+    assert chart is not None
+    assert [radius / FOOT for radius, _ in chart] == pytest.approx(list(LOADS[boom]), rel=1e-12)
+    for (_, may), pounds in zip(chart, LOADS[boom].values(), strict=True):
+        assert 0.0 <= pounds * POUND - may < 10.0
+
+
+@pytest.mark.parametrize("boom", ANGLES)
+def test_boom_angles_of_the_sheet_lead_to_its_radii(boom: int) -> None:
+    foot = machine_type("rough-terrain-59").data["joints"]["luffing"]["at"][0]  # type: ignore[index, call-overload]
+    behind = -float(str(foot).removesuffix(" m"))
+    for radius, angle in ANGLES[boom].items():
+        assert boom * FOOT * cos(radians(angle)) - behind == pytest.approx(radius * FOOT, abs=READ)
+
+
+@pytest.mark.parametrize(("boom", "found"), [(10.0, 10.9728), (11.0, 15.5448), (15.5448, 15.5448), (15.6, 20.1168)])
+def test_between_boom_lengths_the_next_longer_one_counts(boom: float, found: float) -> None:
+    hook = with_boom(boom)
+    assert hook.chart == next(x.chart for x in hook.capacity_charts if x.boom == found)
+
+
+def test_what_no_chart_allows_is_refused() -> None:
+    with pytest.raises(SceneError, match="no chart for a boom so long"):
+        lift("rough-terrain-59", 5, ", boom: 24 m")
+    with pytest.raises(SceneError, match=r"would carry 19\.5 t of 18\.09 t"):
+        lift("rough-terrain-59", 19)
+    assert degrees(acos((9.0 + 4 * FOOT) / (66 * FOOT))) == pytest.approx(59.47, abs=0.01)  # at 9 m: 30 ft counts

@@ -1,0 +1,27 @@
+"""Places and angles that stand side by side in one signal: each column is told in its own unit, whatever the joint."""
+
+import pytest
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.recordings.format.samples import POSE_UNIT, unit_of
+
+PLACES = {"travel", "x", "y", "z"}
+SPEEDS = {"speed", "vx", "vy", "vz"}
+NUMBERS = {"qx", "qy", "qz", "qw"}
+
+
+@pytest.mark.parametrize("kind", JOINTS)
+def test_a_coordinate_is_a_place_an_angle_or_a_number(kind: str) -> None:
+    for name in JOINTS[kind].coordinates:
+        expected = "m" if name in PLACES else "1" if name in NUMBERS else "rad"
+        assert unit_of("m or rad", f"crane.boom.{name}") == expected
+    for name in JOINTS[kind].velocities:
+        assert unit_of("m/s or rad/s", f"crane.boom.{name}") == ("m/s" if name in SPEEDS else "rad/s")
+
+
+def test_a_pose_is_a_place_and_an_attitude() -> None:
+    assert [unit_of(POSE_UNIT, x) for x in ("x", "y", "block.z", "qx", "block.qw")] == ["m", "m", "m", "1", "1"]
+
+
+def test_what_has_one_unit_keeps_it() -> None:
+    assert unit_of("N", "tension of w.angle") == "N"
+    assert unit_of("N or m", "east.angle") == "N or m"
