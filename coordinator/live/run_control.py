@@ -40,7 +40,7 @@ class Tempo:
             return FOREVER
         self.alarm.clear()
         self._first = first = core.first
-        if self.limit is not None and self.limit <= first and not core.waiting:
+        if self.limit is not None and self.limit <= first and not core.running:
             if not self._to_event or first == FOREVER:
                 self.pace.hold()
                 self.held = True
@@ -60,7 +60,7 @@ class Tempo:
         first = core.first
         held = self.limit is not None and self.limit <= first and not self._to_event
         wait = math.inf if held else self.pace.wait(first)
-        if core.waiting:
+        if core.running:
             return wait or math.inf  # what is due now waits for a node that works
         if wait > 0.0:
             self.pace.rest(self.alarm, min(wait, TICK_s))

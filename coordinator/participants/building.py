@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable
+from pathlib import Path
 from weakref import WeakSet
 
 from heavylift.coordinator.protocol.distance import Coupling
@@ -28,8 +29,11 @@ def built(reference: str, by: str = "") -> Coupled:
     where, name, arguments, named = read(reference)
     if by and (why := refusal(where, reference)):
         raise ModelError(f"{by}: {why}")
-    function = getattr(imported(where), name, None)
+    found = imported(where)
+    function, own, file = getattr(found, name, None), Path(f"{where}.py"), getattr(found, "__file__", None) or where
     if not callable(function):
+        if own.exists() and own.resolve() != Path(file).resolve():
+            raise ModelError(f"{reference}: {where} is {file}, which has no {name}; give {own} another name")
         raise ModelError(f"{reference}: {where} has no function {name}; define it and let it return a Coupled")
     if by and (why := foreign(function, reference)):
         raise ModelError(f"{by}: {name} of '{where}' must not be called: {why}")

@@ -148,7 +148,7 @@ class Participant:
             simulator = Simulator(secluded(root, self.models, build), log, part.microsteps, wires=wires)
             self._pauses = lambda: simulator.passed
             return Node(self.name, simulator), declared, parts.fingerprint(part.build.encode())
-        from heavylift.nodes.models import build_one
+        from heavylift.nodes.models import build_one, together
         from heavylift.nodes.plan.plan import decode
 
         from .configuration import wiring
@@ -157,6 +157,10 @@ class Participant:
         models = [build_one(plan, name) for name in self.models]
         acting = Simulator(models, microsteps=plan.microsteps, wires=wiring(plan).all)
         self._pauses = lambda: acting.passed
+        if len(plan.models) > 1:
+            from .commons import Commons
+
+            self._unchanged = Commons(together(plan)).unchanged
 
         def waits(end: Tag) -> str:
             return "; ".join(said for m in acting.models if (said := str(getattr(m, "waiting_for", str)())))

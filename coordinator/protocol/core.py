@@ -74,7 +74,8 @@ class Coordinator:
         self._held: list[Event] = []  # heap of events that have not left yet
         self._look: dict[int, Known] = {}  # whose rights may have changed
         self._ahead: dict[int, Known] = {}  # who could move, and waits until others have done what it has said
-        self._running = self._dones = 0
+        self._dones = self.running = 0
+        """Nodes that have an outstanding GRANT."""
         self._cycles = CycleWatch(self._couplings, microsteps)
         self._open = False  # whether all have said HELLO
         self._injected = set[str]()  # models that hear of somebody who is no node
@@ -119,7 +120,7 @@ class Coordinator:
         for event in node.drop(done.reached):
             self._release(event)
         node.running, node.committed, node.until = False, False, done.reached
-        self._running -= 1
+        self.running -= 1
         self._dones += 1
         self.last = max(self.last, done.last)
         self._take(node, done)
@@ -163,7 +164,7 @@ class Coordinator:
                 continue
             if window := self._window(node, succ(node.first)):
                 grants.append((node.name, self._grant(node, window)))
-        if not grants and not self._running and self.first < self._limit:
+        if not grants and not self.running and self.first < self._limit:
             next_ = ", ".join(f"{node.who} {node.first}" for node in self._by_rank)
             raise ProtocolError(f"no node can move before the end, {self.end}, though they wait for {next_}")
         return grants
@@ -171,7 +172,7 @@ class Coordinator:
     @property
     def over(self) -> Outcome | None:
         """(7) Why the run has ended, once `ready` has nothing to grant and nobody runs; else None."""
-        if not self._open or self._running:
+        if not self._open or self.running:
             return None
         first = self.first
         if self._finished and first >= self.end:
@@ -203,19 +204,9 @@ class Coordinator:
         """The earliest thing that any node has before it, or had when it was granted."""
         return min(node.first for node in self._by_rank)
 
-    def extend(self, end: Tag) -> None:
-        """Move a time bound that was not reached yet, or only now, to a later one; an end that was said stays."""
-        if not self._finished:
-            self.end = max(self.end, end)
-
     def scheduled(self, names: Iterable[str]) -> Tag:
         """The earliest thing that the nodes of these models have before them; FOREVER if they only react."""
         return min(self._home[name].first for name in names)
-
-    @property
-    def waiting(self) -> dict[str, int]:
-        """Nodes that have an outstanding GRANT, with its gseq."""
-        return {node.name: node.gseq for node in self._by_rank if node.running}
 
     def held(self, name: str) -> list[tuple[int, str]]:
         """Who has held a node back since it was asked last, each from the n-th DONE of all on."""
@@ -303,5 +294,5 @@ class Coordinator:
 
     def _grant(self, node: Known, window: Tag) -> Grant:
         node.running, node.until, node.gseq = True, window, node.gseq + 1
-        self._running += 1
+        self.running += 1
         return Grant(node.gseq, window, node.echo, node.committed, node.send(window))

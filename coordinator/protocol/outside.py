@@ -1,4 +1,4 @@
-"""A coordinator that also takes events from outside: an operator's, who is no node and takes part in no round.
+"""A coordinator that also takes events, and a later end, from outside: an operator's, who takes part in no round.
 
 An event from outside may come at any tag from `safe` on, the latest of
   until_i   of every node: its window while it runs, else what it has reached
@@ -45,6 +45,11 @@ class OpenCoordinator(Coordinator):
                 raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {target}")
             self._injected.add(target)
             self._hears(source, port, self._home[target])
+
+    def extend(self, end: Tag) -> None:
+        """Move a time bound that was not reached yet, or only now, to a later one; an end that was said stays."""
+        if not self._finished:
+            self.end = max(self.end, end)
 
     @property
     def safe(self) -> Tag:

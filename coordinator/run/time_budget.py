@@ -100,7 +100,7 @@ def budget(
     def takes(accuracy: float) -> float:
         """Seconds of a run whose scene is ready, at an accuracy."""
         verdict = base.answering(Question(ask, accuracy))
-        if verdict.unknown:
+        if verdict.unknown and not verdict.cost:
             raise SceneError(f"{option}: nothing is predicted here: {verdict.unknown}; leave it out")
         if verdict.notes:
             return inf  # not promised

@@ -8,7 +8,7 @@ Dormand-Prince 5(4) with dense output: Hairer, Norsett, Wanner, Solving ODEs I, 
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from math import ceil, fsum, isfinite, sqrt
+from math import ceil, fsum, isfinite, isnan, sqrt
 from typing import NamedTuple
 
 from heavylift.kernel.algebra.elementary import power
@@ -23,6 +23,7 @@ __all__ = ["Hybrid", "State"]
 State = tuple[float, ...]
 Flow = Callable[[State], Sequence[float]]
 LOOKS = (0.25, 0.5, 0.75, 1.0)  # of a step, at which guards are looked at
+STEPS = 1_000_000  # of one look ahead
 ALONE = 1e-14  # [s] steps that are shorter lead nowhere
 
 
@@ -104,20 +105,31 @@ class Hybrid(Atomic):
 
     def _next(self) -> tuple[State, tuple[int, ...], int]:
         """State, guards and time [ns] of the next event, or where the look ahead ends; 0 if there is none ever."""
-        before = list(self.guards(self.state))
+        before = self._guards(self.state)
         if not before or not any(self.flow(self.state)):
             return self.state, (), 0
         last, end = 0, ceil(self.horizon * 1e9)
-        for step in _steps(self.flow, self.state, self.tolerance, self.longest):
+        for number, step in enumerate(_steps(self.flow, self.state, self.tolerance, self.longest)):
+            if number == STEPS:
+                raise ModelError(
+                    f"the flow from {self.state} needs more than {STEPS} steps for {step.t0:g} s: it is stiff, or the "
+                    f"horizon of {self.horizon:g} s is too far"
+                )
             for look in LOOKS:
                 t = min(end, max(last + 1, step.begin + ceil(look * step.h * 1e9)))
-                now = self.guards(step.at(t))
+                now = self._guards(step.at(t))
                 if fallen := self._falls(step, last, before, t, now):
                     return step.at(fallen[0]), fallen[1], fallen[0]
-                last, before = t, list(now)
+                last, before = t, now
                 if t == end:
                     return step.at(t), (), t
         raise AssertionError("steps have no end")
+
+    def _guards(self, x: State) -> Sequence[float]:
+        found = tuple(self.guards(x))
+        if any(map(isnan, found)):  # it would never fall
+            raise ModelError(f"guards() gave {found} at {x}; give numbers")
+        return found
 
     def _falls(
         self, step: "_Step", last: int, before: Sequence[float], t: int, now: Sequence[float]
@@ -130,7 +142,7 @@ class Hybrid(Atomic):
             low, high = last, t
             while last == 0 and a <= 0 and b <= 0 and high > 1:  # it begins at zero: has it been above since?
                 low, high = high // 2, low if low > high else high
-                a = self.guards(step.at(low))[i]
+                a = self._guards(step.at(low))[i]
                 if a <= 0:
                     low, high = 0, low
             if a > 0 >= b:
@@ -142,7 +154,7 @@ class Hybrid(Atomic):
         """The time [ns] at which guard i is not positive any more: it is at `low`, not at `high`."""
         while high - low > 1:
             middle = (low + high) // 2
-            if self.guards(step.at(middle))[i] > 0:
+            if self._guards(step.at(middle))[i] > 0:
                 low = middle
             else:
                 high = middle

@@ -50,8 +50,6 @@ class Case:
     changes: bool  # a hook is taken from the block, or given to it, while it hangs
     flies_up: bool  # a hook, let go with more on it than it weighs itself
     awaited: bool  # the winches stop when the block is seen to be lifted, not after a way
-    mass: float  # of the block [kg]
-    tilts: float  # its moment of inertia about the rails' normal, per mass [m2]; 0: its hooks hold it level
     way: float  # longest of a move [m]
     lasts: float  # of the whole action list, about [s]
     stages: int  # of it: each begins and ends with a jump of the forces
@@ -94,8 +92,6 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
             name = drive_name(crane.name, which)  # type: ignore[arg-type]
             if any(m.actuator == name for m in moves) or (turns and which != "gantry"):
                 ordered.add(joint)
-    assert plan.block is not None
-    block, one = plan.block.body, len({round(h.place[0], 6) for h in hooks}) == 1
     return Case(
         gravity=plan.gravity,
         hooks=hooks,
@@ -111,8 +107,6 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         changes=changes(plan, followed),
         flies_up=flies_up(plan, followed),
         awaited=any(isinstance(t, Lifted) for m in moves for t in terms(m.until)),
-        mass=block.mass,
-        tilts=block.moments[1] / block.mass if one else 0.0,
         way=max((abs(m.by) for m in moves if m.by is not None), default=1.0),
         lasts=min(sum(lasts(action) for action in plan.actions) + turning(plan), plan.end or inf),
         stages=len(plan.actions),
@@ -152,7 +146,7 @@ def _hook(
     bend = max(_bend(plan, rope, y) for y in places)
     phases = [pi * y / crane.girder.span for y in places]
     traversed = max((abs(m.by) for m in moves if VERBS[m.verb].along == "y" and m.by is not None), default=0.0)
-    hangs = (share + loader.upper.mass + loader.lower.mass + trolley) * plan.gravity / axis.kp
+    hangs = (load + trolley) * plan.gravity / axis.kp
     lever = abs(sum(line.a.p[2] for line in rope.lines) / len(rope.lines) - crane.girder.height)
     per_way = pi / crane.girder.span
     steep = per_way * max(abs(cos(x)) for x in phases)
@@ -210,12 +204,9 @@ def _places(plan: Plan, rope: HookRope, followed: Following) -> list[float]:
     crane = next(c for c in plan.cranes if c.name == rope.crane)
     trolley = next(h.trolley for h in crane.hooks if h.rope == rope.name)
     begun = zip(plan.actions, followed.acted, strict=False)
-    lifts = [at for action, at in begun if at.taut and at.before.grounded and _hoists(action, rope.name)]
-    return [at.before.trolleys[crane.name, trolley] for at in lifts] or [_hangs_on(crane, rope)[1].start]
-
-
-def _hoists(action: Action, rope: str) -> bool:
-    return any(isinstance(m, Move) and m.actuator == rope for m in action.orders)
+    hoists = (at for x, at in begun if any(isinstance(m, Move) and m.actuator == rope.name for m in x.orders))
+    lifts = [at.before for at in hoists if at.taut and at.before.grounded]
+    return [before.trolleys[crane.name, trolley] for before in lifts] or [_hangs_on(crane, rope)[1].start]
 
 
 def _hangs_on(crane: Crane, rope: HookRope) -> tuple[float, Axis]:

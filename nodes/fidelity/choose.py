@@ -26,7 +26,7 @@ from .case import Case, case_of
 from .cost import cost
 from .method import METHODS, Stepped, stepped
 from .rules import AWAITED, RULES, Choice, Errors, chance, unsure
-from .verdict import INTEGRATION, Decided, Verdict, left, unruled
+from .verdict import INTEGRATION, Decided, Verdict, left, percent, unruled
 
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following
@@ -34,9 +34,14 @@ if TYPE_CHECKING:
 __all__ = ["choose", "unpromised"]
 
 RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
-BEFORE_RIGID = ("lumped ropes", "rigid girder")
 SURE: tuple[Asked, ...] = ("rope tension",)  # what does not depend on when an event comes
 SELDOM = 0.3  # part of the accuracy that is set aside at most for what seldom happens
+PLAIN = 1e-6  # tolerance of a run without a question
+STARTING = 6e7  # evaluations times states in the time that a process takes to start, about
+DEAREST, PRICED = (
+    1.4,
+    3e-3,
+)  # over the run without a question, of accuracies down to this; less than 1.5: it is predicted
 EXPLICIT = ("dopri5", "dop853")  # that no stiff part of a mechanism takes by surprise
 
 
@@ -81,6 +86,11 @@ def choose(
     )
     reserved = _reserved(case, question)
     ways = _steps(case, pruned, left(question, spent, reserved), steps)
+    dearer = (STARTING + ways[0].cost.product) / (STARTING + _plain(case, plan, steps)) if ways else 1.0
+    if dearer > DEAREST and question.accuracy >= PRICED:
+        why = f"to {percent(question.accuracy)} it would take {dearer:.1f} times as long as without a question"
+        why += f", which is modelled instead; an accuracy finer than {percent(PRICED)} is kept at any price"
+        return replace(unpromised(question, plan.fidelity, why, _always(plan)), cost=ways[0].cost)
     dearest = _steps(case, most, dict.fromkeys(question.ask, question.accuracy), steps)
     costs = (ways[0].cost, dearest[0].cost) if ways else (cost(case, fidelity), cost(case, richest))
     return Verdict(
@@ -113,7 +123,7 @@ def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozense
     found: tuple[float, int, set[str]] = (cost(case, richest).product, 0, set())
     for n in range(1, len(open_) + 1):
         for some in combinations(open_, n):
-            if not _fit(some, choices, named):
+            if {"two lumps", "lumped ropes"} <= {c.rule for c in some}:  # without chains nothing is made coarser
                 continue
             if any(sum(c.errors.get(q, 0.0) for c in some) > budget[q] for q in question.ask):
                 continue
@@ -128,16 +138,6 @@ def _reserved(case: Case, question: Question) -> Errors:
     sure, most = unsure(case), chance(case)
     seldom = {q: min(most.get(q, 0.0) - sure.get(q, 0.0), SELDOM * question.accuracy) for q in question.ask}
     return {q: sure.get(q, 0.0) + e for q, e in seldom.items()}
-
-
-def _fit(some: Sequence[Choice], choices: list[Choice], named: frozenset[str]) -> bool:
-    """Ropes lose their elasticity only after their mass and the elasticity of what they hang from; without chains of
-    lumps there is nothing to make coarser."""
-    taken = {c.rule for c in some}
-    if taken >= {"two lumps", "lumped ropes"}:
-        return False
-    before = {c.rule for c in choices if c.rule in BEFORE_RIGID and c.key not in named}
-    return "rigid ropes" not in taken or before <= taken
 
 
 def _poor(choice: Choice, given: Fidelity, named: frozenset[str]) -> bool:
@@ -175,6 +175,12 @@ def _steps(case: Case, plan: Plan, left: Errors, named: frozenset[str]) -> tuple
         return ()
     methods = (plan.method,) if "method" in named else EXPLICIT if plan.mechanisms else tuple(METHODS)
     return tuple(stepped(case, plan.fidelity, left, methods, plan.tolerance if "tolerance" in named else None))
+
+
+def _plain(case: Case, plan: Plan, named: frozenset[str]) -> float:
+    """Evaluations times states of the run without a question."""
+    method = METHODS.get(plan.method, METHODS["dopri5"])
+    return method(case, plan.fidelity, plan.tolerance if "tolerance" in named else PLAIN).cost.product
 
 
 def _own_steps(plan: Plan, named: frozenset[str]) -> tuple[str, ...]:

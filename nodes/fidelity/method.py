@@ -4,7 +4,7 @@ they add to the error of each quantity; `stepped` takes the cheapest of those th
     steps per second   explicit: what stability asks (`cost.attempts`); all: accuracy, c tol^(-1/p); at least 10
     rope tension       phi' min(1, (w h)^2 / 12), w: of the load on its hook, whose peak a step h must follow;
                        explicit methods at the edge of stability let stiff modes rattle: c tol^q over the stretch
-    other quantities   0.03 sqrt(tol) of swing and position, 0.1 sqrt(tol) of the time of lift-off
+    other quantities   0.03 sqrt(tol) of swing and position, tol if that is more, 0.1 sqrt(tol) of the time of lift-off
 
 phi' is the dynamic factor less 1 (`rules`).  The constants are measured on lifts at random (STEPS.md).
 """
@@ -28,11 +28,12 @@ __all__ = ["METHODS", "Stepped", "stepped"]
 TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) for k in range(4, 25))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
+BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest
 RINGS = 3e-3, 0.15  # of the tensions by `sdirk2`, what is damped away: at usual tolerances, and over sqrt(tol) at most
 RESOLVED = 1e-4  # tolerance of `sdirk2` below which swings are followed, for which others are better
-RINGS_ON = 3.0  # error of `radau5`, which damps what ropes with less than a third of the usual damping do not
 DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
 SNAPS = 150.0  # how much more lumps do as slings come taut that were slack
+DAMPS = "nothing damps what it would damp away"
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
 
@@ -88,6 +89,8 @@ def ros34pw2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     spent = _cost(case, at, 4.0 * often, rosenbrock_algebra(states(case, at), often))
     able = at.ropes != "rigid" and at.slings != "rigid" and at.girder == "rigid"
     why = f"implicit: {often:.0f} steps a second" if able else "it knows neither girders that bend nor rigid ropes"
+    if _bare(case):
+        able, why = False, DAMPS
     return Stepped("ros34pw2", tolerance, errors, spent, why, able and tolerance <= LOSSY)
 
 
@@ -96,9 +99,8 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     Jacobian and factors serve for long; at the ends of a stage they are made anew, with a step each."""
     often = max(1.0 / LONGEST, 11.5 * power(1e-4 / tolerance, 0.2))
     errors = _errors(case, at, tolerance, often, resolved=power(1e-3 / tolerance, 0.4))
-    errors["rope tension"] *= RINGS_ON if _bare(case) else 1.0
     n, finer = states(case, at), 1e-4 / tolerance
-    steps, jumps = often * duration(case), 25.0 * case.stages
+    steps, jumps = often * duration(case), 40.0 * case.stages
     jacobians = jumps * min(1.0, power(0.1 / finer, 0.33)) + 0.06 * min(1.0, sqrt(finer)) * steps
     factors = 1.5 * jumps + min(0.6, 0.15 * power(finer, 0.55)) * steps
     iterations = 2.0 * power(finer, 0.14) * steps + 2.0 * jumps
@@ -108,6 +110,8 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     why = f"implicit: {often:.0f} steps a second" if able else "it does not keep rigid ropes"
     if case.changes:
         able, why = False, "its long steps can fail where a hook is taken from the load"
+    if _bare(case):
+        able, why = False, DAMPS
     return Stepped("radau5", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 
@@ -124,7 +128,7 @@ def sdirk2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
     if _bare(case):
-        able, why = False, "nothing damps what it would damp away"
+        able, why = False, DAMPS
     able = able and tolerance >= RESOLVED
     linear = sdirk_algebra(n, jacobians + 0.5 * steps, 6.0 * steps)
     return Stepped("sdirk2", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
@@ -181,7 +185,9 @@ def _errors(
     are where the load bounces."""
     bends = at.girder == "elastic"
     root = sqrt(tolerance)
-    errors: dict[Asked, float] = {"swing": SMOOTH * root, "position": SMOOTH * root, "lift-off time": EVENT * root}
+    smooth = max(SMOOTH * root, tolerance)
+    away = smooth * max(1.0, BOTH_SIDES * case.swings.most / case.way)
+    errors: dict[Asked, float] = {"swing": smooth, "position": away, "lift-off time": EVENT * root}
     if at.ropes == "rigid":
         errors["rope tension"] = RIGID * root
         return errors

@@ -9,7 +9,7 @@ from heavylift.nodes.plan.plan import Fidelity, Plan
 from heavylift.nodes.plan.question import Asked
 
 from .case import case_of
-from .rules import Errors, girder, hinges, idle_drives, lumps, rope_elasticity, rope_mass
+from .rules import Errors, girder, hinges, idle_drives, lumps, rope_mass
 from .verdict import EXACT, percent, unruled
 
 if TYPE_CHECKING:
@@ -55,11 +55,8 @@ def modelled_as(plan: Plan, followed: Following | None) -> Modelled:
         spare = SPARE if at.rope_mass == "none" else 1.0
         rules.append({q: spare * e for q, e in rope_mass(case, at).errors.items()})
     if at.ropes == "rigid":
-        elastic = rope_elasticity(case, at)
-        if not elastic.allowed:
-            return Modelled(out, {}, f"ropes are rigid, and {elastic.reason.partition('; but ')[2] or elastic.reason}")
-        rules.append(elastic.errors)
-    if at.slings == "rigid" and at.ropes != "rigid":
+        return Modelled(out, {}, "no rule predicts how rigid ropes share a load")
+    if at.slings == "rigid":
         return Modelled(out, {}, "no rule looks at rigid slings on elastic ropes")
     if at.motion != "spatial" and not (at.motion == "across" and case.mirrored):
         return Modelled(out, {}, "the lift is no plane one")

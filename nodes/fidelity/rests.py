@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING
 
 import msgspec
+from heavylift.kernel.algebra.dense import least_norm
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Action, After, Hookup, Move, MovesDone, Turn, Unhook
 from heavylift.nodes.plan.plan import Plan
@@ -25,11 +26,14 @@ if TYPE_CHECKING:
     from heavylift.nodes.statics.state import StaticState
     from heavylift.nodes.statics.static_state import Following
 
+    Step = tuple[StaticState, StaticState, float]  # two states and the way of the block's rest between them [m]
+
 __all__ = ["awaiting", "begins", "bouncing", "changes", "flies_up", "swinging"]
 
 ABRUPT = 1e-3  # [s] what takes less time is a jump
 ASIDE, STRAIGHT = 0.005, 0.02  # [m] way, and jump, that count as none: ropes that stretch differently lean a block so
 AXES = ("x", "y")
+ALIKE = 0.01  # parts of ways, so little apart, of moves that are not told from each other
 
 
 def begins(followed: Following) -> tuple[float, ...]:
@@ -67,7 +71,7 @@ def swinging(plan: Plan, followed: Following, axis: int) -> tuple[Knot, ...]:
     knots, name = list[Knot](), plan.block.name
     stood = followed.path.states[0].poses[name][0][axis]
     for number, states in _by_action(followed):
-        way = 0.0
+        steps: list[Step] = []
         for a, b in pairwise(states):
             here = b.poses[name][0][axis]
             if b.grounded:
@@ -78,9 +82,9 @@ def swinging(plan: Plan, followed: Following, axis: int) -> tuple[Knot, ...]:
             if a.grounded or b.t - a.t < ABRUPT:
                 knots += [Knot(b.t, jump=step)] if abs(step) > STRAIGHT else []
             else:
-                way += step
-        if abs(way) > ASIDE:
-            knots += _ways(plan.actions[number - 1], states, way, AXES[axis])
+                steps.append((a, b, step))
+        if max((abs(way) for way in accumulate(step for *_, step in steps)), default=0.0) > ASIDE:
+            knots += _ways(plan.actions[number - 1], states, steps, AXES[axis])
     return together(knots)
 
 
@@ -119,8 +123,10 @@ def _by_action(followed: Following) -> Iterator[tuple[int, list[StaticState]]]:
         yield number, [replace(acted.before, t=mine[0].t) if mine else acted.before, *mine]
 
 
-def _ways(action: Action, states: Sequence[StaticState], way: float, axis: str) -> Iterator[Knot]:
-    """The moves along an axis share a way by what they go; where none does, all that hoist make it."""
+def _ways(action: Action, states: Sequence[StaticState], steps: Sequence[Step], axis: str) -> Iterator[Knot]:
+    """The moves along an axis share a way by what they go; where none does, all that hoist make it, those that are over
+    at one time together: of hooks at different speeds the block leans out and comes back."""
+    way = sum(step for *_, step in steps)
     turn = next((order for order in action.orders if isinstance(order, Turn)), None)
     if turn is not None:
         ramping = turn.rate / turn.accel
@@ -128,14 +134,22 @@ def _ways(action: Action, states: Sequence[StaticState], way: float, axis: str) 
         yield from moved(states[0].t, way, min(ramping, lasts / 2.0), max(0.0, lasts - 2.0 * ramping))
         return
     moves = [m for m in action.orders if isinstance(m, Move)]
-    along = [m for m in moves if VERBS[m.verb].along == axis] or moves
-    ways = {m.actuator: states[-1].references[m.actuator] - states[0].references[m.actuator] for m in along}
+    along = [m for m in moves if VERBS[m.verb].along == axis]
+    ways = {m.actuator: states[-1].references[m.actuator] - states[0].references[m.actuator] for m in along or moves}
     total = sum(map(abs, ways.values()))
     if total <= 0.0:
         yield Knot(states[0].t, jump=way)
         return
-    for m in along:
-        yield from moved(states[0].t, way * abs(ways[m.actuator]) / total, *_profile(m, states))
+    alike = {tuple(round(x, 3) for x in _profile(m, states)): m for m in moves if ways.get(m.actuator)}
+    if along or len(alike) == 1:
+        for m in along or moves:
+            yield from moved(states[0].t, way * abs(ways[m.actuator]) / total, *_profile(m, states))
+        return
+    ropes = [m.actuator for m in alike.values()]
+    gone = [[(b.references[r] - a.references[r]) / ways[r] for r in ropes] for a, b, _ in steps]
+    shares = least_norm(gone, [step for *_, step in steps], ALIKE)
+    for m, share in zip(alike.values(), shares, strict=True):
+        yield from moved(states[0].t, share, *_profile(m, states))
 
 
 def _profile(m: Move, states: Sequence[StaticState]) -> tuple[float, float]:

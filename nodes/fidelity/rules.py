@@ -27,15 +27,20 @@ SHAKEN = (2.0, 1.0, 0.45), (1.0, 2.0, 0.15)  # of what strings shake: swing, pla
 VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show
 SLOWER = 0.015, 0.003, 0.05  # times its square: error of the frequency on two lumps, on four, and without any
 FASTER = 0.03, 0.006, 0.1  # the same of the block on its slings below hooks that swing the other way
+LET_FREE = 0.5  # of the first, with the hook for the load: as a block is let go aside of its hooks
 ROCKS = 0.045  # [m]
 SWAYED = 1.6  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
 LEANING = 2.0  # heights of a block on more than three hooks, which the girders lift by one corner after the other
 OPPOSED = 2.0  # two swings of one size: a block that leans as it is lifted swings before it is moved
-LEANT = 3.0  # there and back, and by the lean of the move before
 SOONER = 1.05  # by what the block does not hang straight
 CHANCE: Errors = {"rope tension": 2.5e-3, "swing": 0.0, "position": 5e-4, "lift-off time": 2e-3}  # measured
-ASIDE: Errors = {"rope tension": 6e-3, "swing": 0.04, "position": 0.01, "lift-off time": 0.02}  # under light hooks
+ASIDE: Errors = {"rope tension": 6e-3, "swing": 0.04, "position": 0.01, "lift-off time": 0.02}  # light or undamped
+UNEVEN = 0.003, 0.007  # [m] of place and excursion where corners part at different speeds; measured
+LANDED: Errors = {
+    "position": 2.5e-3,
+    "lift-off time": 4e-3,
+}  # slings that were slack come taut in another order; measured
 AWAITED = 0.005  # swing in which an event is awaited that decides nothing [m]
 SWINGING = 5e-3  # how hard a block lands, and parts again, that swings; measured
 UNDAMPED = 0.13  # part of a bounce by which the sum of several may differ
@@ -77,10 +82,17 @@ def chance(case: Case) -> Errors:
     errors["swing"] += LET_GO if case.changes else 0.0
     if case.awaits > AWAITED:
         errors["rope tension"] += SWINGING
+    if not case.even and len(case.hooks) > 2:
+        errors["position"] += UNEVEN[0] / case.way
+        errors["swing"] += UNEVEN[1] / case.swings.least
+    if case.swings.lands:
+        errors |= {q: errors.get(q, 0.0) + e for q, e in LANDED.items()}
+    jumps = case.swings.jumps > 0.0
     if not case.damped:
-        errors["rope tension"] += UNDAMPED * max(overshoot(case, h, girder=True) for h in case.hooks)
-    if not case.determinate or (case.swings.lands and not case.damped):
-        aside = case.swings.jumps > 0.0 and not case.determinate and any(h.light for h in case.hooks)
+        rings = UNDAMPED * (1.0 + jumps)
+        errors["rope tension"] += rings * max(overshoot(case, h, girder=True) for h in case.hooks)
+    aside = jumps and (not case.damped or (not case.determinate and any(h.light for h in case.hooks)))
+    if aside or not case.determinate or (case.swings.lands and not case.damped):
         errors = {q: errors.get(q, 0.0) + (ASIDE if aside else CHANCE)[q] for q in ASIDE}
     return errors
 
@@ -160,26 +172,11 @@ def girder_states(case: Case) -> int:
 
 
 def rope_elasticity(case: Case, at: Fidelity) -> Choice:
-    """Ropes that do not stretch: no dynamic factor at all, the load is lifted at once, and hangs level.  It hangs as
-    high as on others whose stretch was taken up before it was seen to be lifted."""
-    g = case.gravity
-    stretch = max(h.stretch(g, girder=False) for h in case.hooks)
-    leans = LEANT * leaning(case.hooks, g)
-    high = (_bounce(case, girder=False) + _halting(case) if case.awaited else stretch) + leans
-    errors = _swung(case, high / min(h.reach for h in case.hooks) / 2.0)
-    errors["swing"] += leans / case.swings.least
-    errors["position"] += high / case.way
-    dynamic = max(overshoot(case, h, girder=False) for h in case.hooks)
-    errors["rope tension"] = _peak(case, dynamic, errors["swing"])
-    errors["lift-off time"] = 2.0  # neither the begin nor the end of its stage is right
-    why = "" if case.mirrored else "; but the ends of a lift that is not mirrored come off one after the other"
-    why = why if case.determinate else "; but more than three hooks share the load by their stiffness"
-    released = case.swings.jumps or case.changes
-    why = "; but it jumps aside as it parts or as hooks are taken from it" if released else why
-    return Choice(
-        "rigid ropes", "ropes", {"ropes": "rigid", "slings": "rigid"}, 0, errors,
-        f"the block stretches them by {stretch * 1e3:.0f} mm{why}", not why,
-    )  # fmt: skip
+    """Ropes that do not stretch, for a scene that names them: which of them pull is decided by less than any model
+    knows (1054 and 1016 kN on two alike that truly carry 734), and steps are no cheaper."""
+    stretch = max(h.stretch(case.gravity, girder=False) for h in case.hooks)
+    why = f"the block stretches them by {stretch * 1e3:.0f} mm; but ropes that do not stretch share no load as ropes do"
+    return Choice("rigid ropes", "ropes", {"ropes": "rigid", "slings": "rigid"}, 0, {}, why, allowed=False)
 
 
 def plane(case: Case, at: Fidelity) -> Choice:
@@ -231,14 +228,18 @@ def overshoot(case: Case, h: Hook, girder: bool) -> float:
 
 def _slower(case: Case, model: int) -> Errors:
     """Errors by the frequencies of both swings of a double pendulum, in two lumps (0), four (1), or without any (2).
-    On more than three hooks the block is lifted by one corner after the other, and rocks whatever moves it."""
+    On more than three hooks the block is lifted by one corner after the other, and rocks whatever moves it; let go
+    aside it swings against its hooks, beside which ropes weigh more than beside the load."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
+    beside = max(h.rope_mass / (h.load - h.share) for h in case.hooks)
     slower, faster = heavy * heavy * SLOWER[model], heavy * heavy * FASTER[model]
     errors = _swung(case, slower)
     omegas, moved, let_go = zip(*(nodding(h, case.gravity) for h in case.hooks), strict=True)
-    nods = max(moved) * case.swings.shaken((min(omegas), max(omegas))) + max(let_go) * case.swings.jumps
-    nods += 0.0 if case.determinate else ROCKS
-    errors["position"] += nods * min(2.0, faster * max(omegas) * case.lasts) / case.way
+    turns = max(omegas) * case.lasts
+    nods = max(moved) * case.swings.shaken((min(omegas), max(omegas))) + (0.0 if case.determinate else ROCKS)
+    free = max(let_go) * case.swings.jumps * min(2.0, LET_FREE * beside * beside * SLOWER[model] * turns)
+    errors["swing"] += free / case.swings.least
+    errors["position"] += (free + nods * min(2.0, faster * turns)) / case.way
     return errors
 
 

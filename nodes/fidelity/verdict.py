@@ -156,7 +156,8 @@ class Verdict:
 def unruled(plan: Plan) -> str:
     """What of a lift no rule looks at, as a sentence; "" if there is nothing."""
     if plan.tied:
-        return "its mechanism acts on the lift, which no rule looks at"
+        only = {m.name for m in plan.mechanisms} == {"wind"}
+        return f"{'the wind' if only else 'its mechanism'} acts on the lift, which no rule looks at"
     if any(parts(action) for action in plan.actions):
         return "a sling parts, which no rule looks at"
     return ""

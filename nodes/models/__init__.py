@@ -5,7 +5,7 @@ system(plan)                           what they declare together, for the kerne
 couplings(plan), subscriptions(plan)   how nodes and kernel are wired, who hears which state event
 tree(plan), tree_data(plan)            the model tree as text, as plain data
 
-crane, loader, block, mechanism        the machines
+crane, loader, block    machines of a lift; machine: any other, walked from its parts
 own                                    a user's own model beside the kernel: Sample in, SetPoint out
 assembly, tree                         from a plan to models and couplings; their tree as text
 parts                                  what machines are made of: drives, gauges, slings, brakes; messages
@@ -27,6 +27,7 @@ from .assembly import (
     node_names,
     subscriptions,
     system,
+    together,
 )
 from .own import OwnModel, sample_port
 from .parts.messages import Sample, SetPoint
@@ -50,6 +51,7 @@ __all__ = [
     "sample_port",
     "subscriptions",
     "system",
+    "together",
     "tree",
     "tree_data",
 ]

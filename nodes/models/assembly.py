@@ -26,7 +26,7 @@ from heavylift.nodes.plan.plan import Block, Crane, Loader, Mechanism, Plan
 from .block import BlockModel
 from .crane import CraneModel
 from .loader import LoaderModel
-from .mechanism import MechanismModel
+from .machine import MachineModel
 from .own import OwnModel, aim_port, sample_port
 
 COMMANDER, KERNEL = "commander", "kernel"
@@ -97,6 +97,14 @@ def driving(plan: Plan) -> tuple[str, ...]:
     return (COMMANDER, *machines(plan))
 
 
+def together(plan: Plan) -> Coupled:
+    """The models of a user's own, as siblings."""
+    root = Coupled(plan.name)
+    for own in plan.models:
+        root.add(OwnModel(own))
+    return root
+
+
 def build_one(plan: Plan, name: str) -> NodeModel:
     """The model of one node, its actors with the logs that they follow."""
     model = _built(plan, name)
@@ -126,7 +134,7 @@ def _built(plan: Plan, name: str) -> NodeModel:
         case Block():
             model = BlockModel(plan, machine)
         case Mechanism():
-            model = MechanismModel(machine)
+            model = MachineModel(machine)
         case None:
             known = ", ".join([COMMANDER, *machines(plan)])
             raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")

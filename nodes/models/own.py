@@ -25,6 +25,8 @@ from heavylift.nodes.plan.own import Own
 
 __all__ = ["OwnModel", "aim_port", "sample_port"]
 
+MOST = 100  # periods of a delay: so many set-points can be on their way
+
 
 def sample_port(model: str, port: str) -> str:
     """The port of the kernel that says what a port of a model hears."""
@@ -41,6 +43,8 @@ class OwnModel(Coupled):
 
     def __init__(self, own: Own) -> None:
         super().__init__(own.name)
+        if not 0 <= own.delay <= MOST * own.period or not own.period:
+            raise ModelError(f"{own.name}: a delay has at most {MOST} periods; lengthen the period")
         inner = self.add(_made(own))
         for port in own.signals:
             self.connect(self.add_in(port, Sample), _port(own, inner, port, InPort, Sample))

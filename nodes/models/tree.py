@@ -14,7 +14,7 @@ from .assembly import CommanderModel, Rig, build
 from .block import BlockModel
 from .crane import CraneModel
 from .loader import LoaderModel
-from .mechanism import MechanismModel
+from .machine import MachineModel
 from .own import OwnModel
 
 KINDS: dict[type[Model], str] = {
@@ -22,7 +22,7 @@ KINDS: dict[type[Model], str] = {
     CraneModel: "coupled: crane",
     LoaderModel: "coupled: loader",
     BlockModel: "coupled: block",
-    MechanismModel: "coupled: mechanism",
+    MachineModel: "coupled: machine",
     OwnModel: "own model",
     parts.JointCoupled: "joint coupled",
     parts.BodyCoupled: "body coupled",

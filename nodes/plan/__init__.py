@@ -1,6 +1,7 @@
 """A scene as plain data: its names resolved, its numbers in SI units; needs neither NumPy nor pydantic.
 
 plan              machines, rig and everything else that node processes are built from
+mechanism         a machine made of parts
 own               models of a user's own: what they hear and lead
 actions, verbs    orders, conditions and actions; the verbs, a row each
 places            where in a scene an action or an order stands

@@ -23,7 +23,7 @@ from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.own_models import build_models, check_models
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.placement import placement_faults
+from heavylift.nodes.scene.keys.nodes import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.extending import extended
 from heavylift.nodes.scene.text.faults import raise_faults

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import HEAD, likewise, unjudged
 from heavylift.nodes.limits.telling import rows as rows_of
-from heavylift.nodes.models.mechanism import turning
+from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.finding import Finding

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Curve", "Figure", "Panel", "page", "picture"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7a6fd0")
+TITLE = 104  # letters of a line of the title
 NAMED = 16  # curves of a panel that the legend can name
 POINTS = 4000  # instants of a curve on the page
 
@@ -62,7 +64,8 @@ def picture(figure: Figure, out: Path, force: bool = False) -> Path:
     last = max(float(c.t[-1]) for p in figure.panels for c in p.curves if len(c.t))
     with on_paper():
         canvas = Canvas(figsize=(11.0, 1.0 + 2.9 * len(figure.panels)), layout="constrained", facecolor="white")
-        canvas.suptitle(figure.title, x=0.01, ha="left", size=12, weight="bold", color=INK)
+        lines = [part for line in figure.title.split("\n") for part in wrap(line, TITLE)]
+        canvas.suptitle("\n".join(lines), x=0.01, ha="left", size=12, weight="bold", color=INK)
         grid = canvas.subplots(len(figure.panels), 1, sharex=True, squeeze=False)[:, 0]
         for axes, panel in zip(grid, figure.panels, strict=True):
             _stages(axes, figure, last, named=axes is grid[0])

@@ -17,6 +17,7 @@ from collections import Counter, defaultdict
 from concurrent.futures import ProcessPoolExecutor
 from itertools import repeat
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
 from statistics import median
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -122,6 +123,8 @@ def main():
         seeds = range(first, first + given.scenes)
         with ProcessPoolExecutor(given.workers) as pool:
             every = [x for x in pool.map(one, seeds, repeat(deadline)) if x is not None]
+        spent = getrusage(RUSAGE_CHILDREN)
+        row("CPU time of a lift [s]", (spent.ru_utime + spent.ru_stime) / max(1, len(every)))
         found = [j for x in every if not isinstance(x, str) for j in x]
         lost = [x for x in every if isinstance(x, str)]
         row("lifts that could not be judged", len(lost), at_most=0)

@@ -16,7 +16,7 @@ from page_blocks import ROOT
 FOLLOWED = {"nodes/scenes/TUTORIAL.md", "coordinator/HOWTO.md"}  # block by block, in tests of their own
 GENERATED = {"coordinator/REFERENCE.md"}  # from --help
 HOWTO = ROOT / "coordinator/HOWTO.md"
-PLACEHOLDER = re.compile(r"\b(SCENE|FILE|DIR|DIRECTORY|NAME)\b")
+PLACEHOLDER = re.compile(r"\b(SCENE|FILE|DIR|DIRECTORY|NAME|MODEL|RUN|LOG|N)\b")
 EXCEPTIONS = {  # what is not run as it is printed, and why
     r"(watch|pause|continue|step|command|stop) ": "speaks to a run that goes on: tests/coordinator/live",
     r"node ": "waits for a coordinator on another host: tests/coordinator/hosts",
@@ -27,6 +27,10 @@ EXCEPTIONS = {  # what is not run as it is printed, and why
     r"tradeoff ": "takes its whole budget, five minutes: tests/coordinator/tradeoff",
     r"run .*--method": "is measured by tests/bench/settings.py, which writes SETTINGS.md",
     r"devs my_models.py:build$": "has no end, as no `--until` is given: tests/coordinator/participants",
+    r"(run|devs) --[a-z-]+$": "names an option",
+    r".*\blog\.csv": "needs the log of a crane: coordinator/HOWTO.md",
+    r".*--scheduler\b": "needs a scheduler and its workers: tests/coordinator/sweeps",
+    r"plot run\.mcap 'station/\*'": "is of a DEVS model: coordinator/HOWTO.md",
     r"branch ": "needs a whole lift with that stage: coordinator/HOWTO.md",
     r"gallery ": "runs scenes and draws them: tests/gallery, tests/coordinator/commands/test_a_beginner_starts.py",
 }

@@ -185,9 +185,9 @@ class Commander(Atomic):
         if not isfinite(speed):
             raise ModelError(f"{who}: {led.port} says {speed}, which is no speed; say a finite number")
         if move.speed and abs(speed) > move.speed * (1.0 + ROUNDING):
+            most = f"{move.speed:g} m/s or rad/s"
             raise ModelError(
-                f"{who}: {led.port} asks {move.actuator} for {abs(speed) * 60:g} m/min, and it can {move.speed * 60:g} "
-                "m/min; limit what it says"
+                f"{who}: {led.port} asks {move.actuator} for {abs(speed):g}, and it can {most}; limit what it says"
             )
         try:
             check(move, self.plan, self.owners, self.picture, self.lugs)

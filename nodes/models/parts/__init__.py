@@ -1,6 +1,7 @@
 """The parts of machines, and the messages between models.
 
-messages                  orders, reports, inputs of the kernel, state events: everything that travels
+messages                  orders, reports, samples, records: everything that travels
+kernel_messages           inputs of the kernel and its state events
 parts                     the parts that machines are made of, and how they are wired
 drive, gauges, rigging    actors: drives and winches; load cells and inclinometers; slings, brakes, supports
 chains, girder            a hook rope with mass as lumps; the girder as a beam

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import copysign, inf, isclose
 
-from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import System, Threshold
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import ns
@@ -20,6 +19,7 @@ from heavylift.nodes.plan import pulses
 from heavylift.nodes.plan.plan import Driven
 
 from . import messages as m
+from .inputs import part, value
 from .parts import LiveActor
 
 SAME = 1e-12  # relative, of speeds that differ by rounding
@@ -297,16 +297,3 @@ class WinchActor(DriveActor):
         if self.switch is not None:
             guard, height = self.switch
             self.say(m.Watch(guard.name, height - SWITCH_BACK * self.tripped, not self.tripped))
-
-
-def part(order: m.SetProfile | m.SetFollow, piece: str, share: float) -> m.SetProfile | m.SetFollow:
-    """What a piece of a rope has to do of it."""
-    if isinstance(order, m.SetFollow):
-        return m.SetFollow(piece, order.master, order.k1 * share, order.kc * share, order.ks * share)
-    distance = None if order.distance is None else order.distance * share
-    return m.SetProfile(piece, order.start_ns, order.speed * share, order.accel * share, distance)
-
-
-def value(law: m.Follow, s: float) -> float:
-    """f(s) of a follower."""
-    return float(law.kc * cos(s) + law.ks * sin(s))

@@ -1,14 +1,15 @@
-"""What each kernel input does to a simulation."""
+"""What each kernel input does to a simulation, and what it means for a piece of a rope and for what follows."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.errors import ModelError
 
 from . import messages as m
 
-__all__ = ["obey"]
+__all__ = ["obey", "part", "value"]
 
 
 def obey(simulation: Any, x: object) -> None:
@@ -32,3 +33,16 @@ def obey(simulation: Any, x: object) -> None:
             simulation.unwatch(x.threshold)
         case _:
             raise ModelError(f"the kernel has no use for a {type(x).__name__}")
+
+
+def part(order: m.SetProfile | m.SetFollow, piece: str, share: float) -> m.SetProfile | m.SetFollow:
+    """What a piece of a rope has to do of it."""
+    if isinstance(order, m.SetFollow):
+        return m.SetFollow(piece, order.master, order.k1 * share, order.kc * share, order.ks * share)
+    distance = None if order.distance is None else order.distance * share
+    return m.SetProfile(piece, order.start_ns, order.speed * share, order.accel * share, distance)
+
+
+def value(law: m.Follow, s: float) -> float:
+    """f(s) of a follower."""
+    return float(law.kc * cos(s) + law.ks * sin(s))

@@ -13,91 +13,17 @@ from typing import ClassVar
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.devs import Message
 
-PLACE, SPEED, ACCELERATION = "m or rad", "m/s or rad/s", "m/s2 or rad/s2"  # along an actuator's coordinate
-
-# to the kernel
-
-
-class KernelInput(Message, frozen=True):
-    """Anything that changes a law, a mask or a guard of the kernel."""
-
-
-class SetProfile(KernelInput, frozen=True):
-    """Ramp to signed `speed`, cruise, ramp down so that the displacement is `distance` (None: go on)."""
-
-    units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}
-    actuator: str
-    start_ns: int
-    speed: float
-    accel: float
-    distance: float | None = None
-
-
-class SetFollow(KernelInput, frozen=True):
-    """ref = ref now + f(s) - f(s now), f(s) = k1 s + kc cos s + ks sin s; master "": hold your place."""
-
-    actuator: str
-    master: str = ""
-    k1: float = 0.0
-    kc: float = 0.0
-    ks: float = 0.0
-
-
-class SetBrake(KernelInput, frozen=True):
-    """Engage or release a brake."""
-
-    brake: str
-    engaged: bool
-
-
-class SetLock(KernelInput, frozen=True):
-    """Lock or free a joint; one that moves is stopped by an impulse."""
-
-    lock: str
-    engaged: bool
-
-
-class Hook(KernelInput, frozen=True):
-    """Hook a sling; None keeps an end point (on the same body, in its frame) or the unstretched length."""
-
-    units: ClassVar[Mapping[str, str]] = {"L0": "m"}
-    rope: str
-    a: Vector | None = None
-    b: Vector | None = None
-    L0: float | None = None
-
-
-class Unhook(KernelInput, frozen=True):
-    """Take a sling off."""
-
-    rope: str
-
-
-class Watch(KernelInput, frozen=True):
-    """Arm a threshold; if it is already reached it fires at the next microstep."""
-
-    threshold: str
-    value: float
-    rising: bool
-
-
-class Unwatch(KernelInput, frozen=True):
-    """Disarm a threshold."""
-
-    threshold: str
-
-
-# from the kernel
-
-
-class StateEvent(Message, frozen=True):
-    """A rope is taut or slack, a support or stop closed or open, a brake sticks or slips, a threshold is reached, a
-    joint is locked (with the energy that it lost [J]) or freed."""
-
-    name: str
-    what: str
-    value: float
-
+from .kernel_messages import ACCELERATION, PLACE, SPEED
+from .kernel_messages import Hook as Hook
+from .kernel_messages import KernelInput as KernelInput
+from .kernel_messages import SetBrake as SetBrake
+from .kernel_messages import SetFollow as SetFollow
+from .kernel_messages import SetLock as SetLock
+from .kernel_messages import SetProfile as SetProfile
+from .kernel_messages import StateEvent as StateEvent
+from .kernel_messages import Unhook as Unhook
+from .kernel_messages import Unwatch as Unwatch
+from .kernel_messages import Watch as Watch
 
 # with models beside the kernel, by ports of their own
 

@@ -4,6 +4,6 @@ yard                         what the builders share
 own_models                   models of a user's own: signals, orders, code
 machines, loaders, stools    cranes, loaders, block and rig; the fidelity of the scene
 limiting                     the table of limits
-mechanism, ropes, hooks, laws, checking   `mechanism:` and machines: bodies, joints, ropes, laws along joints
+mechanisms, mechanism, ropes, hooks, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
 targets, conditions, resolve the action list with its names resolved
 """

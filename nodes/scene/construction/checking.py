@@ -11,8 +11,8 @@ from typing import TypeVar
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import KernelError
-from heavylift.nodes.scene.keys import mechanics
-from heavylift.nodes.scene.keys.flexible import Beam
+from heavylift.nodes.scene.keys.parts import mechanics
+from heavylift.nodes.scene.keys.parts.flexible import Beam
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 

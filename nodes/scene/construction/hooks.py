@@ -9,9 +9,9 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys import kinematics
-from heavylift.nodes.scene.keys.machines import Rigging
-from heavylift.nodes.scene.keys.mechanics import Hook
+from heavylift.nodes.scene.keys.parts import kinematics
+from heavylift.nodes.scene.keys.parts.machines import Rigging
+from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
@@ -165,7 +165,7 @@ def _plumb(
                 told = f"the lug {lug} is {aside:.3g} m beside the hook, too far for a sling of {reach:g} m"
                 checks.fault((*here, "to", i), f"{told} with {given.slack:g} m of slack")
                 continue
-            heights.append(p[2] + sqrt((reach - given.slack) ** 2 - aside * aside))
+            heights.append(p[2] + sqrt((reach - given.slack) * (reach - given.slack) - aside * aside))
     if hook.hangs is not None or not heights:
         return hook.hangs or hook.shortest
     return tip[2] - min(heights) - hook.height

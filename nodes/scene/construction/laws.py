@@ -10,10 +10,10 @@ from typing import Any, get_args
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys import mechanics
 from heavylift.nodes.scene.keys.base import Base
-from heavylift.nodes.scene.keys.forces import Characteristic
-from heavylift.nodes.scene.keys.joints import POSITIONS
+from heavylift.nodes.scene.keys.parts import mechanics
+from heavylift.nodes.scene.keys.parts.forces import Characteristic
+from heavylift.nodes.scene.keys.parts.joints import POSITIONS
 from heavylift.nodes.scene.language.grammar import read_ramp
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest

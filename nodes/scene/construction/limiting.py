@@ -25,8 +25,8 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
-from heavylift.nodes.scene.keys.machines import SlingType
-from heavylift.nodes.scene.keys.mechanics import Hook
+from heavylift.nodes.scene.keys.parts.machines import SlingType
+from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 

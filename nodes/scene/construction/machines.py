@@ -11,7 +11,7 @@ import msgspec
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.planar import groups_of, planar
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.machines import GoliathBody, GoliathDrive
+from heavylift.nodes.scene.keys.parts.machines import GoliathBody, GoliathDrive
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 

@@ -18,9 +18,9 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import check_force
 from heavylift.kernel.model.checks import check_inertia, check_joint
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys import contacts, joints, kinematics, mechanics
-from heavylift.nodes.scene.keys.forces import Characteristic
-from heavylift.nodes.scene.keys.machines import Rigging
+from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
+from heavylift.nodes.scene.keys.parts.forces import Characteristic
+from heavylift.nodes.scene.keys.parts.machines import Rigging
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .checking import Checking

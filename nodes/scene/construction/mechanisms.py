@@ -6,7 +6,7 @@ import msgspec
 from heavylift.kernel.description.mechanics import System, merge
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys.mechanics import Mechanism
+from heavylift.nodes.scene.keys.parts.mechanics import Mechanism
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source

@@ -14,7 +14,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.own import Led, Own
 from heavylift.nodes.plan.verbs import VERBS
-from heavylift.nodes.scene.keys.models import OwnModel as Keys
+from heavylift.nodes.scene.keys.nodes import OwnModel as Keys
 from heavylift.nodes.scene.language.grammar import QUANTITIES
 from heavylift.nodes.scene.language.phrases import CrossTest
 from heavylift.nodes.scene.text.faults import closest
@@ -106,13 +106,19 @@ class _Models:
         actor = next(iter(self.targets.get(of, ())), None)
         if quantity in SWINGS:
             return self.swing(path, quantity, actor.name if actor else of)
-        if quantity in ("position", "speed") and actor and actor.kind in ("gantry", "trolley"):
-            kind: Sampled = "joint" if quantity == "position" else "speed"
-            return Signal(kind, of=actor.name.removesuffix(".drive"))
+        if quantity in ("position", "speed") and actor and (moved := self.moved(actor)):
+            return Signal("joint" if quantity == "position" else "speed", of=moved[0], coordinate=moved[1])
         of = actor.name if actor and actor.kind == "hook" and quantity in ("tension", "length") else of
         test = CrossTest(quantity=quantity, of=of, rising=True, value=0.0, turning=False, column=0)
         found = self.conditions.threshold(path, test, quantity)
         return _signal(found[1]) if found else None
+
+    def moved(self, actor: Actor) -> tuple[str, str] | None:
+        """Joint and coordinate that a drive moves."""
+        if actor.kind in ("gantry", "trolley"):
+            return actor.name.removesuffix(".drive"), ""
+        drives = (drive for m in self.conditions.mechanisms for drive in m.system.drives)
+        return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def swing(self, path: Path, quantity: str, rope: str) -> Signal | None:
         known = [r.name for r in self.yard.ropes]
@@ -136,11 +142,11 @@ class _Models:
         return Led(port=port, move=self.move(actor, self.source.where(path)))
 
     def move(self, actor: Actor, where: str) -> Move:
-        verb = VERBS[LED_BY[actor.kind]]
+        verb = VERBS[actor.verb or LED_BY[actor.kind]]
         crane = self.yard.scene.cranes.get(actor.model)
-        most = verb.limit(crane, loaded=True) if crane else None
-        speed = most or 0.0
-        return Move(verb=verb.name, model=actor.model, actuator=actor.name, speed=speed, accel=actor.accel, where=where)
+        most = verb.limit(crane, loaded=True) if crane and actor.speed is None else actor.speed
+        speed, name = most or 0.0, verb.name
+        return Move(verb=name, model=actor.model, actuator=actor.name, speed=speed, accel=actor.accel, where=where)
 
 
 def _signal(h: Threshold) -> Signal:

@@ -9,9 +9,8 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.table import check_force
-from heavylift.nodes.scene.keys import kinematics, mechanics
-from heavylift.nodes.scene.keys.attitudes import unit
-from heavylift.nodes.scene.keys.base import End
+from heavylift.nodes.scene.keys.base import End, unit
+from heavylift.nodes.scene.keys.parts import kinematics, mechanics
 from heavylift.nodes.scene.text.source import Path
 
 from .checking import Checking

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from heavylift.nodes.models.mechanism import turning
+from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.verbs import Kind, Verb
 

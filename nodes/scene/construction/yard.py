@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.machines import GoliathParts
+from heavylift.nodes.scene.keys.parts.machines import GoliathParts
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import Source
 

@@ -1,12 +1,11 @@
 """The keys of a scene file, as frozen pydantic models.
 
-schema, validate       every key, its unit, its default; data through the models, with errors as sentences
-quantities             which quantity stands at a path, and whether its uncertainty makes sense
-base, attitudes        names, places, ends; directions and attitudes
-mechanics, joints, forces, contacts, flexible   the keys of `mechanism:`
-machines               what types make of their parameters, and what hangs on their hooks
-kinematics             where the bodies of a mechanism are at the start
-actions                                        the lines of the action list
-placement              which process hosts which nodes
-editors                the JSON Schema of scene files
+schema, validate  every key, its unit, its default; data through the models, with errors as sentences
+quantities        which quantity stands at a path, and whether its uncertainty makes sense
+base              names, places, ends; directions and attitudes
+parts             bodies, joints, laws and hooks of a mechanism or machine
+wind              what blows, as forces of a mechanism
+actions           the lines of the action list
+nodes             models of a user's own; which process hosts which nodes
+editors           the JSON Schema of scene files
 """

@@ -28,13 +28,13 @@ __all__ = ["json_schema", "with_unit"]
 Schema = dict[str, Any]
 ALL = (*DIMENSIONS, STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in ALL}
-SHORT = {  # what a scene may write shorter than its models require, or otherwise
-    "Crane": {
-        "type": "object",
-        "description": "a crane of another type than a goliath, with parameters of its type",
-        "properties": {"type": {"type": "string", "not": {"pattern": "^goliath"}}},
-        "required": ["type"],
-    },
+OTHER = {  # than a goliath, whose keys are known
+    "type": "object",
+    "description": "a crane of another type, with parameters of that",
+    "properties": {"type": {"type": "string", "not": {"pattern": "^goliath"}}},
+    "required": ["type"],
+}
+SHORT = {  # what a scene may write shorter than its models require
     "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
 }
@@ -55,6 +55,8 @@ def json_schema() -> Schema:
             part["properties"][key] = _readable(value, comment.get(key, ""))
     for name, short in SHORT.items():
         definitions[name] = {"anyOf": [definitions[name], short]}
+    cranes = schema["properties"]["cranes"]
+    cranes["additionalProperties"] = {"anyOf": [cranes["additionalProperties"], OTHER]}
     block = definitions["Block"]
     for key, meaning in TABLES.items():
         block["properties"][key] = {"type": "string", "description": meaning}

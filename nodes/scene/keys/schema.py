@@ -17,10 +17,9 @@ from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_val
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
-from .machines import GoliathParts, Machine, Rigging, SlingType
-from .mechanics import Chart, Mechanism, MechanismGroup, Ramp
-from .models import OwnModel
-from .placement import Process
+from .nodes import OwnModel, Process
+from .parts.machines import GoliathParts, Machine, Rigging, SlingType
+from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
 from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing

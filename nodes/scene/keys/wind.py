@@ -17,7 +17,7 @@ from heavylift.nodes.scene.text import units as u
 from pydantic import Field, model_validator
 
 from .base import Base, Direction
-from .forces import Wind as Force
+from .parts.forces import Wind as Force
 
 __all__ = ["Wind"]
 

@@ -92,7 +92,7 @@ def gather(source: Source) -> None:
             crane = next(crane for crane, data in _cranes(source) if data.get("type") == name)
             source.fault(("cranes", crane, "type"), f"the type file '{name}' cannot be read: {reason}")
             continue
-        inner = read(text, name)
+        inner = read(text, str(source.root / name))
         source.faults += inner.faults
         types[name] = dict(inner.data)
         source.keys |= {("types", name, *path): mark for path, mark in inner.keys.items()}
@@ -121,6 +121,11 @@ def expand(source: Source) -> bool:
             source.fault(("cranes", name, "type"), f"'{word}' is not known here", closest(word, [*library(), *inline]))
             if not word.startswith(GOLIATH):  # of which the other keys are known
                 del source.data["cranes"][name]  # type: ignore[union-attr, arg-type]
+            continue
+        if kind.data.get("machine type") != VERSION:
+            told = f"'{word}' is no machine type: it begins with 'machine type: {VERSION}'"
+            source.fault(("cranes", name, "type"), told)
+            computed = False
             continue
         expansion = _Expansion(source, name, crane, kind)
         if kind.data.get("family") == GOLIATH:
@@ -161,16 +166,12 @@ class _Expansion:
 
     def run(self) -> None:
         """The machine, below `machines` of the scene's data."""
-        if self.kind.data.get("machine type") != VERSION:
-            told = f"'{self.kind.name}' is no machine type: it begins with 'machine type: {VERSION}'"
-            self.source.fault(("cranes", self.name, "type"), told)
-            return
         known = self.kind.parameters
         for key, value in self.given.items():
             if key not in known:
                 message = f"the type {self.kind.name} has no parameter '{key}'"
                 self.source.fault(("cranes", self.name, key), message, closest(key, known), on_key=True)
-            elif value_of(known[key]) is not None and not _alike(value, known[key]):
+            elif not _fits(value, known[key]):
                 told = f"'{value}' does not fit"
                 self.source.fault(("cranes", self.name, key), told, f"in the type: {known[key]}")
         self.given = {key: x for key, x in self.given.items() if key in known and _fits(x, known[key])}
@@ -198,14 +199,16 @@ class _Expansion:
         theirs = self.kind.parameters
         for key in {"parameters", "parts"} & {*crane}:
             self.source.fault(("cranes", self.name, key), f"unknown key '{key}'", on_key=True)
-        self.given = {key: x for key, x in self.given.items() if key in theirs and _alike(x, theirs[key])}
+        written = {key.replace("_", " "): value for key, value in self.given.items()}  # Python's names are keys, too
+        self.given = {key: x for key, x in written.items() if key in theirs and _alike(x, theirs[key])}
         parts: dict[str, Data] = {}
         for section, data in self.kind.data.items():
             if section not in HEADER:
                 parts[section] = self._made(data, (section,), (section,))
-        crane["parameters"], crane["parts"] = dict(theirs), parts
+        crane["parameters"] = {key: value for key, value in theirs.items() if key not in written}
+        crane["parts"] = parts
         for key in theirs:
-            if key not in crane and (mark := self.kind.source.values.get(("parameters", key))):
+            if key not in written and (mark := self.kind.source.values.get(("parameters", key))):
                 self.source.values["cranes", self.name, key] = mark
 
     def _names(self, section: str) -> list[str]:

@@ -64,6 +64,16 @@ class Chatterbox(Hand):
         self.hold_in(ms(10))
 
 
+HEARD: list[float] = []
+
+
+class Gossip(Ear):
+    """Tells all of its kind in a process what it hears."""
+
+    def external(self, e: int, x: Bag) -> None:
+        HEARD.append(x[self.heard][0].value)
+
+
 class Clumsy(Ear):
     """Fails at what it hears at one second."""
 

@@ -6,26 +6,35 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.run import run
 from heavylift.coordinator.run.in_memory import Played, play
 from heavylift.kernel.errors import ModelError, SceneError
 from heavylift.nodes.devs import Simulator, Tag, encode, ms, ns
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts.messages import Aim, Limit, OperatorAnswer, OperatorCommand, SetPoint, SetProfile
+from heavylift.nodes.models.parts.messages import (
+    Aim,
+    Limit,
+    OperatorAnswer,
+    OperatorCommand,
+    Sample,
+    SetPoint,
+    SetProfile,
+)
 from heavylift.nodes.plan.actions import Action, Move
 from heavylift.nodes.testing import drive
 from msgspec import msgpack
 from scenes import HAND, SLEDGE, scene
 
 
-def said(run: Played, kind: type) -> list[tuple[float, object]]:
-    return [(event.t / 1e9, event.value) for event in run.events if isinstance(event.value, kind)]
+def said(found: Played, kind: type) -> list[tuple[float, object]]:
+    return [(event.t / 1e9, event.value) for event in found.events if isinstance(event.value, kind)]
 
 
 def test_each_set_point_is_one_order_and_one_profile(folder: Path) -> None:
-    run = play(scene(folder, SLEDGE, HAND).plan)
-    assert [(t, x.value) for t, x in said(run, SetPoint)] == [(1.0, 0.3), (2.0, -0.1), (3.0, 0.0)]  # type: ignore[attr-defined]
-    assert [(t, x.speed, x.accel) for t, x in said(run, Aim)] == [(1.0, 0.3, 0.5), (2.0, -0.1, 0.5), (3.0, 0.0, 0.5)]  # type: ignore[attr-defined]
-    profiles = [x for _, x in said(run, SetProfile)]
+    found = play(scene(folder, SLEDGE, HAND).plan)
+    assert [(t, x.value) for t, x in said(found, SetPoint)] == [(1.0, 0.3), (2.0, -0.1), (3.0, 0.0)]  # type: ignore[attr-defined]
+    assert [(t, x.speed, x.accel) for t, x in said(found, Aim)] == [(1.0, 0.3, 0.5), (2.0, -0.1, 0.5), (3.0, 0.0, 0.5)]  # type: ignore[attr-defined]
+    profiles = [x for _, x in said(found, SetProfile)]
     # up to the end positions at +-1 m, 0.3 m/s from 1.6 s on; back from 0.3 m/s, 0.09 m ahead of where it turns
     assert profiles[0] == SetProfile("pusher", ns(1), 0.3, 0.5, 1.0)
     assert profiles[1].speed == -0.1  # type: ignore[attr-defined]
@@ -49,20 +58,20 @@ def test_it_stops_at_the_end_position_and_says_so(folder: Path) -> None:
     fast = scene(
         folder, SLEDGE, HAND, sets=("models.hand.parameters={one: 1 m/s, two: 1 m/s, three: 1 m/s}", "end=6 s")
     )
-    run = play(fast.plan)
-    ((t, limit),) = said(run, Limit)
+    found = play(fast.plan)
+    ((t, limit),) = said(found, Limit)
     assert limit == Limit("pusher", "travel limit", 1.0)
     assert t == pytest.approx(1.0 + 2 * (1.0 / 0.5) ** 0.5, abs=1e-9), "the quickest way over 1 m from rest to rest"
-    names = next(c for c in run.layout.channels if c.topic == "joint/position")
-    assert run.rows[-1, names.start + list(names.names).index("rail.travel")] == pytest.approx(1.0, abs=1e-3)
+    names = next(c for c in found.layout.channels if c.topic == "joint/position")
+    assert found.rows[-1, names.start + list(names.names).index("rail.travel")] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_an_operator_is_refused_what_a_model_leads(folder: Path) -> None:
     plan = scene(folder, SLEDGE, HAND).plan
     push = Move(verb="drive", model="sledge", actuator="pusher", speed=0.1, accel=0.5, by=0.1)
     words = OperatorCommand("pusher: drive 6 m/min by 0.1 m", msgpack.encode(Action(orders=(push,))))
-    run = play(plan, commands=[Given(Tag(ns(4)), encode(words))])
-    ((_, answer),) = said(run, OperatorAnswer)
+    found = play(plan, commands=[Given(Tag(ns(4)), encode(words))])
+    ((_, answer),) = said(found, OperatorAnswer)
     assert answer.refused == "pusher is led by the model hand and takes no other orders"  # type: ignore[attr-defined]
 
 
@@ -87,6 +96,8 @@ WRONG = [
     ),
     (HAND, ("models.hand.period=0",), "0 is out of range: choose 0.001 ms to 100 days"),
     (HAND, ("models.hand.delay=-1 ms",), "a time must be zero or more here, not -1 ms"),
+    (HAND, ("models.hand.delay=11 s",), "a delay has at most 100 periods; lengthen the period"),
+    (HAND, ("models.hand.parameters.one=[1]",), "a number, a quantity, a word or a truth value is needed here"),
     (HAND, ("models.hand.model=beside.py:Foot",), "beside.py has no model Foot; define a class or a function"),
     (HAND, ("models.hand.model=beside.py:number",), "must return a DEVS model of the name that it is given"),
     (HAND, ("models.hand.model=beside.py:broken",), "raised TypeError: broken() got an unexpected keyword argument"),
@@ -127,10 +138,27 @@ def test_what_goes_wrong_in_a_run_ends_it_by_name(
     assert "\n" not in str(told.value)
 
 
+def test_a_crane_of_the_library_is_led_by_the_words_of_its_orders(folder: Path) -> None:
+    text = HAND.replace("position of rail", "position of jib slewer").replace("speed: pusher", "speed: jib slewer")
+    jib = "heavylift: 1\nextends: jib\nname: jib\nend: 4 s\nactions: [{wait: 4 s}]\n"
+    turned = play(scene(folder, jib, text, sets=("models.hand.parameters={one: 1 deg/s}",)).plan)
+    heard = [x.value for _, x in said(turned, Sample)]  # type: ignore[attr-defined]
+    assert heard[0] == 0.0
+    assert heard[-1] > 0.003, "[rad], under way from 1 s to 2 s"
+    with pytest.raises(ModelError, match=r"speed asks jib\.slewer for 1, and it can .* m/s or rad/s"):
+        play(scene(folder, jib, text, sets=("models.hand.parameters={one: 1 rad/s}",)).plan)
+
+
+def test_models_share_nothing_but_messages(folder: Path, tmp_path: Path) -> None:
+    one = "{model: beside.py:Gossip, period: 1 s, signals: {heard: position of rail}}"
+    with pytest.raises(ModelError, match=r"sledge\.one, sledge\.two use beside\.HEARD, which has changed"):
+        run(scene(folder, SLEDGE, f"models: {{one: {one}, two: {one}}}\n"), tmp_path / "x.mcap", in_process=True)
+
+
 def test_a_crane_is_not_led_faster_than_it_can(folder: Path) -> None:
     text = HAND.replace("position of rail", "position of crane").replace("speed: pusher", "speed: crane")
     lift = "heavylift: 1\nextends: lift\nname: lift\n"
-    with pytest.raises(ModelError, match=r"speed asks crane.gantry.drive for 300 m/min, and it can 30 m/min"):
+    with pytest.raises(ModelError, match=r"speed asks crane.gantry.drive for 5, and it can 0.5 m/s or rad/s;"):
         play(scene(folder, lift, text, sets=("models.hand.parameters={one: 5 m/s}",)).plan)
     with pytest.raises(ModelError, match=r"crane cannot travel while block stands on its supports and .* is taut"):
         play(scene(folder, lift, text, sets=("models.hand.parameters={three: 0.1 m/s, wait: 4 s}",)).plan)

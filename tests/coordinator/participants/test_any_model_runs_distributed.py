@@ -2,6 +2,7 @@
 
 import json
 import os
+import queue
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.cli import main
+from heavylift.coordinator.participants.building import built
 from heavylift.coordinator.protocol.core import Outcome
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Simulator, Transition, ms
@@ -133,6 +135,14 @@ def test_what_names_no_model_is_told_in_a_sentence(reference, sentence, monkeypa
     assert ended.value.code == 1
     assert told.startswith(f"heavylift: {sentence}")
     assert told.count("\n") == 1
+
+
+def test_a_file_that_has_the_name_of_another_module_is_told_of_it(tmp_path, monkeypatch):
+    (tmp_path / "queue.py").write_text("")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ModelError) as told:
+        built("queue:build")
+    assert str(told.value) == f"queue:build: queue is {queue.__file__}, which has no build; give queue.py another name"
 
 
 def test_a_script_that_runs_its_model_at_import_is_told_so(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from random import Random
 
 import pytest
@@ -19,9 +20,9 @@ MODELS = range(40)
 class Mortal(Node):
     """Is replaced before a grant now and then."""
 
-    def __init__(self, name: str, seed: int, logs: Logs, random: Random) -> None:
-        super().__init__(name, parts(seed, logs)[0][name])
-        self._born, self._random, self.lives = (name, seed, logs), random, 1
+    def __init__(self, name: str, simulators: Callable[[], dict[str, Simulator]], random: Random) -> None:
+        super().__init__(name, simulators()[name])
+        self._simulators, self._random, self.lives = simulators, random, 1
 
     def handle(self, message: AnyMessage) -> AnyMessage | None:  # type: ignore[override]
         if isinstance(message, Grant) and message.gseq > 1 and self._random.random() < 0.3:
@@ -33,33 +34,36 @@ class Mortal(Node):
         state = Node.handle(self, Checkpoint(self._gseq))
         assert isinstance(state, Checkpoint)
         assert state.state, state.why
-        name, seed, logs = self._born
-        twin = Node(name, parts(seed, logs)[0][name])
+        twin = Node(self.name, self._simulators()[self.name])
         assert isinstance(twin.hello(), Hello)
         assert twin.handle(decode(encode(state))) == last
         vars(self).update(vars(twin))
         self.lives += 1
 
 
-def disturbed(seed: int) -> tuple[Logs, list[Event], int]:
-    """Logs and events of a model whose nodes are replaced, whose grants are cut, and how many lives they had."""
+def disturbed(seed: int, together: int | None = None) -> tuple[Logs, list[Event], int]:
+    """Logs and events of a model whose nodes are replaced, whose grants are cut, and how many lives they had;
+    `together`: seed of a placement of several groups in a node."""
     logs: Logs = {}
     events: list[Event] = []
-    simulators, couplings = parts(seed, logs)
-    nodes = [Mortal(name, seed, logs, Random(seed)) for name in simulators]
-    run_in_memory(Coordinator(simulators, couplings, Tag(END), None, events.append), nodes, Random(seed), cut=True)
+    simulators, couplings = parts(seed, logs, together=together)
+    models = {node: [m.name for m in simulator.models] for node, simulator in simulators.items()}
+    nodes = [Mortal(name, lambda: parts(seed, logs, together=together)[0], Random(seed)) for name in simulators]
+    core = Coordinator(simulators, couplings, Tag(END), None, events.append, models=models)
+    run_in_memory(core, nodes, Random(seed), cut=True)
     return logs, events, sum(node.lives for node in nodes)
 
 
 @pytest.mark.large
-def test_every_log_and_event_is_that_of_the_undisturbed_run() -> None:
+@pytest.mark.parametrize(("shared", "least"), [(False, 400), (True, 200)], ids=["alone", "in groups"])
+def test_every_log_and_event_is_that_of_the_undisturbed_run(shared: bool, least: int) -> None:
     lives = 0
     for seed in MODELS:
         truth = distributed(seed)
-        logs, events, lived = disturbed(seed)
+        logs, events, lived = disturbed(seed, seed if shared else None)
         assert (logs, events) == (truth.logs, truth.events), seed
         lives += lived
-    assert lives > 400
+    assert lives > least
 
 
 def test_a_checkpoint_without_the_inputs_that_a_node_keeps_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:

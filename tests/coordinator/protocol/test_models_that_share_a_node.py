@@ -13,7 +13,7 @@ import pytest
 from clockwork import Clockwork
 from heavylift.coordinator.protocol import core as core_module
 from heavylift.coordinator.protocol import distance
-from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.core import Coordinator, Outcome
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.node import Node
@@ -52,6 +52,16 @@ def test_random_placements_show_the_log_of_the_flat_run_and_the_events_of_nodes_
         assert run.results == results(seed, build=_build(seed)), seed
         inside += len(run.events)
     assert inside > 1_000
+
+
+def test_a_finish_port_ends_all_placements_alike() -> None:
+    finished = 0
+    for seed in MODELS:
+        finish = [*_build(seed)(seed).children][seed % 2], "uv"[seed % 2]
+        alone, run = (distributed(seed, 5, finish=finish, build=_build(seed), together=x) for x in (None, seed))
+        assert run == alone, seed
+        finished += alone.outcome is Outcome.FINISHED
+    assert 0 < finished < len(MODELS)
 
 
 def told(seed: int) -> bool:

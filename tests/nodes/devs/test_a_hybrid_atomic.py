@@ -1,11 +1,11 @@
 """Between transitions a differential equation, at them a located event: beside closed forms, to the nanosecond."""
 
 from itertools import pairwise
-from math import ceil, cos, exp, log, pi, sin
+from math import ceil, cos, exp, log, nan, pi, sin
 
 import pytest
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Bag, Coupled, In, Message, Out, Simulator, Tag, ns
+from heavylift.nodes.devs import Bag, Coupled, In, Message, Out, Simulator, Tag, hybrid, ns
 from heavylift.nodes.devs.hybrid import Hybrid, State
 from heavylift.nodes.testing import drive
 from heavylift.nodes.zoo.bouncing_ball import Ball, Bounce, G
@@ -145,10 +145,13 @@ class Odd(Cooling):
         (Odd("m", lambda x: (1.0, 2.0)), "flow() gave 2 numbers for a state of 1"),
         (Odd("m", lambda x: (x[0] ** 2 * 1e3,)), "the flow cannot be followed from"),
         (Odd("m", lambda x: (-1.0,), lambda x: (x[0],) * (1 + (x[0] < 0.5))), "guards() gave 1 numbers and then 2"),
+        (Odd("m", lambda x: (-1.0,), lambda x: (x[0] if x[0] > 0.5 else nan,)), "guards() gave (nan,) at (0.4"),
+        (Odd("m", lambda x: (-1e7 * (x[0] - 2.0),)), "the flow from (1.0,) needs more than 1000 steps for 0.0002"),
         (Odd("m", lambda x: (1.0,), start=float("nan")), "go(nan,): the state must be finite numbers"),
     ],
 )
-def test_what_cannot_be_followed_is_told(model: Odd, sentence: str) -> None:
+def test_what_cannot_be_followed_is_told(model: Odd, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hybrid, "STEPS", 1000)
     with pytest.raises(ModelError) as told:
         drive(model, until=ns(5))
     assert str(told.value).startswith(f"m at (0 s, 0): {sentence}")

@@ -72,18 +72,20 @@ class Seen:
         """Begin and end of the stages that lift the block [s]."""
         return [(self.began[a], self.began[b]) for a, b in pairwise(self.began) if a.startswith(LIFTS)]
 
-    def swings(self) -> tuple[float, float, float]:
-        """Largest excursion [m]; angular frequency [rad/s] and size [m] of what is left after the last move."""
+    def swings(self, like: Seen | None = None) -> tuple[float, float, float]:
+        """Largest excursion [m]; angular frequency [rad/s] and size [m] of what is left after the last move, on the
+        axis on which most is left, of this run or of another."""
         t, xy = self.sway()
         free = t >= self.began["swing"]
-        axis = int(np.argmax(np.ptp(xy[free], axis=0)))
+        seen, way = (like or self).sway()
+        axis = int(np.argmax(np.ptp(way[seen >= (like or self).began["swing"]], axis=0)))
         largest = float(np.sqrt((xy**2).sum(axis=1)).max())
         return largest, _frequency(t[free], xy[free, axis]), float(np.ptp(xy[free, axis])) / 2.0
 
 
 def apart(one: Seen, true: Seen) -> dict[str, float]:
     """Quantity -> how far the first run is from the second."""
-    (size, omega, _), (size0, omega0, left) = one.swings(), true.swings()
+    (size, omega, _), (size0, omega0, left) = one.swings(true), true.swings()
     ways = np.array([true.at(t) for t in true.began.values()])
     gone = np.array([one.at(one.began[stage]) for stage in true.began])
     longest = np.linalg.norm(np.diff(ways, axis=0), axis=1).max()

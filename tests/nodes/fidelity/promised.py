@@ -93,7 +93,7 @@ def judged(seed: int, accuracies: tuple[float, ...], rough: bool = False) -> lis
     drawn, runs = lift_of_kinds(seed), dict[object, Outcome]()
     _parsed(drawn.text)  # what follows the path of the list is compiled
     scene, seconds = _parsed(drawn.text)
-    plain = start() + seconds + lifted(scene).seconds
+    plain = start() + seconds + lifted(scene, timed=True).seconds
     return [_judged(seed, drawn, accuracy, plain, rough, runs) for accuracy in accuracies]
 
 
@@ -137,7 +137,7 @@ def _judged(seed: int, drawn: Drawn, accuracy: float, plain: float, rough: bool,
 
 def _outcome(seed: int, scene: LoadedScene, lumps: int, rough: bool) -> Outcome:
     try:
-        run = lifted(scene)
+        run = lifted(scene, timed=True)
         return apart(Seen.of(scene, run), truth(seed, lumps, rough)), run.seconds, ""
     except (HeavyliftError, KeyError, ValueError) as error:  # it did not end, or a stage has never begun
         return {}, 0.0, f"{type(error).__name__}: {error}"

@@ -26,7 +26,6 @@ STEPS = {
     rules.plane: ABOVE,
     rules.idle_drives: ABOVE,
     rules.hinges: ABOVE,
-    rules.rope_elasticity: STIFF,
 }
 FINE = "0.01 %"  # accuracy of the steps in time
 RESOLUTION = {  # below this, two runs are not apart: of peaks, a frequency seen for 15 s

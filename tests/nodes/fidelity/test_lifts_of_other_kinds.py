@@ -23,6 +23,9 @@ LET_GO = 101025  # a lift of four hooks, one of which is let go
 
 OFF_LEAD = {PLUMB: PLUMB[:-1] + ", upper trolley: 69.8 m, lower trolley: 81.8 m}", SIDEWAYS: "    wait: 1 s\n"}
 ONE_HOOK = {SIDEWAYS: "    crane H1: hoist 3 m/min by 0.5 m\n"}
+SLOWER = "    crane H1: hoist 1.5 m/min by 0.5 m\n"
+FASTER = "".join(f"    crane {h}: hoist 3 m/min by 0.5 m\n" for h in ("H2", "H3"))
+UNEVEN = {SIDEWAYS: SLOWER + FASTER, "end: 60 s": "end: 90 s"}
 TWO_WAYS = {SIDEWAYS: SIDEWAYS + "    cranes: travel 30 m/min by 6 m\n"}
 AT_THE_LEG = {
     "[40 m, 75 m, 6 m]": "[40 m, 18 m, 6 m]",
@@ -125,6 +128,17 @@ def test_a_block_leans_along_the_rails_as_one_hook_of_its_front_rises():
     assert found.along(0)
     assert jumps(found) == [0.0, 0.0]
     assert found.most < 0.3, "it swings less than it leans"
+
+
+def test_a_block_leans_out_and_comes_back_as_one_hook_of_its_front_rises_slower():
+    """Half a metre at half the speed: its rest goes out as far as statics lean it, and back without a jump."""
+    scene = parse(text(UNEVEN))
+    knots = case_of(scene.plan, scene.followed).swings.knots[0]
+    rest = [-sum(k.accel * (t - k.t) ** 2 / 2.0 for k in knots if k.t < t) for t in np.linspace(0.0, 100.0, 501)]
+    leans = [state.poses["block"][0][0] - 40.0 for state in scene.states]
+    assert max(leans) > 0.1
+    assert np.ptp(rest) == pytest.approx(max(leans), rel=0.05)
+    assert rest[-1] == pytest.approx(0.0, abs=2e-3)
 
 
 def test_two_moves_of_an_action_are_two_swings_in_whatever_order_they_are_written():

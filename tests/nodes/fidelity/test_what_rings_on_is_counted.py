@@ -5,12 +5,13 @@ import json
 import pytest
 from heavylift.nodes.fidelity.case import case_of
 from heavylift.nodes.fidelity.method import METHODS
-from heavylift.nodes.fidelity.rules import chance, hinges, overshoot
+from heavylift.nodes.fidelity.rules import chance, hinges, overshoot, rope_mass
 from heavylift.nodes.scene import parse
 from lifts_of_kinds import lift_of_kinds
 
 ONE_TO_THREE = 2, 3, 16  # seeds of lifts of so many hooks, moved and hoisted
 ASIDE, LEVEL = 9, 12  # lifts of four hooks: one that is let go beside them
+FAR, AGAINST = 8005011, 9001004  # two hooks, off-lead across
 LIGHT = {"hook block": "2.5 t"}, {"upper mass": "1 t", "lower mass": "1 t"}
 MIRRORED, OTHERS = (2, 16, 30), (8, 15, 29)
 
@@ -31,10 +32,29 @@ def altered(seed, cranes, loaders):
 def test_steps_miss_more_of_a_bounce_that_nothing_damps(seed):
     (damped, at), (bare, _) = altered(seed, {"rope damping": 0}, {})
     assert (damped.damped, bare.damped) == (True, False)
-    for name in ("dopri5", "dop853", "radau5"):
+    for name in ("dopri5", "dop853"):
         errors = [METHODS[name](case, at, 1e-4).errors["rope tension"] for case in (damped, bare)]
         assert errors[1] > 1.5 * errors[0]
-    assert [METHODS["sdirk2"](case, at, 1e-2).allowed for case in (damped, bare)] == [True, False]
+    for name in ("sdirk2", "radau5"):  # steps that damp: 1.5 % of a peak at 3e-5 in one lift
+        assert [METHODS[name](case, at, 1e-3).allowed for case in (damped, bare)] == [True, False]
+
+
+def test_what_long_steps_delay_moves_the_place_of_a_load_that_swings_far():
+    """Let go 0.5 m aside; by 1.4 % of the longest way at 1e-2."""
+    scene = parse(lift_of_kinds(FAR).text)
+    case = case_of(scene.plan, scene.followed)
+    errors = METHODS["radau5"](case, scene.plan.fidelity, 1e-2).errors
+    assert errors["position"] > 0.0143 > errors["swing"] == 0.01 > 0.0072
+
+
+def test_a_block_let_go_aside_swings_against_its_hooks_beside_which_ropes_are_heavy():
+    """Measured against four lumps without steps' errors, ropes of 1.6 % of their load: 0.60 % of the swing, 0.46 % of
+    the position; on lighter hooks more."""
+    (case, at), (light, _) = altered(AGAINST, *LIGHT)
+    found, more = (rope_mass(x, at).errors for x in (case, light))
+    assert 0.0060 < found["swing"] < 0.02
+    assert 0.0046 < found["position"] < 0.01
+    assert more["swing"] > 1.2 * found["swing"]
 
 
 @pytest.mark.parametrize("seed", ONE_TO_THREE)

@@ -7,7 +7,7 @@ import sys
 import pytest
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import bundled, check, load, parse
-from heavylift.nodes.scene.keys.kinematics import place, poses
+from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 
 SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "arm": (4, 4, 0, 0, 2, 0),
@@ -25,6 +25,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "tandem": (15, 40, 4, 8, 8, 5),
     "trolley": (2, 4, 0, 0, 2, 4),
     "turnover": (19, 54, 6, 12, 10, 23),
+    "wind-tandem": (15, 40, 4, 8, 9, 5),
 }
 
 

@@ -7,7 +7,7 @@ from math import acos, cos, degrees, radians
 import pytest
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import LoadedScene, load, parse
-from heavylift.nodes.scene.keys.mechanics import Hook
+from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.text.machine_types import library, machine_type
 
 FOOT, POUND = 0.3048, 0.45359237

@@ -15,12 +15,11 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from heavylift.kernel.description import flexible as k
+from heavylift.nodes.scene.keys.base import Base
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.files import content, within
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
-
-from .base import Base
 
 __all__ = ["Beam", "Matrices"]
 

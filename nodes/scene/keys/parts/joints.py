@@ -13,11 +13,9 @@ from typing import Annotated, ClassVar, Literal
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, Station, across, turned, unit
 from heavylift.nodes.scene.text.units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
 from pydantic import Field
-
-from .attitudes import across, turned, unit
-from .base import Base, Direction, Place, Quaternion, Station
 
 __all__ = ["AnyJoint", "Joint"]
 

@@ -1,4 +1,7 @@
-"""A mechanism: a researcher's own bodies, joints and laws as one coupled model.
+"""The generic machine: bodies, joints, laws and hooks that are declared, as one coupled model.
+
+A researcher's mechanism is one, and every crane that its type makes of parts; goliaths, loaders and the block have
+models of their own, for how much of them is modelled is theirs.
 
 Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law goes to the actor
 of the joint or body that it acts on.  A rope and a force belong to the first body (not the ground) at their
@@ -21,8 +24,8 @@ from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, Sli
 from heavylift.nodes.plan.plan import Actuator, Mechanism
 
 
-class MechanismModel(Machine):
-    """One mechanism of the plan."""
+class MachineModel(Machine):
+    """One mechanism of the plan, or a crane made of parts."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism.name)

@@ -14,11 +14,9 @@ from typing import Annotated, Literal, cast
 from heavylift.kernel.description import forces as f
 from heavylift.kernel.description.points import Point
 from heavylift.kernel.trust import named
+from heavylift.nodes.scene.keys.base import Base, Direction, End, Quaternion, Station, quaternion_matrix, unit
 from heavylift.nodes.scene.text import units as u
 from pydantic import Field
-
-from .attitudes import quaternion_matrix, unit
-from .base import Base, Direction, End, Quaternion, Station
 
 __all__ = ["Force"]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+from heavylift.nodes.scene.keys.base import Base, Name, Place, part_name
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, Field
 
-from .base import Base, Name, Place, part_name
 from .contacts import Contact
 from .forces import Force
 from .joints import Joint

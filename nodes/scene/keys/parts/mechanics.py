@@ -9,13 +9,13 @@ from __future__ import annotations
 from math import inf
 from typing import Annotated, Any, Literal
 
+from heavylift.nodes.scene.keys.base import Base, Direction, End, Name, Place, Station, rising
 from heavylift.nodes.scene.language.grammar import read_ramp
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, GetCoreSchemaHandler, Tag
 from pydantic_core import CoreSchema, core_schema
 
-from .base import Base, Direction, End, Name, Place, Station, rising
 from .contacts import Contact
 from .flexible import Beam, Matrices
 from .forces import Force as ForceElement

@@ -1,0 +1,82 @@
+"""A machine made of parts in the plan: its system, how its drives and winches can move, its hooks, how it is drawn."""
+
+from __future__ import annotations
+
+import msgspec
+from heavylift.kernel.description.mechanics import Point, System, Vector
+
+from .actions import Item
+
+
+class Actuator(Item, frozen=True, kw_only=True):
+    """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
+    ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
+
+    `highest`: height of the hook where the winch stops with the deceleration `emergency`.
+    """
+
+    name: str
+    start: float
+    accel: float
+    lower: float | None = None
+    upper: float | None = None
+    pulses: int = 0
+    verb: str = ""
+    speed: float | None = None
+    highest: float | None = None
+    emergency: float | None = None
+
+
+class Hoist(Item, frozen=True, kw_only=True):
+    """A hook of a machine: its rope, which has all falls, and where that holds the hook block, a body of its own.
+
+    `capacity`: what may hang below the block [kg], 0: not given; `axis`: from where the radius of a chart is measured;
+    `slings`: by the name of the rigging, those that hang on it.
+    """
+
+    rope: str
+    eye: Point
+    block_mass: float
+    capacity: float = 0.0
+    axis: Point | None = None
+    slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
+
+
+class Shape(Item, frozen=True, kw_only=True):
+    """The box as which a body is drawn: middle and edges in its frame [m]."""
+
+    body: str
+    centre: Vector
+    size: Vector
+
+
+class Driven(Item, frozen=True, kw_only=True):
+    """An actuator that follows the log of a machine: at rest until the first time [ns], then from speed to speed in
+    straight lines (that of the first time is 0), and at the end to rest with `accel`; `source` is the log's column.
+    """
+
+    actuator: str
+    source: str
+    accel: float
+    times: tuple[int, ...]
+    speeds: tuple[float, ...]
+
+
+class Mechanism(Item, frozen=True, kw_only=True):
+    """A researcher's own multibody system, written as bodies, joints and laws; it becomes one coupled model.
+
+    `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
+    supports that carry at the start.  Its parts may name bodies and joints of the lift.
+    """
+
+    name: str
+    system: System
+    actuators: tuple[Actuator, ...] = ()
+    taut: tuple[str, ...] = ()
+    closed: tuple[str, ...] = ()
+    hooks: tuple[Hoist, ...] = ()
+    shapes: tuple[Shape, ...] = ()
+
+    def standing(self, body: str) -> str:
+        """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
+        return f"{self.name}:{body}" if body in self.system.outside[0] else body

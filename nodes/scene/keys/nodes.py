@@ -1,0 +1,87 @@
+"""The keys about the nodes of a run: `models` of a user's own that run beside the kernel, `placement` of processes.
+
+models:
+  damper:
+    model: anti_sway.py:Damper                      in the folder of the scene; or module:name, or unit.fmu
+    period: 100 ms                                  of samples
+    signals: {swing: swing along of fall-1}         in port: what it hears
+    orders: {speed: trolley}                        out port: the drive or winch that its set-points lead
+    parameters: {gain: 12 m/s}                      quantities arrive in SI units
+
+placement:
+  yard-a: [west, loader-1]                          two nodes share a process
+  yard-b: {nodes: [east], host: remote}             started on another host, by `heavylift node yard-b`
+
+Nodes are the machines of the scene, `commander` and `kernel`; those that are not named have a process of their own.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Literal
+
+from heavylift.nodes.scene.text import units as u
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Fault, Source
+from pydantic import BeforeValidator, Field, model_validator
+
+from .base import Base, Name
+
+__all__ = ["OwnModel", "Process", "placement_faults"]
+
+TEXT = re.compile(rf"{u.NUMBER}\s*\D.*")
+
+
+def _parameter(given: object) -> object:
+    """A quantity as its number in SI units; other text, numbers and truth values as they are."""
+    if isinstance(given, str) and TEXT.fullmatch(given):
+        for dimension in u.DIMENSIONS:
+            if u.tidy(re.sub(rf"^{u.NUMBER}\s*", "", given)) in dimension.units:
+                return dimension.read(given)
+    if isinstance(given, int) and not isinstance(given, bool):
+        return float(given)
+    if not isinstance(given, float | bool | str):
+        raise ValueError("a number, a quantity, a word or a truth value is needed here")
+    return given
+
+
+Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
+
+
+class OwnModel(Base):
+    """A model: the samples that it hears, the orders that it gives; `delay`: so much later its set-points arrive."""
+
+    model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
+    period: u.Duration  # of samples; of a unit of FMI its step
+    delay: u.Delay = 0.0  # 0: the mechanics wait for it at each sample
+    signals: dict[Name, str] = Field(default_factory=dict)  # in port: what it hears, such as `height of block`
+    orders: dict[Name, str] = Field(default_factory=dict)  # out port: the drive or winch that its set-points lead
+    parameters: dict[str, Parameter] = Field(default_factory=dict)  # quantities arrive in SI units
+
+
+class Process(Base):
+    """A process of a run: its nodes, and whether it is started here or on another host."""
+
+    nodes: Annotated[list[str], Field(min_length=1)]
+    host: Literal["here", "remote"] = "here"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _list(cls, data: object) -> object:
+        return {"nodes": data} if isinstance(data, list) else data
+
+
+def placement_faults(source: Source, placement: Mapping[str, Process], nodes: Sequence[str]) -> list[Fault]:
+    """Names that are no nodes, and nodes that are placed twice."""
+    found, placed = list[Fault](), dict[str, str]()
+    for process, hosting in placement.items():
+        given = source.at(("placement", process))
+        below = ("placement", process) if isinstance(given, list) else ("placement", process, "nodes")
+        for i, node in enumerate(hosting.nodes):
+            if node not in nodes:
+                found.append(Fault((*below, i), f"there is no node '{node}'", closest(node, nodes)))
+            elif node in placed:
+                found.append(Fault((*below, i), f"node '{node}' is placed twice, in '{placed[node]}' before"))
+            placed.setdefault(node, process)
+    return found

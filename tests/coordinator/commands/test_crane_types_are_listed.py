@@ -1,0 +1,37 @@
+"""`heavylift types` lists crane types with what they lift and where their numbers are from, and prints their files."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from heavylift.coordinator.commands import app
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene.text.machine_types import library
+from typer.testing import CliRunner
+
+
+def told(*words: str) -> str:
+    result = CliRunner().invoke(app, ["types", *words], catch_exceptions=False)
+    assert result.exit_code == 0
+    return result.stdout
+
+
+def test_all_types_say_their_capacity_and_source() -> None:
+    text, found = told(), json.loads(told("--json"))
+    assert [*found] == [*library()]
+    for name, said in found.items():
+        assert f"{name}: {said['about']}\n    capacity: {said['capacity']}\n    source: {said['source']}\n" in text
+    assert [name for name, said in found.items() if "made up" not in said["source"]] == []
+    assert found["rough-terrain-59"]["source"].startswith(
+        "chart, boom angles, foot of the boom and hook block by Terex"
+    )
+
+
+def test_one_is_printed_as_it_stands_in_its_file() -> None:
+    assert told("jib-60") == library()["jib-60"].read_text()
+
+
+def test_an_unknown_one_is_told() -> None:
+    with pytest.raises(SceneError, match="there is no machine type 'jib-6': did you mean 'jib-60'"):
+        told("jib-6")
