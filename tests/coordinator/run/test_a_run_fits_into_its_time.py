@@ -94,7 +94,12 @@ def test_real_time_is_the_time_of_the_scene_over_a_factor():
         ("lift", [], {"factor": 2.0, "rate": 1.0}, "give one of --within, --real-time and --rate"),
         ("lift", [], {"factor": 0.0}, "give a number above 0"),
         ("lift", [], {"within": "soon"}, "--within 'soon': "),
-        ("pendulum", [], {"within": "9 s"}, "nothing is predicted here: a mechanism is modelled as it is written"),
+        (
+            "pendulum",
+            [],
+            {"within": "9 s"},
+            "nothing is predicted here: what is made of parts is modelled as it is written",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused(scene, settings, options, sentence):
