@@ -1,5 +1,5 @@
-"""What was computed before, kept in files: machine code, paths at rest, what is modelled; used only if this user alone
-can write it.
+"""What was computed before, kept in files: machine code, modes, paths at rest, plans, what is modelled; used only if
+this user alone can write it.
 
 The folder is this user's own, with mode 0700, and no link; a file in it is regular and nobody else's.  Anything else is
 passed over as if nothing were kept.  Files appear by atomic rename and begin with a checksum, which tells damage, not

@@ -63,7 +63,7 @@ def _apart() -> Iterator[None]:
 
 
 def _begin(parent: int) -> None:
-    gc.set_threshold(50_000)  # as in the command itself
+    gc.set_threshold(10_000)  # hardly anything is garbage that is not seen at once; more would be memory
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
     def follow() -> None:

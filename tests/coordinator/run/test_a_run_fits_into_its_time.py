@@ -98,7 +98,7 @@ def test_real_time_is_the_time_of_the_scene_over_a_factor():
             "pendulum",
             [],
             {"within": "9 s"},
-            "nothing is predicted here: what is made of parts is modelled",
+            "nothing is predicted here: what is made of parts is modelled as it is written",
         ),
     ],
 )
