@@ -31,7 +31,7 @@ ALLOWED = {
     "nodes/devs/statistics.py": {"mean": "the tally's own, one observation after the other"},
     "nodes/fidelity/own.py": {"log10": "digits that are printed", "**": "digits that are printed"},
     "nodes/scene/inputs.py": {"log10": "digits that are written"},
-    "nodes/scene/keys/kinematics.py": {"@": "its arrays hold Python floats, whose products are summed in order"},
+    "nodes/scene/keys/parts/kinematics.py": {"@": "its arrays hold Python floats, whose products are summed in order"},
     "nodes/scene/text/units.py": {"**": "powers of fractions are exact"},
 }
 # of the kernel, whose text of equations is full of products of symbols and of exact arrays: matrices aside

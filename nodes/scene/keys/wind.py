@@ -84,7 +84,8 @@ def turbulent(speed: float, turbulence: float, scale: float, seed: int, end: flo
     for low, high in pairwise(ends):
         n = low + (high - low) * random.random()  # so that it never comes again
         f = n * scale / abs(speed) if speed else 0.0
-        S = (turbulence * speed) ** 2 / n * 6.8 * f / float(power(1.0 + 10.2 * f, 5.0 / 3.0))
+        s = turbulence * speed
+        S = s * s / n * 6.8 * f / float(power(1.0 + 10.2 * f, 5.0 / 3.0))
         waves.append((sqrt(2.0 * S * (high - low)), 2.0 * pi * n, 2.0 * pi * random.random()))
     seconds = range(int(min(end or LONGEST, LONGEST)) + 2)
     return [(float(t), speed + sum(a * float(cos(w * t + phase)) for a, w, phase in waves)) for t in seconds]
