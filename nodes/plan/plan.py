@@ -270,8 +270,9 @@ def driven(actuator: str) -> str:
 
 
 def encode(plan: Plan) -> bytes:
-    """The plan as canonical JSON."""
-    return msgspec.json.encode(plan)
+    """The plan as canonical JSON: equal plans have equal bytes."""
+    once = msgspec.json.decode(msgspec.json.encode(plan), type=Plan)  # defaults are told from equal values by identity
+    return msgspec.json.encode(once)
 
 
 def decode(data: bytes) -> Plan:

@@ -3,7 +3,7 @@
 import pytest
 from heavylift.kernel import cache
 from heavylift.nodes.plan.question import ASKABLE
-from heavylift.nodes.scene import load, loading
+from heavylift.nodes.scene import load, loaded_scene, loading
 
 
 @pytest.fixture
@@ -12,6 +12,8 @@ def kept(monkeypatch):
     files = {}
     monkeypatch.setattr(cache, "read_cached", lambda name: files.get(name, b""))
     monkeypatch.setattr(cache, "write_cached", files.__setitem__)
+    monkeypatch.setattr(loading, "read_cached", lambda name: b"")  # so that the scene is built again
+    monkeypatch.setattr(loading, "write_cached", lambda name, content: None)
     return files
 
 
@@ -19,7 +21,7 @@ def kept(monkeypatch):
 def test_a_verdict_comes_back_as_it_was(ask, kept, monkeypatch):
     settings = [f"ask=[{ask}]", "accuracy=1 %"]
     first = load("lift", settings)
-    monkeypatch.setattr(loading, "choose", None)
+    monkeypatch.setattr(loaded_scene, "choose", None)
     again = load("lift", settings)
     assert again.verdict == first.verdict
     assert str(again.verdict) == str(first.verdict)
