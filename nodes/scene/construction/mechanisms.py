@@ -51,6 +51,8 @@ def _wind(source: Source, scene: Scene, around: System) -> Mechanism | None:
         if body not in known:
             source.fault((WIND, "on", body), f"there is no body '{body}'", closest(body, known), on_key=True)
     forces = scene.wind.forces(scene.block.size if scene.block else None, scene.seed, scene.end)
+    if scene.mechanism is not None and scene.mechanism.name == WIND:
+        source.fault(("mechanism", "name"), f"'{WIND}' is what the wind is called; give the mechanism another name")
     if not forces:
         source.fault((WIND,), "there is no block in the wind; name bodies and their sides under 'on'", on_key=True)
     return None if source.faults else Mechanism.model_construct(name=WIND, forces=forces)

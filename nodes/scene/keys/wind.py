@@ -2,7 +2,8 @@
 
 Turbulence has the spectrum of EN 1991-1-4, B.1: n S / s² = 6.8 f / (1 + 10.2 f)^(5/3), f = n L / v, of the standard
 deviation s and the length L.  It is written as a sum of harmonics with random frequencies and phases (Shinozuka and
-Deodatis, Applied Mechanics Reviews 44 (1991) 191-204) and given as a history, one speed a second.
+Deodatis, Applied Mechanics Reviews 44 (1991) 191-204) and given as a history, one speed a second.  What is slower than
+twenty minutes or faster than two seconds is left out.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from .parts.forces import Wind as Force
 __all__ = ["Wind"]
 
 BLOCK = "block"
-LONGEST = 3600.0  # [s] of a history; then its last speed goes on
+USUAL, LONGEST = 7200.0, 86400.0  # [s] of a history, where no end is given, and of any; then its last speed goes on
 HARMONICS = 128
 SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
 
@@ -80,12 +81,15 @@ def turbulent(speed: float, turbulence: float, scale: float, seed: int, end: flo
     """Times [s] and speeds [m/s] of a wind of this mean until the end of the run, if it is known."""
     random = Random(f"wind {seed}")
     ends = [SLOWEST * float(power(FASTEST / SLOWEST, i / HARMONICS)) for i in range(HARMONICS + 1)]
-    waves = []
+    speeds = [speed] * (int(min(end or USUAL, LONGEST)) + 2)
     for low, high in pairwise(ends):
         n = low + (high - low) * random.random()  # so that it never comes again
         f = n * scale / abs(speed) if speed else 0.0
         s = turbulence * speed
         S = s * s / n * 6.8 * f / float(power(1.0 + 10.2 * f, 5.0 / 3.0))
-        waves.append((sqrt(2.0 * S * (high - low)), 2.0 * pi * n, 2.0 * pi * random.random()))
-    seconds = range(int(min(end or LONGEST, LONGEST)) + 2)
-    return [(float(t), speed + sum(a * float(cos(w * t + phase)) for a, w, phase in waves)) for t in seconds]
+        size, w, phase = sqrt(2.0 * S * (high - low)), 2.0 * pi * n, 2.0 * pi * random.random()
+        turn, here, following = 2.0 * float(cos(w)), size * float(cos(phase)), size * float(cos(w + phase))
+        for t in range(len(speeds)):
+            speeds[t] += here
+            here, following = following, turn * following - here  # cos(a + w) = 2 cos w cos a - cos(a - w)
+    return [(float(t), v) for t, v in enumerate(speeds)]

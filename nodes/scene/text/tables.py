@@ -5,7 +5,7 @@
 The head names keys with their units, `mass [t]`, `com x [m]`; a column without a unit is a remark, if it is no axis.
 The first column names the row; in a table of lugs it names the block, the second one the lug, and without `#B17` the
 first one the lug.  What the same file writes wins over the row, and so do files and settings laid over it; the row wins
-over what that file extends.
+over what that file extends.  An empty cell is as if nothing were written.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ BLOCK = "block"
 ROW, LUGS = "from", "lugs from"
 AXES = ("x", "y", "z")
 HEAD = re.compile(r"(?P<key>[^\[\]]*?)(?:[ .](?P<axis>[xyz]))?\s*(?:\[(?P<unit>[^\[\]]*)\])?")
-CELL = re.compile(rf"({NUMBER})(.*)")
+CELL = re.compile(rf"({NUMBER}(?:,\d+)*)(.*)")
 MOST_ROWS, MOST_COLUMNS = 5000, 100
 UNPACKED = 1 << 26  # of a workbook [bytes]
 
@@ -89,7 +89,7 @@ Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mar
 
 def _lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
     for key, (value, head, cells) in found.items():
-        if key in into and source.layer(source.keys[*path, key]) >= source.layer(named):
+        if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
             continue
         into[key] = value
         source.keys[(*path, key)] = head
@@ -103,11 +103,15 @@ def _block(source: Source, head: list[Column], row: list[Cell]) -> Found:
         if not cell.text or not (column.unit or column.axis):
             continue
         text = _with_unit(cell.text, column.unit)
-        if not column.axis:
+        known = found.get(column.key)
+        taken = known[0][AXES.index(column.axis)] if known and column.axis and isinstance(known[0], list) else known
+        if taken is not None:
+            source.fault((BLOCK, column.key), f"the row gives '{column.key}' twice", mark=column.mark)
+        elif not column.axis:
             found[column.key] = (text, column.mark, {(): cell.mark})
-            continue
-        value, mark, cells = found.setdefault(column.key, ([None] * 3, column.mark, {(): cell.mark}))
-        if isinstance(value, list):
+        else:
+            value, mark, cells = found.setdefault(column.key, ([None] * 3, column.mark, {(): cell.mark}))
+            assert isinstance(value, list)
             value[AXES.index(column.axis)] = text
             cells[(AXES.index(column.axis),)] = cell.mark
     for key, (value, mark, _) in found.items():
@@ -124,6 +128,8 @@ def _lugs(source: Source, head: list[Column], rows: list[list[Cell]], block: str
     if not chosen:
         raise SceneError(f"{file} has no row '{block}': {closest(block, dict.fromkeys(row[0].text for row in rows))}")
     places = {column.axis or column.key: i for i, column in enumerate(head)}
+    if others := [c.key for c in head if c.unit and (c.axis or c.key) not in AXES]:
+        raise SceneError(f"{file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
     if lacking := [x for x in AXES if x not in places]:
         raise SceneError(f"{file} has no column {', '.join(f'{x} [m]' for x in lacking)}")
     found: Found = {}
@@ -169,6 +175,10 @@ def _table(root: FilePath, file: str) -> tuple[list[Column], list[list[Cell]]]:
         raise SceneError(f"the table '{file}' is empty")
     head = [_column(cell) for cell in rows[0][:MOST_COLUMNS]]
     width = len(head)
+    for row in rows[1:]:
+        if any(cell.text for cell in row[width:]):
+            where = f"{file}:{row[0].mark.line}"
+            raise SceneError(f"{where}: has more cells than the head; write decimal points, or ';' between cells")
     return head, [row[:width] + [Cell("", row[0].mark)] * (width - len(row)) for row in rows[1:]]
 
 

@@ -76,6 +76,13 @@ def test_a_scene_that_extends_another_may_take_another_block(scene: Path) -> Non
     assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
 
 
+def test_a_block_that_a_setting_gives_whole_wins_over_the_row_that_it_names(scene: Path) -> None:
+    given = "{from: blocks.csv#B17, mass: 250 t, at: [40 m, 75 m, 6 m], lugs from: lugs.csv#B17, supports: "
+    supports = "{height: 2 m, at: [[-8 m, -6 m], [8 m, -6 m], [-8 m, 6 m], [8 m, 6 m]]}}"
+    whole = load(scene, [f"block={given}{supports}"])
+    assert meant(whole) == meant(load("lift", [*WRITTEN, "block.mass=250 t"]))
+
+
 def test_a_workbook_says_the_same(scene: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
@@ -90,6 +97,11 @@ def test_a_workbook_says_the_same(scene: Path) -> None:
     [
         ("300;20", "heavy;20", "blocks.csv:3:9: error: block.mass: 'heavy' is no mass"),
         ("mass [t]", "mass [m]", "blocks.csv:3:9: error: block.mass: '300 m' is no mass"),
+        ("size x [m]", "mass [kg]", "blocks.csv:1:24: error: block.mass: the row gives 'mass' twice"),
+        ("size y [m]", "size x [m]", "block.size: the row gives 'size' twice"),
+        ("com z [m]", "com [m]", "block.com: the row gives 'com' twice"),
+        ("300;20", "300;5;20", "blocks.csv:3: has more cells than the head; write decimal points, or ';'"),
+        ("300;20", "300,5;20", "blocks.csv:3:9: error: block.mass: "),
         ("mass [t]", "mas [t]", "blocks.csv:1:15: error: block.mas: unknown key 'mas'"),
         ("0.25;0;-0.5", "0.25;;-0.5", "blocks.csv:1:57: error: block.com: the row has no 'com y'"),
         ("B17", "B71", "lift.yaml:9:9: error: block.from: blocks.csv has no row 'B17': did you mean 'B71'?"),
@@ -127,5 +139,7 @@ def test_what_is_no_table_is_told(scene: Path, named: str, sentence: str) -> Non
 def test_a_lug_without_a_place_is_told_in_its_table(scene: Path) -> None:
     (scene.parent / "lugs.csv").write_text(LUGS.replace("B17,Q1,4,", "B17,Q1,four,"))
     assert "lugs.csv:4:8: error: block.lugs.Q1[0]: 'four' is no length" in refused(scene)
-    (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m],", ""))
+    (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "v"))
     assert "block.lugs from: lugs.csv has no column y [m]" in refused(scene)
+    (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "capacity [t]"))
+    assert "lugs.csv: a lug has a place x, y, z and no 'capacity'" in refused(scene)

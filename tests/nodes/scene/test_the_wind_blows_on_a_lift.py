@@ -76,6 +76,11 @@ def test_what_cannot_blow_is_told(setting: str, sentence: str) -> None:
         load("lift", [ALONG, setting])
 
 
+def test_a_mechanism_has_another_name() -> None:
+    with pytest.raises(SceneError, match=r"mechanism\.name: 'wind' is what the wind is called"):
+        load("gust", ["mechanism.name=wind", ALONG, "wind.on={load: {sides: [1 m2, 1 m2, 1 m2]}}"])
+
+
 def test_without_a_block_bodies_are_named() -> None:
     with pytest.raises(SceneError, match="wind: there is no block"):
         load("pendulum", [ALONG])
