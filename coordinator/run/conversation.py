@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from heavylift.coordinator.live.audience import Audience
@@ -26,7 +27,7 @@ from heavylift.coordinator.record.tape import Tape
 from heavylift.coordinator.stopping import whole
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.local_hub import LocalHub
-from heavylift.kernel.errors import ProtocolError, Stopped
+from heavylift.kernel.errors import ProtocolError, RecordingError, Stopped
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs.execution.rules import LIMIT
 
@@ -151,7 +152,8 @@ class Conversation:
         """Nodes may go, what they sampled so far is kept; raises Stopped where a signal is the reason."""
         self._close()
         self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
-        self._take_samples()
+        with suppress(RecordingError):  # what follows on samples that the error has cut; the error itself is told
+            self._take_samples()
         if isinstance(error, KeyboardInterrupt):
             at = self.now.t * 1e-9
             by = "the user" if str(error) in ("", "SIGINT") else error

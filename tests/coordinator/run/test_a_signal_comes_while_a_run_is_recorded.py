@@ -10,6 +10,7 @@ from heavylift.coordinator.record.tape import Tape
 from heavylift.coordinator.run.conversation import Conversation
 from heavylift.coordinator.run.watch import Watch
 from heavylift.coordinator.stopping import Interrupted, Stopping
+from heavylift.kernel.errors import RecordingError, Stopped
 from heavylift.nodes.devs import Tag
 
 
@@ -21,18 +22,28 @@ class Struck(Tape):
         self.kept = []
 
     def samples(self, node, batch):
+        if batch == b"gap":
+            raise RecordingError("samples are missing")
         if len(self.kept) == 1:
             os.kill(os.getpid(), signal.SIGINT)
         self.kept.append(batch)
         return len(self.kept)
 
 
-def test_every_batch_that_was_taken_is_kept_before_the_run_stops():
-    arrived = [[("kernel", b"first"), ("kernel", b"second"), ("kernel", b"third")]]
-    hub = SimpleNamespace(placement=SimpleNamespace(nodes={}), samples=lambda: arrived.pop() if arrived else [])
-    tape = Struck()
+def conversation(arrived, tape):
+    hub = SimpleNamespace(
+        placement=SimpleNamespace(nodes={}),
+        samples=lambda: arrived.pop() if arrived else [],
+        dismiss=lambda message: None,
+    )
     talk = Conversation(hub, Wiring([], [], None), Tag(10), tape, Watch())
     talk._begun = True
+    return talk
+
+
+def test_every_batch_that_was_taken_is_kept_before_the_run_stops():
+    tape = Struck()
+    talk = conversation([[("kernel", b"first"), ("kernel", b"second"), ("kernel", b"third")]], tape)
     stopping = Stopping()
     try:
         with pytest.raises(Interrupted):
@@ -41,3 +52,10 @@ def test_every_batch_that_was_taken_is_kept_before_the_run_stops():
         stopping.end()
     assert tape.kept == [b"first", b"second", b"third"]
     assert talk.now.t == 3
+
+
+def test_who_handles_signals_otherwise_is_told_of_the_end_and_not_of_what_it_cut():
+    """Python's own handler raises wherever the run is; what follows on a batch that was lost there is left out."""
+    talk = conversation([[("kernel", b"gap")]], Struck())
+    with pytest.raises(Stopped, match=r"stopped by the user at 0\.000 s"):
+        talk.abort(KeyboardInterrupt())
