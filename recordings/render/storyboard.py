@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 TURN_LENGTH = 20.0  # [m] way that one radian of turning counts as
 FILM, INSTANTS, FRAME_ms = ".gif", 80, 100
 GRID = 200  # instants between which the way is measured
-SWAY = 0.5  # [m] way between two of them that may be swing
+SWAY, LITTLE = 0.5, 0.2  # [m] way between two of them that may be swing; and of the largest, where all goes slowly
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 
 
@@ -115,13 +115,14 @@ def _film(drawing: _Drawing) -> bytes:
 def _instants(poses: list[Signal], frames: int) -> list[float]:
     """Times that cut the way of all bodies, as far as it is seen along x, into equal parts."""
     t = poses[0].t
-    way = np.zeros(len(t))
+    steps = []
     for pose in poses:
         place, quaternion = pose.values[:, 1:3], pose.values[:, 3:]
         step = np.linalg.norm(np.diff(place, axis=0), axis=1)
         cosine = np.abs((quaternion[1:] * quaternion[:-1]).sum(axis=1))
-        step += TURN_LENGTH * 2.0 * np.arccos(np.minimum(cosine, 1.0))
-        way[1:] += np.cumsum(np.maximum(step - SWAY, 0.0))
+        steps.append(step + TURN_LENGTH * 2.0 * np.arccos(np.minimum(cosine, 1.0)))
+    sway = min(SWAY, LITTLE * float(np.max(steps, initial=0.0)))
+    way = np.concatenate([[0.0], np.cumsum(np.maximum(np.array(steps) - sway, 0.0).sum(axis=0))])
     if way[-1] == 0.0:
         way = t
     wanted = np.linspace(0.0, way[-1], frames)
