@@ -9,7 +9,6 @@ arguments           what people call from Python, checked; pool: processes of ou
 conversation        with the nodes of one run, whatever they model; joining: how they come to their hub
 watch, progress     what a run tells while it runs, and what a user sees of it
 time_budget         the settings with which a run is as accurate as it can be in a given time
-paying              how many processes are worth starting
 """
 
 from .scene import Result, run

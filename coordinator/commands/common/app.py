@@ -106,7 +106,7 @@ def paying_processes(
         return asked
     if elsewhere:
         raise typer.BadParameter("--processes auto tries processes on this machine; leave out --remote and --external")
-    from heavylift.coordinator.run.paying import paying
+    from .paying import paying
 
     count, found = paying(run, models)
     typer.echo(f"--processes auto: {count}, for {found}", err=True)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import pytest
-from heavylift.coordinator.run import paying
+from heavylift.coordinator.commands.common import paying
 from heavylift.coordinator.run.watch import Watch
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Event

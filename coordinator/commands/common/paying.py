@@ -10,11 +10,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from heavylift.coordinator.run.pool import cores
+from heavylift.coordinator.run.watch import Watch
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import NEVER, Event
-
-from .pool import cores
-from .watch import Watch
 
 __all__ = ["paying"]
 
