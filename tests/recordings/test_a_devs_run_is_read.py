@@ -10,7 +10,7 @@ import pytest
 from heavylift.coordinator import run_models
 from heavylift.kernel.errors import RecordingError, SignalError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, ms
-from heavylift.recordings import curves, export, info, info_data, plot
+from heavylift.recordings import curves, export, info, info_data, plot, report
 
 
 class Inner(Message):
@@ -117,3 +117,8 @@ def test_what_is_all_said_at_one_instant_is_drawn_without_a_warning(
     run_models(clocks, until=ms(1) + 1, output=tmp_path / "run.mcap", in_process=True)
     assert plot(tmp_path / "run.mcap", tmp_path / "run.png").exists()
     assert [warning for warning in recwarn if warning.category is UserWarning] == []
+
+
+def test_it_has_no_lift_to_report(recorded: Path, tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"run.mcap: a DEVS model lifts nothing to report; `heavylift info` tells"):
+        report(recorded, tmp_path / "report.html")
