@@ -23,6 +23,7 @@ class Told(Message):
     inner: Inner
     pair: tuple[int, int] = (1, 2)
     maybe: float | None = None
+    at: tuple[tuple[str, float], ...] = (("x.y", 2.5),)
 
 
 class Bell(Message):
@@ -75,9 +76,9 @@ def test_the_events_are_a_table_with_a_column_for_each_field(recorded: Path, tmp
     with export(recorded, tmp_path / "run.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
     assert head[:6] == ["time [s]", "microstep", "model", "port", "index", "type"]
-    assert head[6:] == ["n", "name", "inner.level", "pair", "maybe"]
-    assert rows[0] == ["0.001", "0", "clock0", "bell", "0", "Bell", "", "", "", "", ""]
-    assert rows[1] == ["0.001", "0", "clock0", "told", "0", "Told", "0", "tick 0", "0.0", "[1,2]", ""]
+    assert head[6:] == ["n", "name", "inner.level", "pair", "maybe", "at.x.y"]
+    assert rows[0] == ["0.001", "0", "clock0", "bell", "0", "Bell", "", "", "", "", "", ""]
+    assert rows[1] == ["0.001", "0", "clock0", "told", "0", "Told", "0", "tick 0", "0.0", "[1,2]", "", "2.5"]
     assert [row[:2] for row in rows[1::2]] == [["0.001", "0"], ["0.001", "1"], ["0.003", "0"], ["0.005", "0"]]
 
 
