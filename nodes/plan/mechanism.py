@@ -30,8 +30,8 @@ class Actuator(Item, frozen=True, kw_only=True):
 class Hoist(Item, frozen=True, kw_only=True):
     """A hook of a machine: its rope, which has all falls, and where that holds the hook block, a body of its own.
 
-    `capacity`: what may hang below the block [kg], 0: not given; `axis`: from where the radius of a chart is measured;
-    `slings`: by the name of the rigging, those that hang on it.
+    `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
+    [kg]), `axis`: from where its radius is measured; `slings`: by the name of the rigging, those that hang on it.
     """
 
     rope: str
@@ -39,6 +39,7 @@ class Hoist(Item, frozen=True, kw_only=True):
     block_mass: float
     capacity: float = 0.0
     axis: Point | None = None
+    chart: tuple[tuple[float, float], ...] = ()
     slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
 
 

@@ -15,7 +15,7 @@ from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
-from .conditions import Conditions, wrong_units
+from .signals import Conditions, wrong_units
 from .targets import Actor, targets
 from .yard import Yard, by_beam, ramp_of
 

@@ -14,7 +14,9 @@
                | quantity (">=" | "<=") value
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
-               | "length of" name | "tension of" (name | set "slings" | set "ropes")
+               | "length of" name | "tension of" (name | set "slings" | set "ropes") | "load of" hook
+               | "moment of" hook | "radius of" hook | "off-lead of" rope | "swing along of" rope
+               | "swing across of" rope | "gap" name name | "height difference" name name | "wind"
 
 A ramp without swing is chosen for what the move makes swing, with ropes, hook and load as they hang as it begins to
 speed up and to slow down; `check` tells the accelerations.  A ramp in two pulses is the quicker one; where they would
