@@ -12,7 +12,7 @@ class Actuator(Item, frozen=True, kw_only=True):
     """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
     ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
 
-    `highest`: height of the hook where the winch stops with the deceleration `emergency`.
+    `highest`: height of the hook where the winch stops; `emergency`: the deceleration of what is stopped.
     """
 
     name: str
@@ -81,3 +81,12 @@ class Mechanism(Item, frozen=True, kw_only=True):
     def standing(self, body: str) -> str:
         """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
         return f"{self.name}:{body}" if body in self.system.outside[0] else body
+
+
+def driven(actuator: str) -> str:
+    """What an actuator moves, for planners: a crane, a trolley of it, else its own name."""
+    name = actuator.removesuffix(".drive")
+    crane, _, axis = name.rpartition(".")
+    if name == actuator or axis not in ("gantry", "upper-slide", "lower-slide"):
+        return actuator
+    return crane if axis == "gantry" else f"the {axis.removesuffix('-slide')} trolley of {crane}"

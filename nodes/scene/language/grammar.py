@@ -150,6 +150,9 @@ def _order(r: _Reader) -> OrderPhrase:
             return OrderPhrase(name, seconds=r.quantity(units.DURATION))
         case "hook":
             return OrderPhrase(name, lugs=_lugs(r) if r.next else ())
+        case "stop" if r.take("ramp"):
+            turning = r.turning
+            return OrderPhrase(name, turning=turning, ramp=r.positive(units.STROKE_RAMP))
         case "move" | "turn":
             return _motion(r, verb)
     if r.next:
@@ -227,8 +230,8 @@ def _test(r: _Reader) -> Test:
         return GroundTest(cast(Literal["lifted", "landed"], state), column)
     first = r.take("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
     if first:
-        r.expect("done", after=f"after '{first}'")
-        return MovesDone(verbs=() if first == "moves" else (first,))
+        stopped = r.expect("done", "stopped", after=f"after '{first}'") == "stopped"
+        return MovesDone(verbs=() if first == "moves" else (first,), stopped=stopped)
     if r.next in {quantity.split()[0] for quantity in QUANTITIES}:
         return _crossing(r)
     return _tension_state(r)
@@ -298,7 +301,9 @@ def _quantity(r: _Reader) -> str:
 
 def _names(r: _Reader) -> str:
     """A name, one word or two ("west H1"), or a set of slings or ropes."""
-    r.take("all")
+    if r.take("all", "any") == "any":
+        r.expect("hook", after="after 'any'")
+        return "any hook"
     names = [r.name("a name")] if r.next not in {"slings", "ropes"} else []
     if noun := r.take("slings", "ropes"):
         return " ".join([*names, noun])

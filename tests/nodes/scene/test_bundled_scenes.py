@@ -11,6 +11,7 @@ from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 
 SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "arm": (4, 4, 0, 0, 2, 0),
+    "crawler": (6, 12, 1, 4, 3, 9),
     "damper": (4, 8, 0, 0, 3, 2),
     "girder": (4, 3, 0, 0, 2, 3),
     "gust": (1, 6, 1, 0, 2, 0),

@@ -43,6 +43,7 @@ actions:
   - crane main: hoist 5 m/min by 1 m
 """
 LIFTS = {  # of each type: mass of the block [t], where it stands, what the crane is besides
+    "crawler-250": (60, 14, 0, ", radius: 14 m"),
     "jib-60": (30, 16, 0, ", radius: 16 m"),
     "overhead-100": (95, 5, 12, ", at: 5 m, trolley: 12 m"),
     "rough-terrain-59": (15, 9, 0, ", radius: 9 m"),
@@ -112,3 +113,22 @@ def test_what_no_chart_allows_is_refused() -> None:
     with pytest.raises(SceneError, match=r"would carry 19\.5 t of 18\.09 t"):
         lift("rough-terrain-59", 19)
     assert degrees(acos((9.0 + 4 * FOOT) / (66 * FOOT))) == pytest.approx(59.47, abs=0.01)  # at 9 m: 30 ft counts
+
+
+GAUGE, SHARE = 7.2, 0.75  # of crawler-250: between the edges that it tips over [m], of what tips it
+
+
+@pytest.mark.parametrize("counterweight", [60e3, 100e3])
+@pytest.mark.parametrize("boom", [24.0, 42.0, 60.0])
+def test_the_crawlers_chart_is_three_quarters_of_what_tips_it(boom: float, counterweight: float) -> None:
+    """Moments about the edge of a track: tracks, upperworks and counterweight against the boom and the load."""
+    scene = lift("crawler-250", 9, f", boom: {boom:g} m, counterweight: {counterweight / 1e3:g} t")
+    machine = scene.scene.machines["crane"]
+    bodies = {name.removeprefix("crane."): body for name, body in machine.bodies.items()}
+    edge, foot = GAUGE / 2, machine.joints["crane.luffing"].at[0]  # type: ignore[union-attr]
+    holds = sum((bodies[x].mass or 0.0) * (edge - bodies[x].com[0]) for x in ("tracks", "upper", "ballast"))
+    chart = machine.hooks["crane.main"].chart
+    assert chart is not None
+    for radius, may in chart:
+        tips = (holds - (bodies["boom"].mass or 0.0) * ((foot + radius) / 2 - edge)) / (radius - edge)
+        assert 0.0 <= min(SHARE * tips, 250e3) - may < 500.0 + 1e-6

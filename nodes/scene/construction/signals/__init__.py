@@ -7,6 +7,7 @@ own_models      what models of a user's own hear and lead
 """
 
 from .conditions import Conditions, wrong_units
+from .interlocks import build_interlocks
 from .own_models import build_models, check_models
 
-__all__ = ["Conditions", "build_models", "check_models", "wrong_units"]
+__all__ = ["Conditions", "build_interlocks", "build_models", "check_models", "wrong_units"]
