@@ -122,7 +122,7 @@ def _hang_one(
     found.hooks.append(
         plan.Hoist(
             rope=name, eye=k.Point(name), block_mass=hook.block, capacity=hook.capacity or 0.0, axis=axis,
-            slings=slings, where=where,
+            chart=tuple(hook.chart or ()), slings=slings, where=where,
         )
     )  # fmt: skip
 
