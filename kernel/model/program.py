@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function
@@ -37,6 +38,7 @@ from .traced_functions import SharedTree, profile, tree_functions
 __all__ = ["Label", "Program"]
 
 Label = tuple[str, str]  # kind and name: of a law, a guard, an account
+_last: list[tuple[tuple[System, str, frozenset[str] | None], Any]] = []  # what `_cut` has made last, and of what
 COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # groups that laws fill
 
 
@@ -69,18 +71,9 @@ class Program:
                     f"body '{next(iter(modes))}' is flexible, but formulation '{formulation}' knows rigid bodies only; "
                     "choose recursive"
                 )
-        system = with_rope_masses(system)
-        self.system, self.formulation, self.clamped = system, formulation, clamped
-        self.at_rest = at_rest
-        self.graph = build_graph(system, modes)
-        self._check_loops()
-        self._check_contacts()
-        self._check()
-        self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
-        held = frozenset(x.joint for x in system.locks if x.name in self.locked)
-        self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
-        trees = [merged(tree) for tree in self.trees] if formulation == "recursive" else self.trees
-        self.poses_at_start = _poses_at_start(self.graph, trees)
+        self.formulation, self.clamped, self.at_rest = formulation, clamped, at_rest
+        trees = self._cut(system, modes, locked)
+        system = self.system
         setting = Setting(self.graph, self.poses_at_start, system.gravity, clamped, at_rest, calm)
         self.laws = shared(system.laws, setting)
         self.parameters = Parameters.of(system, self.graph, trees, self.laws)
@@ -96,6 +89,26 @@ class Program:
         self.constraints.link(self.instances)
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
         self.calm = calm
+
+    def _cut(self, system: System, modes: dict[str, Any] | None, locked: frozenset[str] | None) -> list[Tree]:
+        """Graph, trees and poses at the start, which all programs of a description share; the trees as they are
+        traced."""
+        key = system, self.formulation, locked
+        if _last and _last[0][0][0] is system and _last[0][0][1:] == key[1:]:
+            self.system, self.graph, self.locked, self.trees, trees, self.poses_at_start = _last[0][1]
+            return trees
+        self.system = with_rope_masses(system)
+        self.graph = build_graph(self.system, modes)
+        self._check_loops()
+        self._check_contacts()
+        self._check()
+        self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
+        held = frozenset(x.joint for x in system.locks if x.name in self.locked)
+        self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
+        trees = [merged(tree) for tree in self.trees] if self.formulation == "recursive" else self.trees
+        self.poses_at_start = _poses_at_start(self.graph, trees)
+        _last[:] = [(key, (self.system, self.graph, self.locked, self.trees, trees, self.poses_at_start))]
+        return trees
 
     def _label(self) -> None:
         """Accounts, angles, guards and columns by kind and name, in the order of the state and of samples."""
