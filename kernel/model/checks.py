@@ -50,9 +50,9 @@ def check_description(system: System) -> System:
     be."""
     if _checked.get(id(system)) is system:
         return system
-    code, given = _encoded(system), system
-    if code and [(x, y) for x, y, _ in _last] == [(code, system)]:  # equal to the bit, of the same classes
-        return _last[0][2]
+    code, given, last = _encoded(system), system, _last[:]  # which other threads may replace
+    if code and [(x, y) for x, y, _ in last] == [(code, system)]:  # equal to the bit, of the same classes
+        return last[0][2]
     system = plain(system)
     if not isfinite(system.gravity):
         raise KernelError(f"gravity is {system.gravity}; it must be a finite number")

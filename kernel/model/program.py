@@ -7,9 +7,10 @@ small however large the yard.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function
@@ -35,11 +36,29 @@ from .checks import check_description
 from .parameters import PROFILE, Parameters
 from .traced_functions import SharedTree, profile, tree_functions
 
+if TYPE_CHECKING:
+    from heavylift.kernel.multibody.flexible.modes import Modes
+
 __all__ = ["Label", "Program"]
 
 Label = tuple[str, str]  # kind and name: of a law, a guard, an account
-_last: list[tuple[tuple[System, str, frozenset[str] | None], Any]] = []  # what `_cut` has made last, and of what
 COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # groups that laws fill
+
+
+class _Cut(NamedTuple):
+    """What the programs of a description share, of which and how it was made."""
+
+    of: System
+    how: tuple[str, frozenset[str] | None]
+    system: System
+    graph: Graph
+    locked: frozenset[str]
+    trees: list[Tree]
+    poses_at_start: Poses
+    traced: list[Tree]
+
+
+_last: list[_Cut] = []  # the last one
 
 
 class Program:
@@ -90,13 +109,14 @@ class Program:
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
         self.calm = calm
 
-    def _cut(self, system: System, modes: dict[str, Any] | None, locked: frozenset[str] | None) -> list[Tree]:
+    def _cut(self, system: System, modes: Mapping[str, Modes] | None, locked: frozenset[str] | None) -> list[Tree]:
         """Graph, trees and poses at the start, which all programs of a description share; the trees as they are
         traced."""
-        key = system, self.formulation, locked
-        if _last and _last[0][0][0] is system and _last[0][0][1:] == key[1:]:
-            self.system, self.graph, self.locked, self.trees, trees, self.poses_at_start = _last[0][1]
-            return trees
+        x = next(iter(_last), None)
+        if x is not None and x.of is system and x.how == (self.formulation, locked):
+            self.system, self.graph, self.locked = x.system, x.graph, x.locked
+            self.trees, self.poses_at_start = x.trees, x.poses_at_start
+            return x.traced
         self.system = with_rope_masses(system)
         self.graph = build_graph(self.system, modes)
         self._check_loops()
@@ -105,10 +125,11 @@ class Program:
         self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
         held = frozenset(x.joint for x in system.locks if x.name in self.locked)
         self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
-        trees = [merged(tree) for tree in self.trees] if self.formulation == "recursive" else self.trees
-        self.poses_at_start = _poses_at_start(self.graph, trees)
-        _last[:] = [(key, (self.system, self.graph, self.locked, self.trees, trees, self.poses_at_start))]
-        return trees
+        traced = [merged(tree) for tree in self.trees] if self.formulation == "recursive" else self.trees
+        self.poses_at_start = _poses_at_start(self.graph, traced)
+        own = self.system, self.graph, self.locked, self.trees, self.poses_at_start, traced
+        _last[:] = [_Cut(system, (self.formulation, locked), *own)]
+        return traced
 
     def _label(self) -> None:
         """Accounts, angles, guards and columns by kind and name, in the order of the state and of samples."""
