@@ -242,7 +242,7 @@ class Commander(Atomic):
             self.jobs = [job for job in self.jobs if job.actor != actor or not job.limit]
             self.ids += 1
             self.jobs.append(Job(self.ids, at, "stop", actor, self.now.t, halting=True))
-            self._send(actor, m.Stop(actor, self.ids, at, order.accel))
+            self._send(actor, m.StopMotion(actor, self.ids, at, order.accel))
 
     def _job(
         self,
