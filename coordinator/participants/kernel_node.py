@@ -225,7 +225,8 @@ class KernelNode:
 
     def _pause(self) -> None:
         self.pauses += 1
-        self._flush()
+        if len(self.simulation.rows) >= BATCH:
+            self._flush()
 
     def _flush(self) -> None:
         """Batches begin where steps or grants end, which a successor repeats."""

@@ -34,6 +34,8 @@ from heavylift.kernel.multibody.trees import Tree, cut
 
 from .checks import check_description
 from .parameters import PROFILE, Parameters
+from .quantities import check_signal
+from .quantities import points as quantity_points
 from .traced_functions import SharedTree, profile, tree_functions
 
 if TYPE_CHECKING:
@@ -178,20 +180,14 @@ class Program:
         check_locks(s, self.graph)
         points = [(x.name, p.body) for x in (*s.laws, *s.rigid_ropes) for p in x.points]
         points += [(c.name, shape.body) for c in s.contacts for shape in (c.a, c.b)]
-        points += [(h.name, h.point.body) for h in s.thresholds if h.point]
+        for h in s.thresholds:
+            check_signal(h, s, f"threshold '{h.name}'")
+        points += [(h.name, point.body) for h in s.thresholds for point in quantity_points(h, s)]
         points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
         points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
         for name, body in points:
             if body != "world" and body not in {b.name for b in s.bodies}:
                 raise KernelError(f"'{name}': there is no body '{body}'")
-        for h in s.thresholds:
-            if h.quantity == "height" and h.point is None:
-                raise KernelError(f"threshold '{h.name}': a height needs a point")
-            if h.quantity in ("tension", "length") and not h.ropes:
-                raise KernelError(f"threshold '{h.name}': a {h.quantity} needs a rope")
-            for r in h.ropes:
-                if r not in {x.name for x in s.all_ropes}:
-                    raise KernelError(f"threshold '{h.name}': there is no rope '{r}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:
         """Places in q and v of what a drive moves."""
@@ -260,7 +256,7 @@ class Program:
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
         bodies = [p.body for x in s.laws for p in x.points] + [m.of for m in s.measured if m.kind == "angle"]
-        bodies += [h.point.body for h in s.thresholds if h.point]
+        bodies += [point.body for h in s.thresholds for point in quantity_points(h, s)]
         bodies += [h.of for h in s.thresholds if h.quantity == "angle"]
         used = {number(b) for b in bodies} | set(self.constraints.bodies)
         kinds: dict[str, SharedTree] = {}
