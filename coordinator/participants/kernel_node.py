@@ -104,6 +104,8 @@ class KernelNode:
     @property
     def _sample(self) -> Tag | None:
         """Tag of the next sample, if a tentative step or an event goes that far and no event comes before."""
+        if not self._sampling.done:  # nobody listens, as mostly
+            return None
         due, s = self._sampling.next_ns, self.simulation
         shown = s.next_ns >= due if s.event else self._ran >= due or s.next_ns > due
         return Tag(due) if shown and due < FOREVER_NS and not self._told else None

@@ -41,6 +41,7 @@ SENTENCES = {  # by type of message
     "Unhooked": "{actor} unhooked",
     "BrakeState": "{actor} {state}",
     "Overload": "{actor} {state} its rated tension",
+    "Tripped": "interlock {actor} {state}",
     "Reached": "{actor} reached",
     "Lifted": "{actor} lifted off",
     "Touched": "{actor} touches {support}",
@@ -48,7 +49,11 @@ SENTENCES = {  # by type of message
     "Skipped": "order to {actor} not begun: done already",
     "OperatorCommand": "operator: {text}",
 }
-SWITCHES = {"BrakeState": {"engaged": ("released", "engaged")}, "Overload": {"over": ("back below", "beyond")}}
+SWITCHES = {
+    "BrakeState": {"engaged": ("released", "engaged")},
+    "Overload": {"over": ("back below", "beyond")},
+    "Tripped": {"over": ("is reset", "has tripped")},
+}
 FACTS = ("scene", "model", "seed", "samples_hz", "python", "platform")
 
 

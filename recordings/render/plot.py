@@ -55,19 +55,22 @@ class Curves(NamedTuple):
     bars: dict[int, float]  # half-width of what a certificate leaves open of a peak, by column
 
 
-def plot(path: str | Path, out: str | Path, ropes: Mapping[str, str] | None = None, force: bool = False) -> Path:
-    """Draw the recording `path` into the file `out`; `ropes` by label, else those that are used most."""
+def plot(
+    path: str | Path | Recording, out: str | Path, ropes: Mapping[str, str] | None = None, force: bool = False
+) -> Path:
+    """Draw a recording into the file `out`; `ropes` by label, else those that are used most."""
     out = output_path(out, "a figure", FORMATS)
-    rec = Recording(path)
+    rec = path if isinstance(path, Recording) else Recording(path)
     if silent(rec):
-        return curves(path, [], out, force)
+        return curves(rec.path, [], out, force)
     with rec.reading(), on_paper():
         return save(_figure(rec, _curves(rec, ropes), rec.stages()), out, force)
 
 
 def _curves(rec: Recording, ropes: Mapping[str, str] | None) -> Curves:
     """Tensions, or joint positions if there are no ropes."""
-    rec.load([name for name in ("rope/tension", "rope/peak", "joint/position") if name in rec.signals()])
+    wanted = ("rope/tension", "rope/peak") if "rope/tension" in rec.signals() else ("joint/position",)
+    rec.load([name for name in wanted if name in rec.signals()])
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)
     if name is None:
         raise RecordingError(f"{rec.path}: has no rope tensions and no joint positions to plot")
