@@ -31,6 +31,7 @@ from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.tables import tabled
+from heavylift.nodes.statics.aiming import aimed
 from heavylift.nodes.statics.static_state import standing
 from heavylift.nodes.statics.swinging import swing_free
 
@@ -104,8 +105,9 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
     loaded.__dict__["scene"] = scene
     check_models(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
-    shaped, unknown = swing_free(loaded.plan, keep=not passing)
-    raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in unknown])
+    shaped, unknown = aimed(loaded.plan)
+    shaped, more = swing_free(shaped, keep=not passing) if not unknown else (shaped, [])
+    raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
     loaded.__dict__["scene"] = scene
     raise_faults(source, _impossible(source, loaded))
