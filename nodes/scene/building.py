@@ -31,7 +31,7 @@ from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.tables import tabled
-from heavylift.nodes.statics.static_state import standing
+from heavylift.nodes.statics.static_state import rigged, standing
 from heavylift.nodes.statics.swinging import swing_free
 
 from .loaded_scene import Facts, LoadedScene
@@ -107,8 +107,9 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
     loaded = replace(loaded, plan=shaped)
     loaded.__dict__["scene"] = scene
     raise_faults(source, _impossible(source, loaded))
-    if loaded.followed is not None:
-        rests = replace(loaded, plan=standing(loaded.plan, loaded.statics))
+    hung = any(machine.slings for machine in loaded.plan.mechanisms)
+    if loaded.followed is not None or hung:
+        rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, loaded.statics))
         rests.__dict__.update(scene=scene, statics=loaded.statics)  # the same path: it begins at that rest
         loaded = rests
     pruned = _pruned(loaded)

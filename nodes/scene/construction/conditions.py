@@ -24,7 +24,7 @@ class Conditions:
 
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
-        self.rigged = {name: slings for m in mechanisms for hook in m.hooks for name, slings in hook.slings.items()}
+        self.rigged = {name: slings for m in mechanisms for name, slings in m.rigged.items()}
         self.thresholds = 0
 
     def read(self, path: Path, phrase: phrases.ConditionPhrase | None) -> actions.Condition | None:

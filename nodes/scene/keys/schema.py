@@ -18,8 +18,9 @@ from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_val
 from .actions import Action
 from .base import Base, Name, Place, keys_of
 from .nodes import OwnModel, Process
-from .parts.machines import GoliathParts, Machine, Rigging, SlingType
+from .parts.machines import GoliathParts, Machine
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
+from .parts.rigging import Rigging, SlingType
 from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -153,6 +154,7 @@ class Block(Base):
     com: Place = (0.0, 0.0, 0.0)
     inertia: tuple[u.Inertia, u.Inertia, u.Inertia] | None = None  # left out: a uniform box
     lugs: dict[Name, Place]
+    lug_capacity: u.Mass | None = None  # of each lug; left out: they are not judged
     supports: Supports
 
 

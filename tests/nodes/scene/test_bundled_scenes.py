@@ -21,6 +21,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "pendulum": (1, 1, 0, 0, 2, 0),
     "ramp": (1, 6, 0, 0, 2, 0),
     "snatch": (1, 1, 1, 0, 2, 2),
+    "spreader": (10, 30, 3, 5, 7, 5),
     "tackle": (1, 1, 1, 0, 2, 4),
     "tandem": (15, 40, 4, 8, 8, 5),
     "trolley": (2, 4, 0, 0, 2, 4),
