@@ -20,6 +20,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "linkage": (3, 1, 0, 0, 2, 4),
     "pendulum": (1, 1, 0, 0, 2, 0),
     "ramp": (1, 6, 0, 0, 2, 0),
+    "sling-break": (10, 30, 3, 9, 6, 6),
     "snatch": (1, 1, 1, 0, 2, 2),
     "spreader": (10, 30, 3, 5, 7, 5),
     "tackle": (1, 1, 1, 0, 2, 4),
