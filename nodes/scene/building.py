@@ -74,7 +74,7 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
         rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
         fidelity=build_fidelity(yard),
     )
-    mechanisms = build_mechanisms(source, scene, lift)
+    mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
     loaded = LoadedScene(
         msgspec.structs.replace(

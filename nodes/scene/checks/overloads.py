@@ -27,7 +27,7 @@ def overloads(built: plan.Plan, statics: Followed, uses: Sequence[Use]) -> list[
     parting = (n for n, action in enumerate(built.actions, 1) if parts(action))
     if first := next(parting, 0):
         uses = uses_on_path(built, [x for x in statics.states if x.action < first])
-    goals = uses_on_path(built, goal_states(built, statics))
+    goals = uses_on_path(built, goal_states(built, statics)) if built.lift else []
     return _refused(built, goals) or _refused(built, [use for use in uses if use.limit.quantity not in PLACES])
 
 

@@ -76,9 +76,20 @@ class Conditions:
         return names
 
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
-        if self.yard.block:
+        if self.yard.block and test.of in ("", "block"):
             return "block"
         standing = [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
+        blocks = [name for name in standing if name in self.yard.scene.blocks]
+        if test.of in standing:
+            return test.of
+        if test.of:
+            missing = f"there is no block '{test.of}' that could be {test.state}"
+            self.source.fault(path, missing, closest(test.of, standing), column=test.column)
+            return ""
+        if len(blocks) > 1:
+            told = " or ".join(f"'{name} {test.state}'" for name in blocks[:2])
+            self.source.fault(path, f"which block? write {told}", column=test.column)
+            return ""
         if standing:
             return standing[0]
         missing = f"nothing in this scene can be {test.state}: it has no supports or contacts"

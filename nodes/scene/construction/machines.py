@@ -40,7 +40,8 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
 
 def check_parts(source: Source, scene: schema.Scene) -> None:
     """A lift needs cranes, a rig and a block, of which machines need no rig; a scene needs something that moves."""
-    parts = {"cranes": bool(scene.cranes), "block": scene.block is not None, "rig": scene.rig is not None}
+    block = scene.block is not None or bool(scene.blocks and not scene.cranes)
+    parts = {"cranes": bool(scene.cranes), "block": block, "rig": scene.rig is not None}
     missing = [key for key, there in parts.items() if not there]
     if len(missing) == len(parts):
         if scene.mechanism is None and not scene.machines:
@@ -49,10 +50,12 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
         there = " and ".join(key for key in parts if key not in missing)
         source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
     names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
-    for name in scene.machines:
-        if name in names:
-            source.fault(("machines", name), f"the name '{name}' is given twice: another machine has it", on_key=True)
-    if scene.mechanism and scene.mechanism.name in {*names, *scene.machines}:
+    for key in ("machines", "blocks"):
+        for name in getattr(scene, key):
+            if name in names:
+                source.fault((key, name), f"the name '{name}' is given twice: another machine has it", on_key=True)
+            names.add(name)
+    if scene.mechanism and scene.mechanism.name in names:
         message = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
         source.fault(("mechanism", "name"), message)
     _check_ends(source, scene)

@@ -241,6 +241,7 @@ class Scene(Base):
     end: u.Duration | None = None
     cranes: dict[Name, Crane] = Field(default_factory=dict)  # of other types than goliaths: their parameters
     block: Block | None = None
+    blocks: dict[Name, Block] = Field(default_factory=dict)  # several, which machines made of parts lift
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()

@@ -16,7 +16,7 @@ from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.keys.parts.rigging import Slings
 from heavylift.nodes.scene.text.source import Path
 
-from .tree import Tree, sling_names
+from .tree import Tree
 
 __all__ = ["Hung", "hang"]
 
@@ -35,7 +35,7 @@ class Hung:
     shapes: list[plan.Shape] = field(default_factory=list)
 
 
-def hang(checks: Checking, whole: k.System, block: plan.Block | None, tree: Tree | None, gravity: float) -> Hung:
+def hang(checks: Checking, whole: k.System, tree: Tree | None, gravity: float) -> Hung:
     """Hook blocks, ropes and slings of a machine; `whole`: its other parts with all that is around it."""
     at, found = kinematics.poses(whole), Hung()
     for name, hook in checks.given.hooks.items():
@@ -57,7 +57,7 @@ def hang(checks: Checking, whole: k.System, block: plan.Block | None, tree: Tree
         if hook.shortest >= hook.longest:
             checks.fault((*path, "longest"), "the longest rope must be longer than the shortest")
         if not checks.source.faults:
-            _hang_one(checks, found, name, hook, block, tree, at, gravity)
+            _hang_one(checks, found, name, hook, tree, at, gravity)
     return found
 
 
@@ -66,7 +66,6 @@ def _hang_one(
     found: Hung,
     name: str,
     hook: Hook,
-    block: plan.Block | None,
     tree: Tree | None,
     at: kinematics.Poses,
     gravity: float,
@@ -94,7 +93,7 @@ def _hang_one(
         away = norm((kinematics.place(drum, at) - tip).tolist()) / hook.falls
     EA = hook.falls * hook.fall_EA
     L0 = (length + away) / (1.0 + hook.block * gravity / EA)
-    mass = hook.block + (block.body.mass if block and tree and tree.holds(name) else 0.0)
+    mass = hook.block + (tree.carried(name) if tree else 0.0)
     damping = 2.0 * hook.damping * sqrt(EA / L0 * mass)
     found.ropes.append(k.Rope(name, tuple(lines), EA, L0, damping, winch=True))
     for why, bad in (("shorter", length < hook.shortest - TOUCH), ("longer", length > hook.longest + TOUCH)):
@@ -110,7 +109,7 @@ def _hang_one(
             speed=hook.speed, highest=hook.highest, emergency=hook.emergency, where=where,
         )
     )  # fmt: skip
-    slings = {key: _slings(found, key, given, name, hook, block) for key, given in rigging.items()}
+    slings = {key: _slings(found, key, given, name, hook, tree) for key, given in rigging.items()}
     axis = k.Point(hook.radius_from) if hook.radius_from else None
     found.hooks.append(
         plan.Hoist(
@@ -137,13 +136,13 @@ def _plumb(name: str, hook: Hook, tip: tuple[float, ...], tree: Tree | None) -> 
     return tip[2] - asked - hook.height
 
 
-def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, block: plan.Block | None) -> tuple[str, ...]:
-    """The slings of a rigging, from the hook to lugs of the block; their names."""
-    assert block is not None
-    lugs, names = {lug.name: lug.p for lug in block.lugs}, sling_names(key, given)
-    for sling, lug, length in zip(names, given.to, given.lengths, strict=True):
-        EA = given.sling.EA
-        line = k.Line(k.Point(name, (0.0, 0.0, -hook.height)), k.Point(block.name, lugs[lug]))
+def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: Tree | None) -> tuple[str, ...]:
+    """The slings of a rigging, from the hook to lugs of blocks; their names."""
+    assert tree is not None
+    ends = tree.ropes(key)
+    for sling, (i, lug, hooked) in ends.items():
+        EA, length = given.sling.EA, given.lengths[i]
+        line = k.Line(k.Point(name, (0.0, 0.0, -hook.height)), lug)
         damping = 2.0 * given.sling.damping * sqrt(EA / length * hook.block)
-        found.ropes.append(k.Rope(sling, (line,), EA, length, damping))
-    return names
+        found.ropes.append(k.Rope(sling, (line,), EA, length, damping, hooked=hooked))
+    return tuple(ends)

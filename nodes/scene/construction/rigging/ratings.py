@@ -11,10 +11,10 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
-from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Slings, SlingType
+from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingType
 from heavylift.nodes.scene.text.source import Path
 
-from .tree import sling_names
+from .tree import lugs_of, slings_of
 
 __all__ = ["hook_limits", "lug_limits", "rigging_limits", "sling_limits"]
 
@@ -69,32 +69,42 @@ def _on(yard: Yard) -> dict[str, list[str]]:
     """The slings that hang on each hook and point of a frame, those over a sheave twice."""
     found: dict[str, list[str]] = {}
     for name, given in yard.scene.rigging.items():
-        for i, sling in enumerate(sling_names(name, given)):
+        for rope, sling in slings_of(yard.scene, name).items():
             assert not isinstance(given, Frame)
-            found.setdefault(given.holders[i], []).extend([sling] * (2 if isinstance(given, Equaliser) else 1))
+            found.setdefault(given.holders[sling.number], []).extend(
+                [rope] * (2 if isinstance(given, Equaliser) else 1)
+            )
     return found
 
 
 def lug_limits(yard: Yard) -> Iterator[Limit]:
-    """Lugs of the block, and points of frames."""
-    block, held = yard.scene.block, dict[str, list[str]]()
-    for name, given in yard.scene.rigging.items():
-        for i, lug in enumerate(given.to if isinstance(given, Slings | Equaliser) else ()):
-            held.setdefault(lug, []).append(sling_names(name, given)[i if isinstance(given, Slings) else 0])
-    rated: dict[str, tuple[float, Path]] = {}
-    if block and block.lug_capacity:
-        rated = dict.fromkeys(block.lugs, (block.lug_capacity, ("block", "lug capacity")))
-    every = [sling.name for sling in yard.slings]  # of loaders, which may take any lug
-    for name, given in yard.scene.rigging.items():
+    """Lugs of blocks, and points of frames."""
+    scene, lugs, held = yard.scene, lugs_of(yard.scene), dict[object, list[str]]()
+    for name, given in scene.rigging.items():
+        for rope, sling in slings_of(scene, name).items():
+            for word in given.to if isinstance(given, Equaliser) else [sling.holds]:
+                held.setdefault(lugs.get(word, word), []).append(rope)
+    if scene.block and scene.block.lug_capacity:
+        every = [sling.name for sling in yard.slings]  # of loaders, which may take any lug
+        for lug in scene.block.lugs:
+            yield from _lug(yard, lug, scene.block.lug_capacity, [*held.get(lugs[lug], ()), *every], ("block",))
+    for name, block in scene.blocks.items():
+        for lug in (f"{name}.{lug}" for lug in block.lugs if block.lug_capacity):
+            yield from _lug(yard, lug, block.lug_capacity or 0.0, held.get(lugs[lug], []), ("blocks", name))
+    for name, given in scene.rigging.items():
         if isinstance(given, Frame) and given.lug_capacity:
-            words = [name, *(f"{name}.{point}" for point in given.points)]
-            rated |= dict.fromkeys(words, (given.lug_capacity, ("rigging", name, "lug capacity")))
-    for lug, (most, path) in rated.items():
-        if slings := (*held.get(lug, ()), *_on(yard).get(lug, ()), *(every if block and lug in block.lugs else ())):
-            yield Limit(
-                subject=lug, quantity="lug load", unit="kg", value=most, elements=slings, source="the scene",
-                where=yard.source.where(path),
-            )  # fmt: skip
+            for lug in (name, *(f"{name}.{point}" for point in given.points)):
+                slings = [*held.get(lug, ()), *_on(yard).get(lug, ())]
+                yield from _lug(yard, lug, given.lug_capacity, slings, ("rigging", name))
+
+
+def _lug(yard: Yard, lug: str, most: float, slings: list[str], base: Path) -> Iterator[Limit]:
+    where = yard.source.where((*base, "lug capacity"))
+    if slings:
+        yield Limit(
+            subject=lug, quantity="lug load", unit="kg", value=most, elements=tuple(slings), source="the scene",
+            where=where,
+        )  # fmt: skip
 
 
 def sling_limits(given: SlingType, name: str, where: str) -> Iterator[Limit]:

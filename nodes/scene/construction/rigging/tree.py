@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
@@ -17,7 +18,6 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
-from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys.base import End
 from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, Slings
@@ -25,31 +25,62 @@ from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-__all__ = ["Tree", "sling_names"]
+__all__ = ["Sling", "Tree", "lugs_of", "slings_of"]
 
 SPREAD = 1e-6  # [m] less: what holds a frame tells nothing of where it points
 HALVINGS = 60
 
 
-def sling_names(name: str, given: Rigging) -> tuple[str, ...]:
-    """The ropes of an entry."""
-    many = len(given.to) if isinstance(given, Slings) else int(isinstance(given, Equaliser))
-    return tuple(f"{name}.sling-{i + 1}" for i in range(many))
+class Sling(NamedTuple):
+    """A rope of an entry: number of its sling, what it holds, whether it does at the start.
+
+    A sling that is hooked elsewhere later is another rope, `legs.sling-1.B-N1`, which hangs there only then.
+    """
+
+    number: int
+    holds: str
+    hooked: bool = True
+
+
+def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
+    """The ropes of an entry, by name; none of a frame."""
+    given = scene.rigging[name]
+    if isinstance(given, Frame):
+        return {}
+    names = [f"{name}.sling-{i + 1}" for i in range(len(given.to) if isinstance(given, Slings) else 1)]
+    found = {sling: Sling(i, given.to[i]) for i, sling in enumerate(names)}
+    for action in scene.actions if isinstance(given, Slings) else ():
+        for target, phrase in action.orders.items():
+            asked = names if target == name else [target] if target in names else []
+            for sling, lug in zip(asked, phrase.lugs, strict=False):
+                if lug != found[sling].holds:
+                    found[f"{sling}.{lug.replace('.', '-')}"] = Sling(found[sling].number, lug, hooked=False)
+    return found
+
+
+def lugs_of(scene: Scene) -> dict[str, k.Point]:
+    """The lugs of all blocks by the words for them: `N1` where one block has it, and `B.N1`."""
+    blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+    named = [lug for block in blocks.values() for lug in block.lugs]
+    found = {lug: k.Point(name, p) for name, x in blocks.items() for lug, p in x.lugs.items() if named.count(lug) == 1}
+    return found | {f"{name}.{lug}": k.Point(name, p) for name, x in scene.blocks.items() for lug, p in x.lugs.items()}
 
 
 class Tree:
     """All rigging of a scene; what is wrong with it is added to the faults of its source."""
 
-    def __init__(self, source: Source, scene: Scene, block: plan.Block | None, around: k.System) -> None:
-        for name in scene.rigging if block is None else ():
+    def __init__(self, source: Source, scene: Scene, around: k.System) -> None:
+        blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+        for name in () if blocks else scene.rigging:
             source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
-        self.source, self.rigging, self.gravity = source, scene.rigging, scene.gravity
+        self.source, self.scene, self.rigging, self.gravity = source, scene, scene.rigging, scene.gravity
+        self.masses = {name: block.mass for name, block in blocks.items()}
+        self.lugs = lugs_of(scene)
         parts = [*scene.machines.values(), *([scene.mechanism] if scene.mechanism else [])]
         self.taken = {*scene.machines, *scene.cranes, *(scene.rig.loaders if scene.rig else ()), *scene.models}
         self.taken |= {*(body.name for body in around.bodies), *([scene.mechanism.name] if scene.mechanism else [])}
         self.hooks = {name: hook for machine in parts for name, hook in machine.hooks.items()}
         self.frames = {name: given for name, given in self.rigging.items() if isinstance(given, Frame)}
-        self.lugs = {lug.name: k.Point(block.name, lug.p) for lug in block.lugs} if block else {}
         self.ends = {h.replace(".", " ", 1): k.Point(h, (0.0, 0.0, -x.height)) for h, x in self.hooks.items()}
         self.points = {name: k.Point(name) for name in self.frames}
         for name, frame in self.frames.items():
@@ -70,6 +101,14 @@ class Tree:
     def lower(self, word: str) -> k.Point | None:
         """What a sling can hold, by a word."""
         return self.lugs.get(word) or self.points.get(word)
+
+    def missing(self, word: str) -> tuple[str, str]:
+        """What is wrong with a word that names nothing below, and the nearest one."""
+        several = [lug for lug in self.lugs if lug.endswith(f".{word}")]
+        if len(several) > 1:
+            return f"several blocks have a lug '{word}'", f"write {' or '.join(several[:2])}"
+        told = f"no block has a lug '{word}'" if self.scene.blocks else f"the block has no lug '{word}'"
+        return told, closest(word, [*self.lugs, *self.points])
 
     def of_hook(self, hook: str) -> dict[str, Slings]:
         """The slings from one hook to lugs, which belong to its machine."""
@@ -113,8 +152,7 @@ class Tree:
                         self.source.fault((*here, key), message)
             for i, word in enumerate(given.to):
                 if self.lower(word) is None:
-                    told = closest(word, [*self.lugs, *self.points])
-                    self.source.fault((*here, "to", i), f"the block has no lug '{word}'", told)
+                    self.source.fault((*here, "to", i), *self.missing(word))
                 elif used.setdefault(word, name) != name or word in given.to[:i]:
                     what = "lug" if word in self.lugs else "point"
                     self.source.fault((*here, "to", i), f"the {what} {word} already carries a sling of {used[word]}")
@@ -171,9 +209,23 @@ class Tree:
                 if point and point.body == body:
                     yield name, i, point, word
 
-    def holds(self, body: str) -> bool:
-        """Whether slings hang on a hook or frame."""
-        return next(self._below(body), None) is not None
+    def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
+        """Of each rope of slings its number, what it holds, and whether it does at the start; none to unknown lugs, of
+        which whoever reads the action list tells."""
+        ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
+        return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
+
+    def carried(self, body: str) -> float:
+        """The mass of the blocks that hang on a hook or frame at the start [kg]."""
+        found, waiting = dict[str, float](), [body]
+        while waiting:
+            for _, _, _, word in self._below(waiting.pop()):
+                point = self.lower(word)
+                if point and point.body in self.masses:
+                    found[point.body] = self.masses[point.body]
+                elif point:
+                    waiting.append(point.body)
+        return sum(found.values())
 
     def _where(self, word: str) -> list[float]:
         """World position of what a sling holds [m]."""
@@ -256,10 +308,9 @@ class Tree:
             body = mechanics.Body.model_construct(mass=given.mass, com=given.com, box=given.size)
             return make(name=name, bodies={name: body}, joints={f"{name}.free": free})
         ropes: dict[str, mechanics.Rope] = {}
-        for i, rope in enumerate(sling_names(name, given)):
-            upper, lower = self.upper(given.holders[i]), self.lower(given.to[i])
+        for rope, (i, lower, hooked) in self.ropes(name).items():
+            upper = self.upper(given.holders[i])
             assert upper is not None
-            assert lower is not None
             start, end, over = _end(upper), _end(lower), list[mechanics.Over]()
             length = given.length if isinstance(given, Equaliser) else given.lengths[i]
             if isinstance(given, Equaliser):
@@ -274,7 +325,7 @@ class Tree:
             light = self.hooks[upper.body].block if upper.body in self.hooks else self.frames[upper.body].mass
             damping = 2.0 * given.sling.damping * sqrt(given.sling.EA / length * light)
             ropes[rope] = mechanics.Rope.model_construct(
-                start=start, end=end, over=over, EA=given.sling.EA, length=length, damping=damping
+                start=start, end=end, over=over, EA=given.sling.EA, length=length, damping=damping, hooked=hooked
             )
         return make(name=name, ropes=ropes)
 
