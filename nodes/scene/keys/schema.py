@@ -13,7 +13,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.question import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
-from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
@@ -223,6 +223,15 @@ class Fidelity(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
     """How much of the machines is modelled."""
 
 
+class Instance(Base):
+    """A scene as one of several lifts; what else is written here is laid over it, as over one that is extended."""
+
+    model_config = ConfigDict(extra="allow")
+    extends: str  # a file beside the scene, or a bundled one
+    at: tuple[u.Length, u.Length] = (0.0, 0.0)  # where the origin of its scene is, along x and y
+    start: u.Duration | None = None  # of its action list; left out: at once
+
+
 class Scene(Base):
     """A scene file."""
 
@@ -249,6 +258,7 @@ class Scene(Base):
     wind: Wind | None = None
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side, of machines in parts
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)

@@ -80,7 +80,7 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
     if scene.mechanism:
         named["mechanism", "name"] = scene.mechanism.name
     for path, name in named.items():
-        if name in RESERVED:
+        if name in RESERVED and path != ("blocks", "block"):  # as that of an instance is
             message = f"the name '{name}' is reserved: choose another"
             yield Fault(path, message, on_key=path != ("mechanism", "name"))
 
