@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from heavylift.coordinator.commands.common.app import (
+    AUTO,
     Deadline,
     External,
     Force,
@@ -22,6 +23,7 @@ from heavylift.coordinator.commands.common.app import (
     app,
     deadline_s,
     one_process,
+    paying_processes,
     quantity,
     written_to,
 )
@@ -54,7 +56,7 @@ def devs(
 ) -> None:
     """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""
     import msgspec
-    from heavylift.coordinator.participants.building import seeded
+    from heavylift.coordinator.participants.building import built, seeded
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
     from heavylift.coordinator.run.watch import Watch
@@ -72,7 +74,8 @@ def devs(
                 "each of the --replications runs in one process, without a recording; leave out -o, --place, --remote, "
                 "--listen and --in-process"
             )
-        found = replicate(model, replications, 1 if seed is None else seed, end, stop, microsteps, workers=processes)
+        workers = 0 if processes == AUTO else processes
+        found = replicate(model, replications, 1 if seed is None else seed, end, stop, microsteps, workers=workers)
         typer.echo(_replications(found, as_json))
         return
     if seed is not None:
@@ -84,6 +87,11 @@ def devs(
         def say(self, sentence: str) -> None:
             print(printable(sentence), file=sys.stderr)
 
+    def tried(count: int, watch: Watch) -> object:
+        return run_models(model, end, watch=watch, processes=count, microsteps=microsteps, deadline=patience, stop=stop)
+
+    if not (in_process or places):
+        processes = paying_processes(processes, len(built(model).children), tried, [*away, *(external or ())])
     run = run_models(
         model,
         end,

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -27,12 +28,14 @@ from heavylift.coordinator.commands.common.app import (
     app,
     deadline_s,
     one_process,
+    paying_processes,
     written_to,
 )
 
 from .hosts import Certificates, open_door
 
 if TYPE_CHECKING:
+    from heavylift.coordinator.run.watch import Watch
     from heavylift.coordinator.uncertainty.certificate import Certifying
     from heavylift.nodes.scene import LoadedScene
     from heavylift.recordings import Spectator
@@ -88,7 +91,7 @@ def run(
         from heavylift.coordinator.live.pace import RealTime
         from heavylift.coordinator.run import run as simulate
         from heavylift.coordinator.run.progress import Progress, summary
-        from heavylift.coordinator.transport.placement import place
+        from heavylift.coordinator.transport.placement import Placement, place
         from heavylift.nodes.models import node_names
         from heavylift.nodes.scene import load
 
@@ -106,6 +109,15 @@ def run(
 
             loaded = driven(loaded, drive)
         nodes = node_names(loaded.plan)
+
+        def tried(count: int, watch: Watch) -> object:
+            with TemporaryDirectory() as folder:
+                at = Path(folder) / "tried.mcap"
+                return simulate(loaded, at, watch=watch, placement=Placement.spread(nodes, count), deadline=patience)
+
+        if not places:
+            elsewhere = [*loaded.facts.remote, *(remote or []), *(external or [])]
+            processes = paying_processes(processes, len(nodes), tried, elsewhere)
         placement = place(
             nodes,
             loaded.facts.placement,

@@ -104,6 +104,8 @@ class KernelNode:
     @property
     def _sample(self) -> Tag | None:
         """Tag of the next sample, if a tentative step or an event goes that far and no event comes before."""
+        if not self._sampling.done:  # nobody listens, as mostly
+            return None
         due, s = self._sampling.next_ns, self.simulation
         shown = s.next_ns >= due if s.event else self._ran >= due or s.next_ns > due
         return Tag(due) if shown and due < FOREVER_NS and not self._told else None
@@ -223,7 +225,8 @@ class KernelNode:
 
     def _pause(self) -> None:
         self.pauses += 1
-        self._flush()
+        if len(self.simulation.rows) >= BATCH:
+            self._flush()
 
     def _flush(self) -> None:
         """Batches begin where steps or grants end, which a successor repeats."""

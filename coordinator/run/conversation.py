@@ -123,6 +123,7 @@ class Conversation:
             if outcome is not None:
                 return outcome
             outstanding += len(grants)
+            self._watch.waiting()
             got = self._hear(min(LOOK_s, tempo.rest(core)))
             while got is not None:
                 node, message = got

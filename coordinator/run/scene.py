@@ -186,6 +186,10 @@ class _Run(Watch):
         """Samples up to this simulation time have come."""
         self._watch.progress(t_ns)
 
+    def waiting(self) -> None:
+        """Passed on."""
+        self._watch.waiting()
+
     def greet(self) -> None:
         """The models first, for the kernel needs what they declare."""
         plan = encode(self._plan)

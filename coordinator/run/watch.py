@@ -17,5 +17,8 @@ class Watch:
     def progress(self, t_ns: int) -> None:
         """Samples up to this simulation time have come."""
 
+    def waiting(self) -> None:
+        """All that can be granted is granted; again and again while no answer comes."""
+
     def say(self, sentence: str) -> None:
         """Something that the user should know or do now."""

@@ -20,6 +20,7 @@ from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.models.parts.drive import DriveActor
 from heavylift.nodes.models.parts.fidelity_variants import hook_rope, sling
 from heavylift.nodes.models.parts.gauges import Gauge
+from heavylift.nodes.models.parts.interlock import fit
 from heavylift.nodes.models.parts.parts import LiveActor, Machine, RopeAtomic, declared, share
 from heavylift.nodes.plan.plan import Block, Crane, Loader, Mechanism, Plan
 
@@ -187,6 +188,8 @@ def _built(plan: Plan, name: str) -> NodeModel:
             raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
     if thresholds := watched(plan, name):
         model.take(Gauge("gauge", thresholds))
+    for interlock in (interlock for interlock in plan.interlocks if interlock.machine == name):
+        fit(model, interlock)
     return model
 
 

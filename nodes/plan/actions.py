@@ -37,9 +37,11 @@ class Slings(Term, frozen=True, kw_only=True, tag="slings"):
 
 
 class MovesDone(Term, frozen=True, kw_only=True, tag="moves-done"):
-    """The orders of the previous action are done (if verbs as "hoist" or "turn" are given: those)."""
+    """The orders of the previous action are done (with verbs as "hoist" or "turn": those); `stopped`: or a limit
+    switch or an interlock has stopped them."""
 
     verbs: tuple[str, ...] = ()
+    stopped: bool = False
 
 
 class Lifted(Term, frozen=True, kw_only=True, tag="lifted"):
@@ -140,11 +142,20 @@ class Unhook(Item, frozen=True, kw_only=True, tag="unhook"):
 
 
 class Brake(Item, frozen=True, kw_only=True, tag="brake"):
-    """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a loader) is engaged or released."""
+    """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a loader) is engaged or released; an interlock is
+    active, or bypassed."""
 
     model: str
     brake: str
     engaged: bool
+
+
+class Stop(Item, frozen=True, kw_only=True, tag="stop"):
+    """An actuator stops, whatever it does, with `accel` [m/s2 or rad/s2]; None: that of its move."""
+
+    model: str
+    actuator: str
+    accel: float | None = None
 
 
 class Wait(Item, frozen=True, kw_only=True, tag="wait"):
@@ -153,7 +164,7 @@ class Wait(Item, frozen=True, kw_only=True, tag="wait"):
     seconds: float
 
 
-Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Wait
+Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Stop | Wait
 
 
 class Action(Item, frozen=True, kw_only=True):

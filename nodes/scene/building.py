@@ -21,8 +21,8 @@ from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.limiting import build_limits
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
-from heavylift.nodes.scene.construction.own_models import build_models, check_models
 from heavylift.nodes.scene.construction.resolve import build_actions
+from heavylift.nodes.scene.construction.signals import build_interlocks, build_models, check_models
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.nodes import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
@@ -87,12 +87,14 @@ def _built(
     )
     mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
+    yard.interlocks = build_interlocks(yard, mechanisms)
     loaded = LoadedScene(
         msgspec.structs.replace(
             lift,
             **_common(scene),
             mechanisms=mechanisms,
             models=build_models(yard, mechanisms),
+            interlocks=yard.interlocks,
             limits=build_limits(yard, mechanisms),
             actions=build_actions(yard, mechanisms),
         ),

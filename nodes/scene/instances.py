@@ -33,7 +33,7 @@ COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
-     "elements", "subject", "taut", "closed", "slings", "lug")
+     "elements", "subject", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock")
 )  # fmt: skip
 MACHINES = (
     "cranes",
@@ -105,6 +105,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         whole = msgspec.structs.replace(
             whole,
             mechanisms=whole.mechanisms + part.mechanisms,
+            interlocks=whole.interlocks + part.interlocks,
             limits=whole.limits + tuple(x for x in part.limits if x.subject != EVERY or x.elements),
             actions=whole.actions + actions,
             lists=(*whole.lists, ActionList(name=name, first=first, machines=tuple(m.name for m in part.mechanisms))),
@@ -180,7 +181,8 @@ def _fields(x: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _changed(name: str, value: Any, prefix: str, d: Vector) -> Any:
-    if name in NAMES:
+    words = value if isinstance(value, tuple) else (value,)
+    if name in NAMES and (isinstance(value, dict) or all(isinstance(x, str) for x in words)):
         return _renamed(value, prefix)
     return moved(value, prefix, d)
 
@@ -189,11 +191,9 @@ def _renamed(value: Any, prefix: str) -> Any:
     """Names with the prefix; the ground and what is empty have none."""
     if isinstance(value, str):
         return value if value in ("", WORLD, EVERY) else f"{prefix}{value}"
-    if isinstance(value, tuple) and all(isinstance(x, str) for x in value):
-        return tuple(_renamed(x, prefix) for x in value)
     if isinstance(value, dict):
         return {_renamed(key, prefix): _renamed(x, prefix) for key, x in value.items()}
-    return moved(value, prefix, (0.0, 0.0, 0.0))
+    return tuple(_renamed(x, prefix) for x in value)
 
 
 def _sum(p: Sequence[float], d: Vector) -> Vector:

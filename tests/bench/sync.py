@@ -24,7 +24,6 @@ from __future__ import annotations
 import os
 import resource
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -32,26 +31,24 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from itertools import pairwise
-from multiprocessing.synchronize import Event as Signal
 from statistics import median
 from typing import ClassVar
 
 from heavylift.coordinator import run_models
 from heavylift.coordinator.live import running
-from heavylift.coordinator.protocol.messages import Done, Grant, encode
+from heavylift.coordinator.protocol.messages import Done
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.run import conversation
-from heavylift.coordinator.transport.frame import Topic, Writer
 from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.kernel.errors import Stopped
-from heavylift.nodes.devs import Event, Simulator, Tag
-from shared.processes import FORK, Forked
-from shared.rows import SHORT, options, peer_module, row
+from heavylift.nodes.devs import Event, Simulator
+from shared.processes import Forked
+from shared.rows import SHORT, options, row
 from shared.sync_models import GAP, Station, queue, workload
+from shared.sync_peers import BLOCK, ROUNDS, SIZE, cycle, helics_round, helics_there, raw
 
-GRANTS, ROUNDS, RAW, MESSAGES = (100, 64, 200, 200) if SHORT else (4000, 1000, 20_000, 20_000)
-BLOCK, SIZE, QUEUE = 16, 50, 2 if SHORT else 150  # full rounds of a block, characters of a message, seconds
+GRANTS, MESSAGES = (100, 200) if SHORT else (4000, 20_000)
+QUEUE = 2 if SHORT else 150  # seconds
 GAPS = {1: 20, 10: 40} if SHORT else {1: 600, 10: 3000}  # lookahead in gaps -> length of the workload in gaps
 WATCHED = 500 if SHORT else 100_000  # DONEs that are timed once all observers stand still
 NODES, MANY, RING, OBSERVERS = ((2,), (), 2, 1) if SHORT else ((2, 8, 16, 32), (64, 128), 8, 8)
@@ -88,12 +85,6 @@ class Watched(Stamped):
         super().done(name, done)
         if len(self.at) == self.since + WATCHED:
             raise KeyboardInterrupt
-
-
-def cycle(at: list[float], step: int = 1) -> float:
-    """Microseconds of the median cycle, each of so many stamps."""
-    stamps = at[step - 1 :: step]
-    return median(b - a for a, b in pairwise(stamps)) * 1e6
 
 
 def grant(n: int) -> float:
@@ -203,28 +194,6 @@ def observed(n: int) -> float:
     return len(timed) / (timed[-1] - timed[0])
 
 
-def raw(_: int) -> float:
-    """Microseconds of a round over a unix socket with the sizes of a GRANT and a DONE."""
-    there, here = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    tag, crc = Tag(1_000_000), bytes(16)
-    ask = Writer("0" * 16, "n0", Topic.IN, 1).frame(encode(Grant(1000, tag, (0, 7), False, [])))
-    answer = Writer("0" * 16, "n0", Topic.OUT, 1).frame(encode(Done(1000, tag, [], tag, [], tag, crc)))
-    if os.fork() == 0:
-        here.close()
-        while there.recv(4096):
-            there.send(answer)
-        os._exit(0)
-    there.close()
-    at = []
-    for _ in range(RAW):
-        here.send(ask)
-        here.recv(4096)
-        at.append(time.perf_counter())
-    here.close()
-    os.wait()
-    return cycle(at)
-
-
 def empty(_: int) -> float:
     """Microseconds of an empty message between coordinator and node in one process, either way."""
     with LocalHub(["n0"]) as hub:
@@ -236,51 +205,6 @@ def empty(_: int) -> float:
             hub.receive()
             at.append(time.perf_counter())
     return cycle(at) / 2
-
-
-def helics_round(n: int, rounds: int = ROUNDS) -> float:
-    """Microseconds of a round of n HELICS federates, from blocks that end when the last federate has done them."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    near = "--local_interface=127.0.0.1 --loglevel=error"
-    core = f"--federates=1 --broker_address=127.0.0.1 --brokerport={port} {near}"
-    ready = FORK.Event()
-    federates = [Forked(federate, n, rounds, core, i, ready) for i in range(n)]
-    import helics as h  # type: ignore[import-untyped]  # not before they are forked: it has threads
-
-    broker = h.helicsCreateBroker("tcp", "", f"-f {n} --localport={port} --name=b{port} {near}")
-    ready.set()
-    done = zip(*(f.result() for f in federates), strict=True)
-    h.helicsBrokerDisconnect(broker)
-    h.helicsCloseLibrary()
-    blocks = [max(at) for at in done][BLOCK - 1 :: BLOCK]
-    return (blocks[-1] - blocks[0]) / BLOCK * 1e6 if len(blocks) < 3 else cycle(blocks) / BLOCK
-
-
-def federate(n: int, rounds: int, core: str, i: int, ready: Signal) -> list[float]:
-    """One of n HELICS federates in a ring: when each of its rounds was done, on the clock of the machine."""
-    import helics as h
-
-    ready.wait()
-    info = h.helicsCreateFederateInfo()
-    h.helicsFederateInfoSetCoreTypeFromString(info, "tcp")
-    h.helicsFederateInfoSetCoreInitString(info, core)
-    h.helicsFederateInfoSetTimeProperty(info, h.HELICS_PROPERTY_TIME_PERIOD, 1.0)
-    own = h.helicsCreateValueFederate(f"f{i}", info)
-    out = h.helicsFederateRegisterGlobalPublication(own, f"p{i}", h.HELICS_DATA_TYPE_STRING, "")
-    into = h.helicsFederateRegisterSubscription(own, f"p{(i - 1) % n}", "")
-    h.helicsFederateEnterExecutingMode(own)
-    heard, at = 0, []
-    for k in range(1, rounds + 1):
-        h.helicsPublicationPublishString(out, "x" * SIZE)
-        h.helicsFederateRequestTime(own, float(k))
-        if h.helicsInputIsUpdated(into):
-            heard += len(h.helicsInputGetString(into)) == SIZE
-        at.append(time.perf_counter())
-    h.helicsFederateDisconnect(own)
-    assert heard >= rounds - 1, heard
-    return at
 
 
 HELICS = partial(spent, helics_round)
@@ -349,10 +273,6 @@ def main() -> None:
         theirs = best(found[other]) if other in found else None
         bound = {"at_least" if speed else "at_most": target}
         row(name, best(found[own]), unit, peer, theirs, **bound)
-
-
-def helics_there() -> bool:
-    return peer_module("helics", "HELICS", "pip install '.[bench]'") is not None
 
 
 if __name__ == "__main__":

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import inspect
-import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,15 +16,17 @@ from . import completing
 from .helping import Command, Commands
 
 if TYPE_CHECKING:
+    from heavylift.coordinator.run.watch import Watch
     from heavylift.nodes.scene.text.units import Dimension
 
 __all__ = [
-    "After", "At", "Deadline", "External", "File", "Force", "InProcess", "Json", "Listen", "Places", "Processes",
-    "Remote", "Run", "Scene", "Sets", "Strict",
-    "app", "deadline_s", "one_process", "quantity", "written_to",
+    "AUTO", "After", "At", "Deadline", "External", "File", "Force", "InProcess", "Json", "Listen", "Places",
+    "Processes", "Remote", "Run", "Scene", "Sets", "Strict",
+    "app", "deadline_s", "one_process", "paying_processes", "quantity", "written_to",
 ]  # fmt: skip
 
 LEAST_s = 1.0  # that a process has for an answer
+AUTO = 1 << 30  # more processes than anybody has: as many as pay
 
 CODE = {"scene", "scenes", "verify", "strict", "connect"}  # parameters of commands that hear of Python code of others
 AllowCode = Annotated[
@@ -88,15 +89,28 @@ app = App(
 
 
 def process_count(text: str | int) -> int:
-    """How many processes are asked for; `auto` is one for each core that this process may use, and says so."""
-    if text != "auto":
-        try:
-            return int(text)
-        except ValueError:
-            raise typer.BadParameter(f"{text!r} is neither a number of processes nor auto") from None
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    typer.echo(f"--processes auto: at most {cores}, as many as there are cores to use", err=True)
-    return cores
+    """How many processes are asked for; AUTO for those that pay."""
+    if text == "auto":
+        return AUTO
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is neither a number of processes nor auto") from None
+
+
+def paying_processes(
+    asked: int, models: int, run: Callable[[int, Watch], object], elsewhere: Collection[str] | None = None
+) -> int:
+    """The number `asked` for; where that is AUTO, as many as pay where `run(count, watch)` is tried, which is told."""
+    if asked != AUTO:
+        return asked
+    if elsewhere:
+        raise typer.BadParameter("--processes auto tries processes on this machine; leave out --remote and --external")
+    from .paying import paying
+
+    count, found = paying(run, models)
+    typer.echo(f"--processes auto: {count}, for {found}", err=True)
+    return count
 
 
 def one_process(in_process: bool, processes: int, places: Sequence[str] | None) -> bool:
@@ -127,7 +141,10 @@ Deadline = Annotated[str, typer.Option("--deadline", help="for a process to show
 Processes = Annotated[
     int,
     typer.Option(
-        "--processes", help="deal the models out over so many processes", parser=process_count, metavar="N|auto"
+        "--processes",
+        help="deal the models out over so many processes, or as many as pay",
+        parser=process_count,
+        metavar="N|auto",
     ),
 ]
 Places = Annotated[

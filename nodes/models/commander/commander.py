@@ -23,7 +23,7 @@ from heavylift.nodes.plan.plan import Plan, driven
 
 from .actuator_registry import TURN, first_lugs, first_picture, machines, owners, turns
 from .conditions import Moment, crossings, holds, next_time, words
-from .jobs import Job, addressed, make_way, seconds, still_open
+from .jobs import Job, addressed, make_way, seconds, still_open, stopping
 from .order_checks import check, check_led
 from .refused import Refused
 from .turn_law import Follower, followers
@@ -231,9 +231,19 @@ class Commander(Atomic):
                 job = self._job(at, "release" if order.parted else "unhook", order.sling)
                 self.picture.parted |= {order.sling} if order.parted else set()
                 self._send(order.sling, m.UnhookOrder(order.sling, job.id, at))
+            case scene.Stop():
+                self._stop(order, at)
             case scene.Brake():
                 job = self._job(at, "brake", order.brake)
                 self._send(order.brake, m.BrakeOrder(order.brake, job.id, at, order.engaged))
+
+    def _stop(self, order: scene.Stop, at: tuple[int, int]) -> None:
+        """Stop an actuator, or the turn that it follows, once; what it did ends with it."""
+        if (actor := stopping(self.jobs, order.actuator, TURN)) is not None:
+            self.jobs = [job for job in self.jobs if job.actor != actor or not job.limit]
+            self.ids += 1
+            self.jobs.append(Job(self.ids, at, "stop", actor, self.now.t, halting=True))
+            self._send(actor, m.StopMotion(actor, self.ids, at, order.accel))
 
     def _job(
         self,
@@ -263,6 +273,9 @@ class Commander(Atomic):
             case m.Limit():
                 for job in self.jobs:
                     job.limit = report.limit if job.actor == report.actor else job.limit
+                    if any(f.actuator == report.actor for f in job.followers) and not job.halting:
+                        job.halting = True  # what one cannot follow is over for all
+                        self._send(job.actor, m.Halt(job.actor, job.id, job.at))
             case m.Hooked() if report.lug:
                 self.lugs[report.actor] = report.lug
             case m.Unhooked():

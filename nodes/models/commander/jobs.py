@@ -46,9 +46,15 @@ def addressed(order: scene.Order) -> str | None:
     return ""
 
 
-def still_open(jobs: list[Job], action: int) -> tuple[tuple[str, str], ...]:
-    """The orders of an action that are not done, as (verb, actor)."""
-    return tuple((job.verb, job.actor) for job in jobs if job.action == action)
+def still_open(jobs: list[Job], action: int) -> tuple[tuple[str, str, bool], ...]:
+    """The orders of an action that are not done, as (verb, actor, whether a limit or an interlock stopped it)."""
+    return tuple((job.verb, job.actor, bool(job.limit)) for job in jobs if job.action == action)
+
+
+def stopping(jobs: list[Job], actuator: str, turn: str) -> str | None:
+    """What is to be stopped that an actuator stands: itself or the turn that it follows; None if that is under way."""
+    actor = turn if any(actuator == f.actuator for job in jobs for f in job.followers) else actuator
+    return None if any(job.verb == "stop" and job.actor == actor for job in jobs) else actor
 
 
 def make_way(jobs: list[Job], actor: str) -> None:

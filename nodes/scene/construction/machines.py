@@ -110,7 +110,10 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
         omega = 2 * math.pi * servo.frequency
         mass = sum(getattr(parts.bodies, moved).mass for moved in servo.moves)
         kp, kv = mass * omega * omega, 2 * servo.damping * mass * omega
-        return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=accel, kp=kp, kv=kv, pulses=pulses)
+        return plan.Axis(
+            start=start, lower=ends[0], upper=ends[1], accel=accel, kp=kp, kv=kv, pulses=pulses,
+            emergency=crane.emergency,
+        )  # fmt: skip
 
     def inertia(body: GoliathBody) -> plan.Inertia:
         return plan.Inertia(mass=body.mass, com=body.com, moments=box(body.mass, body.box))
@@ -138,6 +141,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
                     highest=crane.highest_hook,
                     capacity=crane.hook_capacity,
                     block_mass=crane.hook_block,
+                    emergency=crane.emergency,
                     where=place,
                 )
             )

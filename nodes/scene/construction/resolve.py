@@ -15,8 +15,8 @@ from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
-from .conditions import Conditions, wrong_units
 from .rigging.tree import Sling, lugs_of, slings_of
+from .signals import Conditions, wrong_units
 from .targets import Actor, targets
 from .yard import Yard, by_beam, ramp_of
 
@@ -77,6 +77,8 @@ class _Resolver:
     def _actors(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> tuple[Actor, ...]:
         words = " ".join(target.split())
         found = self.targets.get(words)
+        if found and VERBS[phrase.verb].becomes == "stop" and words in {actor.model for actor in found}:
+            found = self.of_machine(words)
         if found is None:
             known = [*self.targets, "stage", "when", "timeout"]
             self.source.fault(path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True)
@@ -88,6 +90,11 @@ class _Resolver:
             fitting = [fit.name for fit in VERBS.values() if any(actor.obeys(fit) for actor in found)]
             self.source.fault(path, f"'{target}' cannot {phrase.verb}", f"it can: {', '.join(fitting)}")
         return obeying
+
+    def of_machine(self, machine: str) -> tuple[Actor, ...]:
+        """All that moves in a machine."""
+        found = (actor for actors in self.targets.values() for actor in actors if actor.model == machine)
+        return tuple({actor.name: actor for actor in found if actor.obeys(VERBS["stop"])}.values())
 
     def _orders(self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase) -> list[actions.Order]:
         if not found:
@@ -107,6 +114,8 @@ class _Resolver:
                 return self._hookups(path, found, phrase, where)
             case "unhook":
                 return [actions.Unhook(sling=s, where=where) for a in found for s in self._slings_of(a)]
+            case "stop":
+                return self._stops(path, found, phrase, where)
             case "brake" | "release":
                 if found[0].kind in ("sling", "rope"):
                     return [actions.Unhook(sling=a.name, parted=True, where=where) for a in found]
@@ -173,6 +182,15 @@ class _Resolver:
         ]
         self.hangs |= {*asked}
         return [actions.Hookup(sling=rope, where=where) for rope in asked]
+
+    def _stops(
+        self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str
+    ) -> list[actions.Order]:
+        given = phrase.ramp if isinstance(phrase.ramp, float) else None
+        for actor in found if given else ():
+            if phrase.turning != actor.turns:
+                self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
+        return [actions.Stop(model=a.model, actuator=a.name, accel=given or a.emergency, where=where) for a in found]
 
     def _hookups(
         self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str

@@ -17,8 +17,9 @@ from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandle
 
 from .actions import Action
 from .base import Base, Name, Place, keys_of
+from .interlocks import Interlock
 from .nodes import OwnModel, Process
-from .parts.machines import GoliathParts, Machine
+from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
 from .parts.rigging import Rigging, SlingType
 from .wind import Wind
@@ -93,6 +94,7 @@ class Crane(Base):
     hoist_speed: u.Speed = u.SPEED.read("3 m/min")  # loaded
     empty_hoist_speed: u.Speed = u.SPEED.read("10 m/min")
     ramp: Ramp = u.ACCELERATION.read("0.05 m/s2")  # or of gantry and trolleys `one swing`, `0.1 m/s2 in two pulses`
+    emergency: u.Ramp | None = None  # deceleration by `stop` and interlocks; left out: the ramp
     servo_frequency: u.Frequency = 1.0  # of the gantry and trolley drives
     servo_damping: u.Ratio = 0.7  # of critical, of the gantry and trolley drives; assumed
     hook_capacity: u.Mass = u.MASS.read("450 t")
@@ -259,6 +261,7 @@ class Scene(Base):
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
     lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side, of machines in parts
+    interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)

@@ -16,15 +16,8 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.units import Dimension
 
 from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest, State, SwingRamp, Test
+from .quantities import QUANTITIES
 
-QUANTITIES = {
-    "angle": units.ANGLE,
-    "height": units.LENGTH,
-    "position": units.STROKE,
-    "speed": units.STROKE_SPEED,
-    "length": units.LENGTH,
-    "tension": units.FORCE,
-}
 _UNIT = "|".join(
     re.escape(u).replace(r"\ ", r"\s+")
     for u in sorted({u for d in units.DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
@@ -157,6 +150,9 @@ def _order(r: _Reader) -> OrderPhrase:
             return OrderPhrase(name, seconds=r.quantity(units.DURATION))
         case "hook":
             return OrderPhrase(name, lugs=_lugs(r) if r.next else ())
+        case "stop" if r.take("ramp"):
+            turning = r.turning
+            return OrderPhrase(name, turning=turning, ramp=r.positive(units.STROKE_RAMP))
         case "move" | "turn":
             return _motion(r, verb)
     if r.next:
@@ -235,9 +231,9 @@ def _test(r: _Reader) -> Test:
         return GroundTest(cast(Literal["lifted", "landed"], state), column, of)
     first = r.take("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
     if first:
-        r.expect("done", after=f"after '{first}'")
-        return MovesDone(verbs=() if first == "moves" else (first,))
-    if r.next in QUANTITIES:
+        stopped = r.expect("done", "stopped", after=f"after '{first}'") == "stopped"
+        return MovesDone(verbs=() if first == "moves" else (first,), stopped=stopped)
+    if r.next in {quantity.split()[0] for quantity in QUANTITIES}:
         return _crossing(r)
     return _tension_state(r)
 
@@ -273,14 +269,14 @@ def _tension_state(r: _Reader) -> SlingTest:
 
 def _crossing(r: _Reader) -> CrossTest:
     column = r.at
-    quantity = r.take(*QUANTITIES)
-    of = ""
-    if r.take("of"):
-        r.take("all")
-        of = r.name("a name") if r.next not in {"slings", "ropes"} else ""
-        noun = r.take("slings", "ropes")
-        of = f"{of} {noun}".strip()
-    elif quantity not in {"angle", "height"}:
+    quantity = _quantity(r)
+    row, of = QUANTITIES[quantity], ""
+    if row.of == "two":
+        r.take("of")
+        of = f"{r.name('a name')} {r.name('a second name')}"
+    elif row.of != "none" and r.take("of"):
+        of = _names(r)
+    elif row.of == "one":
         raise r.error(f"'{quantity}' needs 'of' and a name, such as '{quantity} of loader-1'")
     at = r.at
     sign = r.take(">=", "<=", "==", "=", ">", "<")
@@ -293,4 +289,25 @@ def _crossing(r: _Reader) -> CrossTest:
     if not sign:
         r.expect(">=", "<=", after=f"after '{quantity}'")
     turning = r.turning
-    return CrossTest(quantity, of, sign == ">=", r.quantity(QUANTITIES[quantity]), turning, column)
+    return CrossTest(quantity, of, sign == ">=", r.quantity(row.dimension), turning, column)
+
+
+def _quantity(r: _Reader) -> str:
+    """The words of a quantity, the longest that stand there."""
+    words = r.take(*{quantity.split()[0] for quantity in QUANTITIES})
+    seconds = [quantity.split()[1] for quantity in QUANTITIES if quantity.startswith(f"{words} ")]
+    more = r.take(*seconds) if words in QUANTITIES or not seconds else r.expect(*seconds, after=f"after '{words}'")
+    return f"{words} {more}".strip()
+
+
+def _names(r: _Reader) -> str:
+    """A name, one word or two ("west H1"), or a set of slings or ropes."""
+    if r.take("all", "any") == "any":
+        r.expect("hook", after="after 'any'")
+        return "any hook"
+    names = [r.name("a name")] if r.next not in {"slings", "ropes"} else []
+    if noun := r.take("slings", "ropes"):
+        return " ".join([*names, noun])
+    if r.next not in {">=", "<=", "==", "=", ">", "<", ""}:
+        names.append(r.name("a name"))
+    return " ".join(names)

@@ -1,7 +1,7 @@
 """The phrase language of the action list: what is written to the right of `target:`, `when:` and `until`.
 
     order      = motion | turn | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
-               | "engage" | "release" | "wait" time
+               | "engage" | "release" | "stop" ["ramp" acceleration] | "bypass" | "restore" | "wait" time
     motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
                  | "to" position ["of rope"] ["or" "until" condition]
@@ -10,15 +10,19 @@
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
-               | "moves done" | verb "done" | [block] "lifted" | [block] "landed" | "after" time
+               | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | "after" time
                | quantity (">=" | "<=") value
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
-               | "length of" name | "tension of" (name | set "slings" | set "ropes")
+               | "length of" name | "tension of" (name | set "slings" | set "ropes") | "load of" hook
+               | "moment of" hook | "radius of" hook | "off-lead of" rope | "swing along of" rope
+               | "swing across of" rope | "gap" name name | "height difference" name name | "wind"
 
 A ramp without swing is chosen for what the move makes swing, with ropes, hook and load as they hang as it begins to
 speed up and to slow down; `check` tells the accelerations.  A ramp in two pulses is the quicker one; where they would
 overlap, each has half of the acceleration.
+
+What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` an interlock watches each.
 
 `grammar` reads phrases.  Names are resolved later, against the machines of the scene.
 """

@@ -27,7 +27,7 @@ from .files import content, within
 from .source import Data, Mark, Path, Source
 from .units import NUMBER
 
-__all__ = ["tabled"]
+__all__ = ["row_names", "tabled"]
 
 BLOCK = "block"
 ROW, LUGS = "from", "lugs from"
@@ -165,6 +165,11 @@ def _only(rows: list[list[Cell]], name: str, file: str) -> list[Cell]:
         lines = " and ".join(str(row[0].mark.line) for row in found[:2])
         raise SceneError(f"{file} has the row '{name}' {len(found)} times, in lines {lines}")
     return found[0]
+
+
+def row_names(root: FilePath, file: str) -> list[str]:
+    """The names of the rows of a table, in their order, each once; raises SceneError where it cannot be had."""
+    return list(dict.fromkeys(row[0].text for row in _table(root, file)[1]))
 
 
 def _table(root: FilePath, file: str) -> tuple[list[Column], list[list[Cell]]]:

@@ -77,6 +77,9 @@ def _hang_one(
     yaw = 0.5 * float(atan2(-float(along[0]), float(along[1])))
     length = _plumb(name, hook, tip, tree)
     rigging = tree.of_hook(name) if tree else {}
+    if not checks.source.faults and length <= 0.0:
+        told = f"with slings so long its hook block hangs {-length:.3g} m above where its rope begins"
+        checks.fault(path, f"{told}: shorten them, or take a higher crane", on_key=True)
     if checks.source.faults:
         return
     pose = (tip[0], tip[1], tip[2] - length, 0.0, 0.0, float(sin(yaw)), float(cos(yaw)))
@@ -114,7 +117,7 @@ def _hang_one(
     found.hooks.append(
         plan.Hoist(
             rope=name, eye=k.Point(name), block_mass=hook.block, capacity=hook.capacity or 0.0, axis=axis,
-            slings=slings, where=where,
+            chart=tuple(hook.chart or ()), slings=slings, where=where,
         )
     )  # fmt: skip
 

@@ -24,7 +24,7 @@ def hook_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
     for hook in machine.hooks:
         given = _given(yard, machine, hook.rope)
         at = {"subject": hook.rope, "unit": "kg", "elements": (hook.rope,), "where": hook.where, "source": "its type"}
-        if chart := tuple(given.chart or ()):
+        if chart := hook.chart:
             note = "with hook block and rigging; the next longer radius counts"
             yield Limit(quantity="hook load", chart=chart, over="radius", note=note, **at)  # type: ignore[arg-type]
         else:

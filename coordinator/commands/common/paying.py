@@ -1,0 +1,79 @@
+"""How many processes pay on this machine: one, two, four ... do the beginning of a run, and the fastest are taken.
+
+What a process gains depends on how long the models work between two messages and on what a message costs, and both
+are known only here and now.  The first trial tells how far one process comes in a second; each of the others does
+the same stretch, and is cut where it takes longer than the best.  A run is the same to the last bit in all of them.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from heavylift.coordinator.run.pool import cores
+from heavylift.coordinator.run.watch import Watch
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.devs import NEVER, Event
+
+__all__ = ["paying"]
+
+TRIED_s = 1.0  # of wall time, long beside what starting and a busy moment add
+GAIN = 1.1  # so many times as fast must more processes be: less is noise, and they take memory
+
+
+class _Enough(Exception):
+    """The stretch is done, or it takes too long."""
+
+
+class _Stretch(Watch):
+    """Ends a run at `until` [ns], or `limit` seconds of wall time after its first grants."""
+
+    def __init__(self, limit: float, until: int) -> None:
+        self._limit, self._until = limit, until
+        self._began: float | None = None
+        self.spent, self.reached = 0.0, 0  # wall time [s], and the time of the run [ns]
+
+    def event(self, event: Event) -> None:
+        """A committed event tells how far the run has come."""
+        self.reached = event.t
+        self.waiting()
+
+    def waiting(self) -> None:
+        """Whether it is enough."""
+        now = time.perf_counter()
+        if self._began is None:
+            self._began = now
+        self.spent = now - self._began
+        if self.reached >= self._until or self.spent > self._limit:
+            raise _Enough
+
+
+def paying(run: Callable[[int, Watch], object], models: int, most: int | None = None) -> tuple[int, str]:
+    """The number of processes with which `run(count, watch)` is fastest, at most one for each core, and how it was
+    found; a run that fails while it is tried is left to fail where that is recorded."""
+    most = min(models, cores() if most is None else most)
+    until, best, found, told = NEVER, 1, TRIED_s, list[str]()
+    for count in sorted({*(2**i for i in range(most.bit_length())), most}):
+        stretch = _Stretch(found, until)
+        try:
+            run(count, stretch)
+            whole = True
+        except _Enough:
+            whole = False
+        except HeavyliftError:
+            break
+        if count == 1:
+            until, found = stretch.reached, stretch.spent
+            part = "all" if whole else f"the first {until * 1e-9:.4g} s"
+            told = [f"1 process takes {found:.2f} s for {part} of the run"]
+            if whole:
+                break
+            if not until:
+                return most, f"its models work for {TRIED_s:g} s before anything is said"
+        elif stretch.reached < until:
+            told.append(f"{count} take longer")
+        else:
+            told.append(f"{count} take {stretch.spent:.2f} s")
+            if stretch.spent * GAIN < found:
+                best, found = count, stretch.spent
+    return best, ", ".join(told) or "the run fails"
