@@ -114,6 +114,7 @@ class CommanderModel(Coupled):
             for out in ("stage", "skipped", "answer"):
                 self.connect(commander.ports[out], self.ports[out])
             self.connect(commander.finished, ending.heard)
+            self.connect(self.command, commander.command)
             for name in each.machines:
                 self.connect(commander.to[name], self.add_out(f"order_{name}", m.Order))
 

@@ -44,6 +44,7 @@ class Commander(Atomic):
         super().__init__(name)
         self.first, self.end = part or (0, len(plan.actions))  # of the actions of its list
         self.plan, self.owners = plan, owners(plan)
+        self.own = next((each.machines for each in plan.lists if each.name == name), ())  # machines, of several lists
         self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
         targets = [*machines(plan), *([TURN] if turns(plan) else [])]
         self.aims = {
@@ -167,13 +168,20 @@ class Commander(Atomic):
     def _obey(self, command: m.OperatorCommand) -> None:
         """Give the orders of a command beside the action list, all or, if one is refused, none; end the run."""
         if not command.action:
+            self.outbox += [] if self.over else [(self.finished, m.Finished())]
             self.over = True
-            self.outbox.append((self.finished, m.Finished()))
             return
+        orders = msgspec.msgpack.decode(command.action, type=scene.Action).orders
+        asked = [self.owners.get(addressed(order) or "", "") for order in orders]
+        if self.own and asked[0] not in self.own:
+            return  # another list answers
         before = list(self.jobs), list(self.outbox), self.ids
         answer = m.OperatorAnswer(command.text, self.now.t)
         try:
-            for i, order in enumerate(msgspec.msgpack.decode(command.action, type=scene.Action).orders):
+            if self.own and (self.over or not {*asked} <= {*self.own}):
+                many = "it orders machines of several lifts, which are ordered one by one"
+                raise Refused("the action list of this lift is over" if self.over else many)
+            for i, order in enumerate(orders):
                 self._give(order, (ASIDE, i))
         except Refused as error:
             self.jobs, self.outbox, self.ids = before

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import pytest
+from heavylift.coordinator.live.command_queue import STOP
+from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.replay import RecordedRun, verify
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.devs import Tag, encode, ns
+from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import check, load, parse
+from heavylift.nodes.scene.operator_command import spoken
 from heavylift.recordings import Recording, Signal
 
 TEXT = """\
@@ -77,6 +84,28 @@ def test_the_plan_names_every_part_once_and_is_kept_whole() -> None:
     told = str(check(scene))
     assert "b: lift off" in told
     assert "hook load      a-hall.main (of 2)" in told
+
+
+def test_an_operator_orders_one_lift_and_ends_all(tmp_path: Path) -> None:
+    """The lift that is ordered answers; two at once are not ordered; what was said is said again in a replay."""
+    scene = parse(TEXT)
+    words = ("b-hall traversing: traverse 10 m/min by 0.5 m", "cranes: travel 10 m/min by 1 m", "")
+    given = [
+        Given(
+            Tag(ns(1.0 + i)),
+            encode(OperatorCommand(said or STOP, msgspec.msgpack.encode(spoken(scene, said)) if said else b"")),
+        )
+        for i, said in enumerate(words)
+    ]
+    run(scene, tmp_path / "run.mcap", in_process=True, commands=given)
+    recorded = RecordedRun(tmp_path / "run.mcap")
+    answers = [e.value for e in recorded.recording.events() if e.type == "OperatorAnswer"]
+    assert [(x["text"], x["refused"][:30]) for x in answers] == [
+        (words[0], ""),
+        (words[1], "it orders machines of several "),
+    ]
+    assert recorded.recording.fact("sim_s") == 3.0
+    assert verify(recorded).same
 
 
 @pytest.mark.parametrize(
