@@ -186,7 +186,8 @@ class KernelNode:
             at = max(end.t - 1, present)  # a step that ends with the run may be history
             self.simulation.interrupt(at, self._pause)
             self.simulation.settle()
-            rows[:] = [*(row for row in rows[:-1] if row[0] < end.t), (end.t - 1, rows[-1][1])]
+            last = rows[-1][1] if rows else self.simulation.shown(at)  # islands that stood there are on record already
+            rows[:] = [*(row for row in rows[:-1] if row[0] < end.t), (end.t - 1, last)]
         self._flush()
         return ""
 

@@ -10,7 +10,7 @@
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
-               | ("moves" | verb) ("done" | "stopped") | "lifted" | "landed" | "after" time
+               | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | "after" time
                | quantity (">=" | "<=") value
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
@@ -59,10 +59,11 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """The block stands on no support any more, or on all of one face."""
+    """A block stands on no support any more, or on all of one face; `of`: which, where there are several."""
 
     state: Literal["lifted", "landed"]
     column: int
+    of: str = ""
 
 
 class CrossTest(Term, frozen=True):
