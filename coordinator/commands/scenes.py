@@ -188,21 +188,27 @@ def new(
     like: Annotated[
         str, typer.Option("--like", help="bundled scene that it begins as", autocompletion=completing.scenes)
     ] = "lift",
+    crane: Annotated[str, typer.Option("--crane", help="crane type that lifts the blocks of --blocks")] = "",
+    blocks: Annotated[str, typer.Option("--blocks", help="table of blocks in this folder, or blocks.csv#B17")] = "",
 ) -> None:
     """Write a scene to start from, with comments.    heavylift new my-lift"""
     from heavylift.coordinator.run.progress import command
-    from heavylift.nodes.scene import begun
+    from heavylift.nodes.scene import begun, begun_with
 
-    path = Path(f"{name}.yaml")
-    text = begun(name, like)
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise SceneError(f"{path}: is there already and stays as it is; choose another name") from None
-    except OSError as error:
-        raise SceneError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
-    typer.echo(f"wrote {path}\n\nnext: {command()} check {path}")
+    if bool(crane) != bool(blocks):
+        raise SceneError("a crane lifts blocks: give both, such as --crane jib-60 --blocks blocks.csv")
+    path = Path()
+    for made, text in (begun_with(name, crane, blocks) if crane else {name: begun(name, like)}).items():
+        path = Path(f"{made}.yaml")
+        try:
+            with path.open("x", encoding="utf-8") as file:
+                file.write(text)
+        except FileExistsError:
+            raise SceneError(f"{path}: is there already and stays as it is; choose another name") from None
+        except OSError as error:
+            raise SceneError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
+        typer.echo(f"wrote {path}")
+    typer.echo(f"\nnext: {command()} check {path}")
 
 
 @app.command()

@@ -52,12 +52,16 @@ def page(measured: Measured) -> str:
 
 
 def _answers(measured: Measured) -> str:
+    """Of each quantity at each limit; what a process per node takes beside the kernel is measured once."""
+    apart = [x.wall_s - x.kernel_s for x in measured.distributed[-1:]]
     body: list[list[Cell]] = []
     for a in answers(measured.ask, measured.rows):
         cells: list[Cell] = [a.quantity, percent(a.limit), "none of these" if a.row is None else str(a.row)]
-        cells += ["", ""] if a.row is None else [f"{a.row.waits_s:.3g}", percent(a.row.worst)]
-        body.append(cells)
-    return _table(["asked", "to", "fastest setting", "waits s", "error"], body, 3)
+        times = [] if a.row is None else [a.row.waits_s, a.row.cpu_s, *(x + a.row.cpu_s for x in apart)]
+        cells += [*(f"{x:.3g}" for x in times), "" if a.row is None else percent(a.row.worst)]
+        body.append([*cells[:-1], *[""] * (2 + len(apart) - len(times)), cells[-1]])
+    head = ["asked", "to", "fastest setting", "waits s", "kernel s", *["in processes s"] * len(apart), "error"]
+    return _table(head, body, 3)
 
 
 def _settings(measured: Measured, rows: list[Row]) -> str:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["ASKABLE", "METHODS", "Rung", "Setting", "chosen", "ladder", "settings"]
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-OF_TENSIONS = (0.01, 0.003, 1e-3, 3e-4)
+OF_TENSIONS = (0.01, 0.003, 1e-3, 3e-4, 1e-4, 3e-5)
 STEPS = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
 METHODS = (
     {"semi-implicit-euler": STEPS, "rk4": STEPS}

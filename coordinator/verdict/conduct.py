@@ -11,7 +11,7 @@ from typing import Any
 
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.models.parts.messages import Limit, OperatorCommand, Overload, Skipped, Stage
+from heavylift.nodes.models.parts.messages import BrakeState, Limit, OperatorCommand, Overload, Skipped, Stage, Tripped
 from heavylift.nodes.plan.actions import Action, Condition, Landed, Move, Turn
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.plan import Plan, driven
@@ -31,6 +31,8 @@ class Conduct:
     stages: list[tuple[float, int, str]] = field(default_factory=list)
     skipped: list[tuple[float, int, str]] = field(default_factory=list)
     stopped: list[tuple[float, str, str]] = field(default_factory=list)  # actor, limit
+    tripped: list[tuple[float, str, bool]] = field(default_factory=list)  # interlock, whether it was bypassed
+    bypassed: list[tuple[float, str]] = field(default_factory=list)  # brake, lock or interlock
     overloads: dict[str, tuple[float, float]] = field(default_factory=dict)  # actor -> tension [N], when [s]
     words: list[tuple[float, str, bool]] = field(default_factory=list)  # an operator's, and whether they end the run
     notes: Sequence[tuple[float, str]] = ()
@@ -52,6 +54,10 @@ class Conduct:
                 self.stopped.append((t, str(value["actor"]), str(value["limit"])))
             case Overload.__name__ if value["over"]:
                 self.overloads.setdefault(str(value["actor"]), (float(value["tension"]), t))
+            case Tripped.__name__ if value["over"]:
+                self.tripped.append((t, str(value["actor"]), bool(value["bypassed"])))
+            case BrakeState.__name__ if not value["engaged"]:
+                self.bypassed.append((t, str(value["actor"])))
             case OperatorCommand.__name__:
                 self.words.append((t, str(value["text"]), not value["action"]))
 
@@ -62,7 +68,8 @@ class Conduct:
             self.hear(e.t, e.type, {name: getattr(value, name) for name in HEARD[e.type]})
 
 
-HEARD = {kind.__name__: kind.__struct_fields__ for kind in (Stage, Skipped, Limit, Overload, OperatorCommand)}
+KINDS = (Stage, Skipped, Limit, Overload, Tripped, BrakeState, OperatorCommand)
+HEARD = {kind.__name__: kind.__struct_fields__ for kind in KINDS}
 
 
 def conduct_of(rec: Recording) -> Conduct:
@@ -82,6 +89,7 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
     """All of it, in no order."""
     lift = plan.block is not None
     yield from _stops(plan, said)
+    yield from _interlocks(plan, said)
     yield from _at_once(plan, said)
     for t, words, ends in said.words:
         rest = f", which was {said.unfinished}" if said.unfinished else ""
@@ -119,7 +127,7 @@ def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
     names = {h.rope: f"the hook {h.name} of {c.name}" for c in plan.cranes for h in c.hooks}
     seen = set()
     for t, actor, limit in said.stopped:
-        if (actor, limit) in seen:
+        if (actor, limit) in seen or limit.startswith("interlock "):
             continue
         seen.add((actor, limit))
         if limit == UPPER:
@@ -128,6 +136,21 @@ def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
         else:
             told = f"{names.get(actor) or driven(actor)} was stopped by its limit '{limit}'"
             yield Finding(severity="warning", kind="limit", subject=actor, sentence=told, t=t)
+
+
+def _interlocks(plan: Plan, said: Conduct) -> Iterator[Finding]:
+    """Interlocks that tripped or were bypassed, each once."""
+    known, seen = {x.name: x for x in plan.interlocks}, set()
+    for t, name in said.bypassed:
+        if name in known:
+            told = f"the interlock {name} was bypassed"
+            yield Finding(severity="warning", kind="bypass", subject=name, sentence=told, t=t)
+    for t, name, bypassed in said.tripped:
+        if name in known and (name, bypassed) not in seen:
+            severity, told = known[name].told(bypassed)
+            where = known[name].where
+            yield Finding(severity=severity, kind="interlock", subject=name, sentence=told, where=where, t=t)  # type: ignore[arg-type]
+        seen.add((name, bypassed))
 
 
 def _at_once(plan: Plan, said: Conduct) -> Iterator[Finding]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import sqrt
 
 import numpy as np
 from heavylift.kernel.description.mechanics import WORLD, Joint, Vector
@@ -19,13 +20,14 @@ from heavylift.nodes.plan.shapes import Solid, Strand, solids, strands
 from numpy.typing import NDArray
 
 from .history import History
-from .rotating import dots, lengths, matrices, onto
+from .rotating import axes_onto, dots, lengths, matrices, onto
 from .speeds import Twist, strays, twists
 
 __all__ = ["Frame", "Moving", "box", "moving", "posed", "size"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+SHORTEST = 1e-9  # [m] of a strand that has a direction
 DOUBT = 2.0  # on accelerations that are known from samples alone
 STILL = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -145,7 +147,7 @@ class Moving:
             length = lengths(turn)
             half = np.zeros((len(turn), 3))
             half[:, 2] = length / 2
-            return onto(turn / np.maximum(length, 1e-9)[:, None]), half
+            return onto(turn / np.maximum(length, SHORTEST)[:, None]), half
         R = matrices(turn)
         if self.shape.R != IDENTITY:
             R = R @ np.array(self.shape.R)
@@ -155,8 +157,10 @@ class Moving:
         """Middle (3,), R (3, 3) and half edges (3,) at the part s from sample k to the next."""
         p, turn = self._between(k, s)
         if isinstance(self.shape, Strand):
-            R, half = self.axes_of(turn[None])
-            return p, R[0], half[0]
+            x, y, z = turn.tolist()
+            length = sqrt(x * x + y * y + z * z)
+            far = max(length, SHORTEST)
+            return p, axes_onto(x / far, y / far, z / far), np.array([0.0, 0.0, length / 2])
         x, y, z, w = turn.tolist()
         rows = (
             (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),

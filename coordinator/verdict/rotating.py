@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["chords", "cross", "dots", "lengths", "matrices", "onto"]
+__all__ = ["axes_onto", "chords", "cross", "dots", "lengths", "matrices", "onto"]
 
 Floats = NDArray[np.float64]
 
@@ -62,3 +62,11 @@ def onto(n: Floats) -> Floats:
     R[:, :, 1] = np.stack([b, sign + y * y * a, -y], axis=1)
     R[:, :, 2] = n
     return R
+
+
+def axes_onto(x: float, y: float, z: float) -> Floats:
+    """(3, 3) the same of one unit vector, to the bit: NumPy takes ten times as long for so little."""
+    sign = 1.0 if z >= 0.0 else -1.0
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    return np.array(((1.0 + sign * x * x * a, b, x), (sign * b, sign + y * y * a, y), (-sign * x, -y, z)))

@@ -35,6 +35,10 @@ JointKind = Literal[
     "fixed", "revolute", "prismatic", "cylindrical", "screw", "universal", "planar", "constant-velocity",
     "spherical", "free", "slider",
 ]  # fmt: skip
+Quantity = Literal[
+    "height", "height difference", "tension", "load", "moment", "angle", "joint", "speed", "length", "wind",
+    "swing along", "swing across", "off-lead", "radius", "gap",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -108,17 +112,18 @@ class Measured:
 class Threshold:
     """A guard on a scalar; it reports when the scalar crosses a value that is set at run time.
 
-    quantity: "height" (world z of `point`), "tension" (sum over `ropes`), "angle" (as Measured), "joint"
-    (coordinate of joint `of`), "speed" (velocity of joint `of`), "length" (unstretched length of ropes[0]).
+    `quantity` and the fields that it needs: see `signals.Signal`.
     """
 
     name: str
-    quantity: Literal["height", "tension", "angle", "joint", "speed", "length"]
+    quantity: Quantity
     of: str = ""
     point: Point | None = None
     ropes: tuple[str, ...] = ()
     axis: int = 0
     coordinate: str = ""  # of a joint that has several
+    origin: Point | None = None
+    numbers: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,28 +1,43 @@
-"""What can be sampled of a scene: the quantities of thresholds, and the swing of a rope."""
+"""What can be sampled of a scene, and what thresholds guard: one table of quantities."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
-from .mechanics import Point
+from .mechanics import Point, Quantity, Threshold
 
-__all__ = ["Sampled", "Signal"]
-
-Sampled: TypeAlias = Literal["height", "tension", "angle", "joint", "speed", "length", "swing along", "swing across"]
+__all__ = ["Quantity", "Signal", "guard_of"]
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A scalar of a scene; fields and quantities are those of `Threshold`.
+    """A scalar of a scene.
 
-    "swing along" and "swing across": angle of ropes[0] to the vertical in the planes x, z and y, z [rad], positive
-    where its lower end is ahead in +x or +y.
+    "height"        of `point` in the world [m]; "height difference": above `origin` [m]
+    "radius"        of `point`: its horizontal distance from `origin` [m]
+    "gap"           between the boxes about `point` and `origin`, of half edges `numbers` (6) [m]: by their faces, so
+                    that they are never nearer; negative where they overlap
+    "tension"       sum over `ropes` [N]; "length": unstretched length of ropes[0] [m]
+    "load"          their tension times numbers[0], less numbers[1] [kg]
+    "moment"        their tension over what a chart by the radius of `point` allows: of the next longer radius;
+                    `numbers`: the tension [N] up to which nothing hangs there, then radii [m] and tensions [N]
+    "angle"         of body `of` about `axis`, as Measured [rad]
+    "joint", "speed": coordinate and velocity of joint `of`
+    "wind"          speed of the wind force `of` [m/s], which blows on `point`
+    "swing along", "swing across": angle of ropes[0] to the vertical in the planes x, z and y, z [rad], positive where
+                    its lower end is ahead in +x or +y; "off-lead": in its own plane
     """
 
-    quantity: Sampled
+    quantity: Quantity
     of: str = ""
     point: Point | None = None
     ropes: tuple[str, ...] = ()
     axis: int = 0
     coordinate: str = ""  # of a joint that has several
+    origin: Point | None = None
+    numbers: tuple[float, ...] = ()
+
+
+def guard_of(name: str, x: Signal) -> Threshold:
+    """The threshold that guards a signal."""
+    return Threshold(name, x.quantity, x.of, x.point, x.ropes, x.axis, x.coordinate, x.origin, x.numbers)

@@ -117,8 +117,8 @@ def _bodies(group: str, x: Any, child: dict[str, str], ropes: dict[str, list[str
         case "measured":
             found = [child[x.of] if x.kind == "joint" else x.of]
         case "thresholds":
-            found = [b for r in x.ropes for b in ropes[r]] + ([x.point.body] if x.point else [])
-            found += [child.get(x.of, x.of)] if x.of else []
+            found = [b for r in x.ropes for b in ropes[r]] + [p.body for p in (x.point, x.origin) if p]
+            found += [child.get(x.of, x.of)] if x.of and x.quantity != "wind" else []
         case _:
             found = [child[x.joint]]
     return [b for b in dict.fromkeys(found) if b != WORLD]

@@ -12,7 +12,6 @@ cut again once that pays (see `island.Rent`).
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -38,7 +37,7 @@ from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.commands import Commands
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.simulation import FOREVER_NS
-from heavylift.kernel.simulation.snapshots import Snapshot, foreign, read, write
+from heavylift.kernel.simulation.snapshots import Snapshot, copied, foreign, read, write
 
 from .components import islands_of, loose_ropes
 from .island import Island, inherit
@@ -66,7 +65,7 @@ class Islands(Commanded):
     ) -> None:
         self.program = Program(system)
         self.system = check_description(system)
-        found = choose(options.get("method", "dopri5"), self.program)
+        found = choose(options.get("method", "dopri5"), self.program, options.get("tensions_only", False))
         self.method = Stepping(self.program, found, control_of(found, options.get("step"), self.program))
         self._options = {"tolerance": tolerance, "sample_ns": sample_ns, **options}
         self.subscribed, self._sample_ns, self._span = subscribed, sample_ns, 1
@@ -285,7 +284,7 @@ class Islands(Commanded):
         """All that the future depends on."""
         self.order.check_begun()
         parts = [{"of": p.snapshot(), "cuts": p.cuts.kept()} for p in self.parts]
-        return {"parts": parts, "loose": sorted(self.loose), "common": deepcopy(read(self, KEPT))}
+        return {"parts": parts, "loose": sorted(self.loose), "common": copied(read(self, KEPT))}
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from the snapshot of islands of the same system and options, bit for bit; start these first."""
@@ -300,5 +299,5 @@ class Islands(Commanded):
             p.restore(part["of"])
             p.cuts.go_on(part["cuts"])
             p.told = len(p.log), len(p.notes)
-        write(self, deepcopy(snapshot["common"]))
+        write(self, copied(snapshot["common"]))
         self._stopped = []

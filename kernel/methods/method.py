@@ -87,8 +87,10 @@ class Method(ABC):
     native = True  # whether native code takes the steps
     completes = False  # whether `interpolate` needs `complete` first
 
-    def prologue(self, build: Build, at: Places) -> tuple[Function | Parts, ...]:
-        """Native parts that run before `attempt` in every step; `at`: places in X."""
+    def prologue(
+        self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
+    ) -> tuple[Function | Parts, ...]:
+        """Native parts that run before `attempt` in every step; `at`: places in X; `sizes` of what `rate` gives."""
         return ()
 
     @property

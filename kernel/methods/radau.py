@@ -8,6 +8,8 @@ kept while the iterations converge well.  Heat and work are pure quadratures and
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from heavylift.kernel.algebra.dense import inverse
 from heavylift.kernel.algebra.elementary import power
@@ -94,7 +96,9 @@ class Radau5(Method):
 
     # ---- before the step: Jacobian, factors, stages --------------------------------------------------------
 
-    def prologue(self, build: Build, at: Places) -> tuple[Function | Parts, ...]:
+    def prologue(
+        self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
+    ) -> tuple[Function | Parts, ...]:
         differences = build("difference", self._difference, matrices=True)
         return (
             build("begin", self._begin),

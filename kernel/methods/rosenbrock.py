@@ -8,6 +8,8 @@ heat and work by quadrature.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from heavylift.kernel.algebra.dense import inverse, least_norm
 from heavylift.kernel.algebra.spatial import exact, join
@@ -95,7 +97,9 @@ class RosenbrockW(Method):
         self._scalars = Function("scalars", lambda b: {"x": b}, {"b": n})
         self._stage = Function("stage", self._stage_text, blocks, vectors=["x"])
 
-    def prologue(self, build: Build, at: Places) -> tuple[Function | Parts, ...]:
+    def prologue(
+        self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
+    ) -> tuple[Function | Parts, ...]:
         return build("assemble", self._assemble, matrices=True, plain=True), While(
             "factors", at["factor"], (self._factorise(at),)
         )

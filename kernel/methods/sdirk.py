@@ -9,6 +9,8 @@ are resolved.  Which happens is decided by the error estimate, filtered by the s
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from heavylift.kernel.algebra.spatial import join, quaternion_rate
 from heavylift.kernel.compiler.emit import Parts, While
@@ -20,6 +22,7 @@ from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sq
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 from heavylift.kernel.model.program import Program
+from heavylift.kernel.model.tangent_stiffness import one_sided
 from heavylift.kernel.multibody.motion import rates
 
 from .control import NEAR
@@ -44,7 +47,7 @@ class DiagonallyImplicit(Method):
     """Solves its stages one after the other in `prologue`; z is the state of the one at work, k are their slopes."""
 
     scalars: tuple[str, ...] = (
-        "columns", "stale", "factor", "of", "e",  # Jacobian, factors of gamma h = `of`
+        "columns", "now", "within", "stale", "factor", "of", "e",  # Jacobian, factors of gamma h = `of`
         "begun", "newton", "stage", "turn", "size", "renewed", "sound",  # iterations
         "iterations", "differences", "factorisations",  # so far
     )  # fmt: skip
@@ -55,11 +58,12 @@ class DiagonallyImplicit(Method):
         self.longest = LONG if self.tensions_only else LONGEST
         self.evaluations = 2 if self.tensions_only else 1  # beside the iterations
         self.name, self.order = tableau.name, tableau.order
-        power = -1.0 / tableau.order
-        self.exponents = Exponents(down=power, up=power, memory=0.0)
+        self.exponents = Exponents(down=-1.0 / self.order, up=-1.0 / self.order, memory=0.0)
         self._slopes = tuple(f"k{i}" for i in range(len(tableau.A)))
         self._fell = tuple(f"fell{i}" for i in range(len(tableau.A) - 1))
-        self.vectors = ("d1", "d2", "d3", "z", "base", "here", *self._slopes)
+        abreast = max([1, *(k.v.stop - k.v.start for k in program.graph.links)])
+        self._along = tuple(f"way{m}" for m in range(abreast))
+        self.vectors = ("d1", "d2", "d3", "z", "base", "here", *self._slopes, *self._along, "way", "first", "last")
         self.scalars = (*self.scalars, *self._fell)
         self.counted = {"iterations": 1, "differences": 1}
         n, ny = program.nv, program.ny
@@ -75,13 +79,12 @@ class DiagonallyImplicit(Method):
         self._displaced = Function("displaced", self._displaced_text, {"y": ny, "u": n, "w": n}, vectors=["x"])
         at = slice(program.nq, program.nq + n)
         self._velocities = Function("velocities", lambda y: {"x": y[at]}, {"y": ny}, vectors=["x"])
-        self._unit = Function("unit", lambda j: {"x": _unit(n, j[0])}, {"j": 1}, vectors=["x"])
 
     def constants(self) -> dict[str, Value]:
-        return {"stale": 1.0}
+        return {"stale": 1.0, **dict(zip(("way", "first", "last"), self._reached().T, strict=True))}
 
     def forgotten(self) -> dict[str, float]:
-        return {"stale": 1.0, "begun": 1.0}
+        return {"begun": 1.0}
 
     # ---- what the coordinates do --------------------------------------------------------------------------
 
@@ -104,6 +107,16 @@ class DiagonallyImplicit(Method):
             q.append(base[k.q_modes] + e * v[k.v_modes])
         return {"x": join(*q, v, base[first:] + e * f[first:])}
 
+    def _reached(self) -> np.ndarray:
+        """(ny, 3) of each velocity: its number in its joint, its first coordinate, one behind the last."""
+        out = np.zeros((self.program.ny, 3))
+        for k in self.program.graph.links:
+            for v in range(k.v.start, k.v.stop):
+                out[v] = v - k.v.start, k.q.start, k.q.stop
+            for i in range(k.v_modes.stop - k.v_modes.start):
+                out[k.v_modes.start + i] = 0, k.q_modes.start + i, k.q_modes.start + i + 1
+        return out
+
     def _displaced_text(self, y: Value, u: Value, w: Value) -> dict[str, Value]:
         """State after a small displacement along u and a change w of the velocities."""
         p = self.program
@@ -115,14 +128,18 @@ class DiagonallyImplicit(Method):
 
     # ---- before the step: Jacobian, factors, stages --------------------------------------------------------
 
-    def prologue(self, build: Build, at: Places) -> tuple[Function | Parts, ...]:
+    def prologue(
+        self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
+    ) -> tuple[Function | Parts, ...]:
+        p = self.program
+        differences = one_sided(at, rate, sizes, p.nq, p.nv, self._row, (MOVED, SPED))
         return (
             build("begin", self._begin),
             While(
                 "stages",
                 at["newton"],
                 (
-                    While("differences", at["columns"], (build("difference", self._difference, matrices=True),)),
+                    While("differences", at["columns"], (build("ways", self._ways), differences)),
                     While("factors", at["factor"], (self._factorise(at),)),
                     build("iterate", self._iterate, matrices=True),
                 ),
@@ -149,15 +166,13 @@ class DiagonallyImplicit(Method):
             x = select(s.stage < i + 0.5, node, x)
         return s.t + x * h
 
-    def _difference(self, s: StepState, rate: Rate) -> tuple[Value, list[Value]]:
-        """One column of the derivatives of the accelerations at z, by displacements or, behind those, by velocities."""
-        j, n = s.columns - 1.0, float(self.program.nv)
-        u, w = (self._unit(j=[k]).x for k in (j, j - n))
-        moved = self._displaced(y=s.z, u=MOVED * u, w=SPED * w).x
-        change = rate(self._time(s), inside(s), moved).dy - s.here
-        s.columns, s.differences = j, s.differences + 1.0
-        column = self._velocities(y=change * select(j < n - 0.5, 1.0 / MOVED, 1.0 / SPED)).x
-        return j, [column, *[0.0] * (self._row - self.program.nv)]
+    def _ways(self, s: StepState, rate: Rate) -> None:
+        """How unit velocities move the coordinates, the first of all joints at once, then the second ones, ..."""
+        for m, name in enumerate(self._along):
+            u = self._none.copy()
+            for k in self.program.graph.links:
+                u[k.v][m : m + 1] = u[k.v_modes] = 1.0
+            setattr(s, name, self._displaced(y=s.z, u=u, w=self._none).x - s.z)
 
     def _factorise(self, at: Places) -> Primitive:
         """I - e J_v - e^2 J_q, then its factors."""
@@ -201,6 +216,7 @@ class DiagonallyImplicit(Method):
         near = near | (select(going, 0.0, s.forced) * select(size < BARELY, 1.0, 0.0) > 0.0)
         renew = select(slow, select(going, 1.0, 0.0), 0.0)
         both = select(known, select(s.renewed > 0.5, 2.0, 1.0), 2.0)  # velocities change it little
+        s.now, s.within = self._time(s), inside(s)
         s.here, s.columns, s.factor = r.dy, renew * both * float(self.program.nv), renew
         s.factorisations, s.iterations = s.factorisations + renew, s.iterations + 1.0
         s.renewed, s.turn, s.size = s.renewed + renew, s.turn + 1.0, select(slow, 0.0, size)
@@ -282,7 +298,3 @@ class DiagonallyImplicit(Method):
             k.append(inverse @ J @ (one + h * combine([*row[:-1]], k)))
         result: np.ndarray = one + h * combine([*self.tableau.A[-1]], k)
         return result
-
-
-def _unit(n: int, j: Value) -> list[Value]:
-    return [select(abs(j - i) < 0.5, 1.0, 0.0) for i in range(n)]

@@ -8,6 +8,7 @@ instant              a scene at one instant, as the stages of an evaluation fill
 evaluation           the list of stages, with what each reads and writes
 poses                first stages: drives and winches, where the bodies are
 applied_forces       then: the laws that act on them
+quantities           formulas of what thresholds guard and samples hold
 accelerations        at last: constraint rows, accelerations, thresholds
 switching            discrete states of laws, and what changes when a guard has fallen
 references           what actuators follow: profiles, masters, time histories of signals

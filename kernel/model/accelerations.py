@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.mechanics import Threshold
 from heavylift.kernel.forces.force_law import attachment
 
 from .instant import Evaluation
+from .quantities import names, points, scalar
 
 __all__ = ["accelerate", "collect", "hold_rows", "press_contacts", "pull_rigid_ropes", "watch_thresholds"]
 
@@ -59,26 +59,27 @@ def press_contacts(x: Evaluation) -> None:
 
 def watch_thresholds(x: Evaluation) -> None:
     """a x + b; Python sets a and b when a threshold is armed."""
-    for h in x.program.system.thresholds:
-        p = x.numbers("threshold", h.name)
-        x.watched["threshold", h.name] = [p[0] * _scalar(x, h, p[2:5]) + p[1]]
+    system = x.program.system
+    for h in system.thresholds:
+        p, at = x.numbers("threshold", h.name), points(h, system)
+        bodies = [x.ends[x.program.graph.number(point.body)] for point in at]
+        places = [attachment(body, p[2 + 3 * i : 5 + 3 * i])[1] for i, body in enumerate(bodies)]
+        value = scalar(h, places, p[2 + 3 * len(at) :], [_value(x, h, name) for name in names(h)])
+        x.watched["threshold", h.name] = [p[0] * value + p[1]]
 
 
-def _scalar(x: Evaluation, h: Threshold, point: Array) -> Any:
+def _value(x: Evaluation, h: Threshold, name: str) -> Any:
+    """What a scene knows by a name: a tension, a length, a coordinate, an angle, a speed of wind."""
     if h.quantity == "angle":
-        return x.turned["body", h.of, h.axis]
-    if h.quantity == "height":
-        assert h.point is not None, "checked by the program"
-        return attachment(x.ends[x.program.graph.number(h.point.body)], point)[1][2]
+        return x.turned["body", name, h.axis]
     if h.quantity in ("joint", "speed"):
-        i, k = x.program.graph.coordinate(h.name, h.of, h.coordinate)
+        i, k = x.program.graph.coordinate(h.name, name, h.coordinate)
         return x.q[i] if h.quantity == "joint" else x.v[k]
-    if h.quantity == "tension":
-        known = {name: shown[0] for (kind, name), shown in x.shown.items() if kind in ("rope", "force") and shown}
-        known |= x.rows.end_tensions if x.rows else {}
-        return sum((known[r] for r in h.ropes), 0.0)
-    name = h.ropes[0]
-    return x.signals[name][0] if name in x.signals else x.lengths_of[name][0]
+    if h.quantity in ("length", "wind"):
+        return x.signals[name][0] if name in x.signals else x.lengths_of[name][0]
+    known = {name: shown[0] for (kind, name), shown in x.shown.items() if kind in ("rope", "force") and shown}
+    known |= x.rows.end_tensions if x.rows else {}
+    return known[name]
 
 
 def collect(x: Evaluation) -> None:

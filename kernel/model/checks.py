@@ -11,6 +11,7 @@ from math import degrees, isfinite, sqrt
 from typing import Any
 from weakref import WeakValueDictionary
 
+import msgspec
 import numpy as np
 from heavylift.kernel.algebra.dense import dot, eigenvalues, norm
 from heavylift.kernel.algebra.elementary import atan2
@@ -39,6 +40,7 @@ ADDRESSED = (
 )
 AXES = (0, 1)  # about which an attitude is measured
 _checked: WeakValueDictionary[int, System] = WeakValueDictionary()  # by id: descriptions that are what they must be
+_last: list[tuple[bytes, System, System]] = []  # the last one, encoded, as it was given and as it was checked
 POSITIVE = {"RigidRope": ("L0",)}  # of laws see the force table
 NOT_NEGATIVE = {"Drive": ("kp", "kv"), "RigidRope": ("mass",)}
 
@@ -48,6 +50,9 @@ def check_description(system: System) -> System:
     be."""
     if _checked.get(id(system)) is system:
         return system
+    code, given, last = _encoded(system), system, _last[:]  # which other threads may replace
+    if code and [(x, y) for x, y, _ in last] == [(code, system)]:  # equal to the bit, of the same classes
+        return last[0][2]
     system = plain(system)
     if not isfinite(system.gravity):
         raise KernelError(f"gravity is {system.gravity}; it must be a finite number")
@@ -84,7 +89,16 @@ def check_description(system: System) -> System:
         if s.lower > s.upper:
             raise KernelError(f"stop '{s.name}': its lower limit {s.lower:g} lies above the upper one, {s.upper:g}")
     _checked[id(system)] = system
+    _last[:] = [(code, given, system)] if code else []
     return system
+
+
+def _encoded(system: object) -> bytes:
+    """All numbers of a description to the bit; empty if something in it is no plain data."""
+    try:
+        return msgspec.msgpack.encode(system)
+    except (TypeError, ValueError, OverflowError, RecursionError):
+        return b""
 
 
 def accepted(part: System) -> System:

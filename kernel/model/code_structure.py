@@ -10,6 +10,7 @@ from __future__ import annotations
 from heavylift.kernel.description.mechanics import Measured, Threshold
 
 from .program import Program
+from .quantities import numbers, points
 
 __all__ = ["structure"]
 
@@ -18,13 +19,19 @@ def structure(program: Program, *method: object) -> str:
     """Equal for scenes that share machine code; `method`: what the code depends on besides the scene."""
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate
-    ropes = [r.name for r in s.all_ropes]
+    ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
 
     def of(x: Measured | Threshold) -> object:
         """What is measured: a body, or a coordinate of a joint."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None
+
+    def of_signal(h: Threshold) -> object:
+        """What a guard's formula is over, and how many numbers it has."""
+        wind = forces.index(h.of) if h.quantity == "wind" else None
+        bodies = [number(point.body) for point in points(h, s)]
+        return h.quantity, of(h), [ropes.index(r) for r in h.ropes], h.axis, bodies, len(numbers(h, s)), wind
 
     return repr(
         [
@@ -39,10 +46,7 @@ def structure(program: Program, *method: object) -> str:
             [(r.winch, r.mass > 0.0, [number(p.body) for p in r.points]) for r in s.rigid_ropes],
             [x.structure for x in p.laws],
             [(m.kind, of(m), m.axis) for m in s.measured],
-            [
-                (h.quantity, of(h), [ropes.index(r) for r in h.ropes], h.axis, h.point and number(h.point.body))
-                for h in s.thresholds
-            ],
+            [of_signal(h) for h in s.thresholds],
             [(k.q.start, k.v.start) for k in p.graph.links],
             [k.modes.smallness.groups for k in p.graph.links if k.modes and k.n_modes],
         ]

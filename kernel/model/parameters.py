@@ -17,6 +17,9 @@ from heavylift.kernel.forces.table import SharedForce
 from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
 
+from .quantities import numbers as quantity_numbers
+from .quantities import points
+
 __all__ = ["PROFILE", "Parameters"]
 
 PROFILE = 8  # start, x0, v0, a1, d1, cruise, a2, d2
@@ -75,7 +78,8 @@ class Parameters:
             for (kind, name), numbers_ in contact_numbers(c, abs(weight)).items():
                 put(kind, name, numbers_)
         for h in system.thresholds:
-            put("threshold", h.name, [0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
+            places = [x for point in points(h, system) for x in point.p]
+            put("threshold", h.name, [0.0, 1.0, *places, *quantity_numbers(h, system)])
         return _side_by_side(at, np.array(values))
 
 

@@ -7,8 +7,10 @@ small however large the yard.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from types import SimpleNamespace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function
@@ -32,12 +34,33 @@ from heavylift.kernel.multibody.trees import Tree, cut
 
 from .checks import check_description
 from .parameters import PROFILE, Parameters
+from .quantities import check_signal
+from .quantities import points as quantity_points
 from .traced_functions import SharedTree, profile, tree_functions
+
+if TYPE_CHECKING:
+    from heavylift.kernel.multibody.flexible.modes import Modes
 
 __all__ = ["Label", "Program"]
 
 Label = tuple[str, str]  # kind and name: of a law, a guard, an account
 COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # groups that laws fill
+
+
+class _Cut(NamedTuple):
+    """What the programs of a description share, of which and how it was made."""
+
+    of: System
+    how: tuple[str, frozenset[str] | None]
+    system: System
+    graph: Graph
+    locked: frozenset[str]
+    trees: list[Tree]
+    poses_at_start: Poses
+    traced: list[Tree]
+
+
+_last: list[_Cut] = []  # the last one
 
 
 class Program:
@@ -69,18 +92,9 @@ class Program:
                     f"body '{next(iter(modes))}' is flexible, but formulation '{formulation}' knows rigid bodies only; "
                     "choose recursive"
                 )
-        system = with_rope_masses(system)
-        self.system, self.formulation, self.clamped = system, formulation, clamped
-        self.at_rest = at_rest
-        self.graph = build_graph(system, modes)
-        self._check_loops()
-        self._check_contacts()
-        self._check()
-        self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
-        held = frozenset(x.joint for x in system.locks if x.name in self.locked)
-        self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
-        trees = [merged(tree) for tree in self.trees] if formulation == "recursive" else self.trees
-        self.poses_at_start = _poses_at_start(self.graph, trees)
+        self.formulation, self.clamped, self.at_rest = formulation, clamped, at_rest
+        trees = self._cut(system, modes, locked)
+        system = self.system
         setting = Setting(self.graph, self.poses_at_start, system.gravity, clamped, at_rest, calm)
         self.laws = shared(system.laws, setting)
         self.parameters = Parameters.of(system, self.graph, trees, self.laws)
@@ -96,6 +110,28 @@ class Program:
         self.constraints.link(self.instances)
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
         self.calm = calm
+
+    def _cut(self, system: System, modes: Mapping[str, Modes] | None, locked: frozenset[str] | None) -> list[Tree]:
+        """Graph, trees and poses at the start, which all programs of a description share; the trees as they are
+        traced."""
+        x = next(iter(_last), None)
+        if x is not None and x.of is system and x.how == (self.formulation, locked):
+            self.system, self.graph, self.locked = x.system, x.graph, x.locked
+            self.trees, self.poses_at_start = x.trees, x.poses_at_start
+            return x.traced
+        self.system = with_rope_masses(system)
+        self.graph = build_graph(self.system, modes)
+        self._check_loops()
+        self._check_contacts()
+        self._check()
+        self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
+        held = frozenset(x.joint for x in system.locks if x.name in self.locked)
+        self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
+        traced = [merged(tree) for tree in self.trees] if self.formulation == "recursive" else self.trees
+        self.poses_at_start = _poses_at_start(self.graph, traced)
+        own = self.system, self.graph, self.locked, self.trees, self.poses_at_start, traced
+        _last[:] = [_Cut(system, (self.formulation, locked), *own)]
+        return traced
 
     def _label(self) -> None:
         """Accounts, angles, guards and columns by kind and name, in the order of the state and of samples."""
@@ -144,20 +180,14 @@ class Program:
         check_locks(s, self.graph)
         points = [(x.name, p.body) for x in (*s.laws, *s.rigid_ropes) for p in x.points]
         points += [(c.name, shape.body) for c in s.contacts for shape in (c.a, c.b)]
-        points += [(h.name, h.point.body) for h in s.thresholds if h.point]
+        for h in s.thresholds:
+            check_signal(h, s, f"threshold '{h.name}'")
+        points += [(h.name, point.body) for h in s.thresholds for point in quantity_points(h, s)]
         points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
         points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
         for name, body in points:
             if body != "world" and body not in {b.name for b in s.bodies}:
                 raise KernelError(f"'{name}': there is no body '{body}'")
-        for h in s.thresholds:
-            if h.quantity == "height" and h.point is None:
-                raise KernelError(f"threshold '{h.name}': a height needs a point")
-            if h.quantity in ("tension", "length") and not h.ropes:
-                raise KernelError(f"threshold '{h.name}': a {h.quantity} needs a rope")
-            for r in h.ropes:
-                if r not in {x.name for x in s.all_ropes}:
-                    raise KernelError(f"threshold '{h.name}': there is no rope '{r}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:
         """Places in q and v of what a drive moves."""
@@ -226,7 +256,7 @@ class Program:
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
         bodies = [p.body for x in s.laws for p in x.points] + [m.of for m in s.measured if m.kind == "angle"]
-        bodies += [h.point.body for h in s.thresholds if h.point]
+        bodies += [point.body for h in s.thresholds for point in quantity_points(h, s)]
         bodies += [h.of for h in s.thresholds if h.quantity == "angle"]
         used = {number(b) for b in bodies} | set(self.constraints.bodies)
         kinds: dict[str, SharedTree] = {}

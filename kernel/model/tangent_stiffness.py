@@ -7,18 +7,19 @@ is marked, since a clamp of a law may have entered it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.compiler.function import OPAQUE, Outputs, Primitive
+from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
-from heavylift.kernel.compiler.native_loops import Code
+from heavylift.kernel.compiler.native_loops import LANES, VECTOR, Code, padded
 from heavylift.kernel.compiler.symbol import Array, Scalar
 
-__all__ = ["FOURTH", "SECOND", "Tangent"]
+__all__ = ["FOURTH", "SECOND", "Tangent", "one_sided"]
 
 FOURTH, SECOND = (2.0 / 3.0, -1.0 / 12.0), (0.5, 0.0)  # order of central differences: weights of h f'(0)
 
@@ -150,3 +151,64 @@ class Tangent:
             return {}
 
         return Primitive("tangent", floats, inputs, {}, c.text())
+
+
+def one_sided(
+    at: Places, rate: Rate, sizes: Mapping[str, int], nq: int, nv: int, row: int, steps: tuple[float, float]
+) -> Primitive:
+    """Native function `one_sided`(X, P, M): derivatives of the accelerations at the state z, `row` apart in M.
+
+    By one-sided differences of `steps`, first by displacements, then, where X asks for more than nv columns, by
+    velocities.  X has at z the accelerations `here`, the time `now` with one `within` its step, `ways` (of unit
+    velocities of several joints, so many states) and, of each displacement, its way, first and last coordinate.
+    """
+    ny, ways = sizes["dy"], at["way0"].start
+    c = Code("one_sided", ["X", "P", "M"])
+    moved, t = c.reserve(f"[{padded(ny)} x double]"), c.reserve("[2 x double]")
+    out = {name: c.reserve(f"[{max(1, n)} x double]") for name, n in sizes.items()}
+    for place, name in enumerate(("now", "within")):
+        c.store(c.load(c.at("%X", at[name])), c.at(t, place))
+    columns = c.load(c.at("%X", at["columns"]))
+    with c.loop(0, c.let(f"fptosi double {columns} to i64")) as k:
+        with c.loop(0, ny, LANES) as i:
+            c.store(c.load(c.at("%X", at["z"].start, i), VECTOR), c.at(moved, i), VECTOR)
+        displaced = c.let(f"icmp slt i64 {k}, {nv}")
+        with c.when(displaced):
+            way, first, last = (
+                c.let(f"fptosi double {c.load(c.at('%X', at[name].start, k))} to i64")
+                for name in ("way", "first", "last")
+            )
+            source = c.integer("mul", way, ny)
+            with c.loop(first, last) as i:
+                step = c.let(f"fmul double {c.load(c.at('%X', ways, source, i))}, {steps[0]:.17e}")
+                c.store(c.let(f"fadd double {c.load(c.at(moved, i))}, {step}"), c.at(moved, i))
+        with c.when(c.let(f"xor i1 {displaced}, 1")):
+            v = c.at(moved, nq - nv, k)
+            c.store(c.let(f"fadd double {c.load(v)}, {steps[1]:.17e}"), v)
+        c.call("rate", [t, moved, "%P", *out.values()])
+        over = c.let(f"select i1 {displaced}, double {1.0 / steps[0]:.17e}, double {1.0 / steps[1]:.17e}")
+        target = c.integer("mul", k, row)
+        with c.loop(0, nv) as i:
+            here = c.load(c.at("%X", at["here"].start + nq, i))
+            change = c.let(f"fsub double {c.load(c.at(out['dy'], nq, i))}, {here}")
+            c.store(c.let(f"fmul double {change}, {over}"), c.at("%M", target, i))
+    spent = c.at("%X", at["differences"])
+    c.store(c.let(f"fadd double {c.load(spent)}, {columns}"), spent)
+    c.store("0.0", c.at("%X", at["columns"]))
+
+    def floats(X: Array, P: Array, M: Array) -> Outputs:
+        for j in range(int(X[at["columns"]])):
+            y = np.array(X[at["z"]])
+            if j < nv:
+                n, start, stop = (int(X[at[name]][j]) for name in ("way", "first", "last"))
+                y[start:stop] += X[ways + n * ny :][start:stop] * steps[0]
+            else:
+                y[nq - nv + j] += steps[1]
+            dy = np.array(rate(t=[X[at["now"]], X[at["within"]]], y=y, P=P).dy)
+            change = dy[nq : nq + nv] - X[at["here"]][nq : nq + nv]
+            M[j * row : j * row + nv] = change * (1.0 / steps[0 if j < nv else 1])
+        X[at["differences"]] += X[at["columns"]]
+        X[at["columns"]] = 0.0
+        return {}
+
+    return Primitive("one_sided", floats, dict.fromkeys(("X", "P", "M"), OPAQUE), {}, c.text())

@@ -5,6 +5,7 @@
 case, hooks, moving   the numbers of a scene that the rules need
 response, rests    how a load answers the whole action list; how its rest moves along the static path
 rules, always      one small function per rule; what is left out without a question
+chance             what two models may differ by, however little is between them
 choose, cost       which rules may be taken together; states and evaluations, predicted
 method             method and tolerance by cost (STEPS.md)
 verdict, own       the report, and what is not guaranteed; what the fidelity of a scene leaves out

@@ -23,9 +23,10 @@ from heavylift.nodes.plan.question import Asked, Question
 
 from .always import ALWAYS
 from .case import Case, case_of
+from .chance import FARTHEST, chance, unsure
 from .cost import cost
 from .method import METHODS, Stepped, stepped
-from .rules import AWAITED, RULES, Choice, Errors, chance, unsure
+from .rules import RULES, Choice, Errors
 from .verdict import INTEGRATION, Decided, Verdict, left, percent, unruled
 
 if TYPE_CHECKING:
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 __all__ = ["choose", "unpromised"]
 
 RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
-SURE: tuple[Asked, ...] = ("rope tension",)  # what does not depend on when an event comes
 SELDOM = 0.3  # part of the accuracy that is set aside at most for what seldom happens
 PLAIN = 1e-6  # tolerance of a run without a question
 STARTING = 6e7  # evaluations times states in the time that a process takes to start, about
@@ -57,7 +57,7 @@ def choose(
     if not followed.known:
         why = f"its action list cannot be followed at rest to its end: {followed.path.why}"
         return unpromised(question, plan.fidelity, why, _always(plan))
-    if case.awaits > AWAITED and question.ask != SURE:
+    if case.awaits > FARTHEST:
         why = f"it awaits an event while the load swings by up to {1e3 * case.awaits:.0f} mm"
         return unpromised(question, plan.fidelity, why, _always(plan))
     if case.changes and not case.damped:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import isfinite, sqrt
 
 from heavylift.kernel.algebra.elementary import power
@@ -21,16 +22,17 @@ from heavylift.nodes.plan.question import Asked
 
 from .case import Case
 from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, sdirk_algebra, states
-from .rules import Errors, overshoot
+from .rests import STRAIGHT
+from .rules import Errors, overshoot, tipped
 
 __all__ = ["METHODS", "Stepped", "stepped"]
 
-TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) for k in range(4, 25))  # 1e-2 to 1e-12
+PARTS = 1.0, sqrt(sqrt(10.0)), sqrt(10.0), sqrt(sqrt(1000.0))  # of a decade
+TOLERANCES = tuple(float(f"1e-{(k + 3) // 4}") * PARTS[-k % 4] for k in range(8, 49))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
 BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest
-RINGS = 3e-3, 0.15  # of the tensions by `sdirk2`, what is damped away: at usual tolerances, and over sqrt(tol) at most
-RESOLVED = 1e-4  # tolerance of `sdirk2` below which swings are followed, for which others are better
+SWUNG, FOLLOWED = 0.45, 6e-4  # part of what a swing tips that long steps damp, and tolerance from which they do
 DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
 SNAPS = 150.0  # how much more lumps do as slings come taut that were slack
 DAMPS = "nothing damps what it would damp away"
@@ -115,23 +117,48 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     return Stepped("radau5", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 
-def sdirk2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
+@dataclass(frozen=True)
+class LongSteps:
+    """Of a method along the equilibrium path: steps of a stage, in which what rings behind an event is followed, at a
+    tolerance of 5e-3, and the power by which they grow with finer ones; power of all others; evaluations a step; errors
+    of the tensions, what is damped away: over sqrt(tol), and at most; tolerances between which it is used."""
+
+    stage: float
+    finer: float
+    path: float
+    evaluations: float
+    damped: float
+    most: float
+    least: float
+    loosest: float = 1.0
+
+
+LONG = {
+    "sdirk2": LongSteps(20.0, 0.85, 1.0 / 2.0, 6.0, damped=0.15, most=3e-3, least=1e-4),
+    "sdirk3": LongSteps(39.0, 0.52, 1.0 / 3.0, 9.0, damped=0.3, most=1.0, least=1e-5, loosest=1e-4),
+}
+
+
+def long_steps(name: str, case: Case, at: Fidelity, tolerance: float) -> Stepped:
     """Along the equilibrium path in steps of up to 10 s: the tolerance is that of the tensions, and nothing else is
-    promised.  After each event and command steps begin again with a Jacobian of two evaluations a velocity; later ones
-    leave out what velocities change."""
-    n, jumps = states(case, at), 20.0 * case.stages * max(1.0, sqrt(5e-3 / tolerance))  # what rings behind an event
-    steps = jumps + duration(case) / 4.0 * power(1e-2 / tolerance, 0.5)
-    jacobians = 10.0 * case.stages + 0.2 * (steps - jumps)
-    spent = 6.0 * steps + 0.7 * n * jacobians  # most of them by displacements alone
+    promised.  Behind events and commands steps begin short again; a Jacobian serves until a rope comes off or taut, or
+    the path has gone far."""
+    m, n = LONG[name], states(case, at)
+    ringing = m.stage * case.stages * max(1.0, power(5e-3 / tolerance, m.finer))
+    steps = ringing + duration(case) / 8.0 * power(1e-2 / tolerance, m.path)
+    jacobians = 1.5 * case.stages + duration(case) / 15.0
     errors: Errors = dict.fromkeys(("swing", "position", "lift-off time"), float("inf"))
-    errors["rope tension"] = max(5.0 * tolerance, min(RINGS[0], RINGS[1] * sqrt(tolerance)))
+    errors["rope tension"] = max(5.0 * tolerance, min(m.most, m.damped * sqrt(tolerance)))
+    if case.askew or case.swings.jumps > STRAIGHT:  # swings that no ramp has made decide a peak, and are damped
+        errors["rope tension"] += SWUNG * tipped(case, 1.0) * min(1.0, sqrt(tolerance / FOLLOWED))
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
     if _bare(case):
         able, why = False, DAMPS
-    able = able and tolerance >= RESOLVED
-    linear = sdirk_algebra(n, jacobians + 0.5 * steps, 6.0 * steps)
-    return Stepped("sdirk2", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
+    able = able and m.least <= tolerance <= m.loosest
+    spent = m.evaluations * steps + 0.5 * n * jacobians  # by displacements alone
+    linear = sdirk_algebra(n, jacobians + 0.5 * steps, (m.evaluations - 1.0) * steps)
+    return Stepped(name, tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 
 METHODS: dict[str, Method] = {
@@ -139,7 +166,7 @@ METHODS: dict[str, Method] = {
     "dop853": dop853,
     "ros34pw2": ros34pw2,
     "radau5": radau5,
-    "sdirk2": sdirk2,
+    **{name: partial(long_steps, name) for name in LONG},
 }
 
 

@@ -18,7 +18,10 @@ from heavylift.nodes.plan.question import Asked
 from .case import Case
 from .hooks import Hook, coupling, leaning, nodding, redistribution, tipping
 
-__all__ = ["AWAITED", "RULES", "STATES", "Choice", "Errors", "Rule", "chance", "girder_states", "overshoot", "unsure"]
+__all__ = [
+    "AWAITED", "RULES", "SHAKEN", "STATES", "Choice", "Errors", "Rule",
+    "girder_states", "overshoot", "shaken", "slower", "tipped",
+]  # fmt: skip
 
 Errors = dict[Asked, float]
 COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
@@ -34,17 +37,7 @@ BOTH_WAYS = 2.0  # there and back
 LEANING = 2.0  # heights of a block on more than three hooks, which the girders lift by one corner after the other
 OPPOSED = 2.0  # two swings of one size: a block that leans as it is lifted swings before it is moved
 SOONER = 1.05  # by what the block does not hang straight
-CHANCE: Errors = {"rope tension": 2.5e-3, "swing": 0.0, "position": 5e-4, "lift-off time": 2e-3}  # measured
-ASIDE: Errors = {"rope tension": 6e-3, "swing": 0.04, "position": 0.01, "lift-off time": 0.02}  # light or undamped
-UNEVEN = 0.003, 0.007  # [m] of place and excursion where corners part at different speeds; measured
-LANDED: Errors = {
-    "position": 2.5e-3,
-    "lift-off time": 4e-3,
-}  # slings that were slack come taut in another order; measured
 AWAITED = 0.005  # swing in which an event is awaited that decides nothing [m]
-SWINGING = 5e-3  # how hard a block lands, and parts again, that swings; measured
-UNDAMPED = 0.13  # part of a bounce by which the sum of several may differ
-LET_GO = 5e-3  # of the swing, whatever the steps: slings come off and on as a hook is taken from the load; measured
 STATES = 2  # of a degree of freedom: coordinate and velocity
 
 
@@ -66,42 +59,11 @@ class Choice:
 Rule = Callable[[Case, Fidelity], Choice]
 
 
-def unsure(case: Case) -> Errors:
-    """What no number of lumps is sure of: how ropes bend, and in which phase they swing like strings."""
-    errors = _slower(case, 1)
-    errors["rope tension"] += tipping(case.hooks) * _shaken(case, errors, SHAKEN[1])
-    return errors
-
-
-def chance(case: Case) -> Errors:
-    """What two models may differ by, however little is between them: by what is unsure; seldom, on more than three
-    hooks, or where undamped ropes ring on as the block lands, by which of the pads is the last to open, in which bounce
-    of the block; by slings that are let go; by when the block lands that swings; by the phases of bounces that nothing
-    damps."""
-    errors = unsure(case)
-    errors["swing"] += LET_GO if case.changes else 0.0
-    if case.awaits > AWAITED:
-        errors["rope tension"] += SWINGING
-    if not case.even and len(case.hooks) > 2:
-        errors["position"] += UNEVEN[0] / case.way
-        errors["swing"] += UNEVEN[1] / case.swings.least
-    if case.swings.lands:
-        errors |= {q: errors.get(q, 0.0) + e for q, e in LANDED.items()}
-    jumps = case.swings.jumps > 0.0
-    if not case.damped:
-        rings = UNDAMPED * (1.0 + jumps)
-        errors["rope tension"] += rings * max(overshoot(case, h, girder=True) for h in case.hooks)
-    aside = jumps and (not case.damped or (not case.determinate and any(h.light for h in case.hooks)))
-    if aside or not case.determinate or (case.swings.lands and not case.damped):
-        errors = {q: errors.get(q, 0.0) + (ASIDE if aside else CHANCE)[q] for q in ASIDE}
-    return errors
-
-
 def lumps(case: Case, at: Fidelity) -> Choice:
     """Two lumps a rope, which have its mass and its inertia already: what is lost is how the rope itself vibrates."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     sways = heavy * VIBRATES
-    errors = _slower(case, 0)
+    errors = slower(case, 0)
     errors["swing"] = max(sways, errors["swing"])
     errors["position"] = max(2.0 * sways * case.swings.most / case.way, errors["position"])
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
@@ -122,10 +84,10 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     parts_aside = case.swings.jumps > 0.0 and not case.determinate
     coupled = COUPLED * coupling(case.hooks) * (ONE_BY_ONE if parts_aside else 1.0)
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
-    errors = _slower(case, 2)
+    errors = slower(case, 2)
     errors["swing"] += coupled
     errors["position"] += coupled * case.swings.most / case.way
-    inclined = _shaken(case, errors, SHAKEN[0])
+    inclined = shaken(case, errors, SHAKEN[0])
     waves = dynamic * heavy / (2.0 if case.determinate else 1.0)
     errors["rope tension"] = _peak(case, waves, errors["swing"], inclined)
     errors["lift-off time"] = 0.4 * _wave(case)
@@ -153,7 +115,9 @@ def girder(case: Case, at: Fidelity) -> Choice:
     errors["swing"] += aside / case.swings.least + max(h.tilts for h in case.hooks)
     errors["swing"] *= SWAYED
     errors["swing"] += OPPOSED * leaning(case.hooks, g) / case.swings.least
-    errors["position"] = (high + BOTH_WAYS * (errors["position"] * case.way + aside)) / case.way
+    landing = BOTH_WAYS * case.awaits if case.awaits > AWAITED else 0.0  # in whatever phase of the swing
+    errors["swing"] += landing / case.swings.least
+    errors["position"] = (high + landing + BOTH_WAYS * (errors["position"] * case.way + aside)) / case.way
     errors["rope tension"] = _peak(case, dynamic, errors["swing"]) + spread
     errors["lift-off time"] = max(min(1.0, _sooner(case, h)) for h in case.hooks)
     shared = f", which shifts {spread:.1%} of a hook's load" if spread else ""
@@ -226,7 +190,7 @@ def overshoot(case: Case, h: Hook, girder: bool) -> float:
     return parting / h.load / case.gravity + max(2.0 * h.ramp / case.gravity, h.rings)
 
 
-def _slower(case: Case, model: int) -> Errors:
+def slower(case: Case, model: int) -> Errors:
     """Errors by the frequencies of both swings of a double pendulum, in two lumps (0), four (1), or without any (2).
     On more than three hooks the block is lifted by one corner after the other, and rocks whatever moves it; let go
     aside it swings against its hooks, beside which ropes weigh more than beside the load."""
@@ -243,7 +207,7 @@ def _slower(case: Case, model: int) -> Errors:
     return errors
 
 
-def _shaken(case: Case, errors: Errors, times: tuple[float, float, float]) -> float:
+def shaken(case: Case, errors: Errors, times: tuple[float, float, float]) -> float:
     """How far ropes are inclined that swing like strings as their trolleys move; adds how they shake the load: the
     first mode, of amplitude A, is inclined by pi A / l and has a frequency of pi sqrt(m g / m_r l)."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
@@ -282,17 +246,17 @@ def _swung(case: Case, shift: float) -> Errors:
     """Errors of the swing, of the place, and of what the swing is of the tension, for one of the frequency."""
     swing = shift * case.swings.envelope
     place = shift * case.swings.away / case.way
-    return {"swing": swing, "position": place, "rope tension": _tipped(case, swing)}
+    return {"swing": swing, "position": place, "rope tension": tipped(case, swing)}
 
 
 def _peak(case: Case, bounce: float, swing: float, inclined: float = 0.0) -> float:
     """Error of the largest tension, which comes as the load bounces or as it swings; both at once where nothing damps
     the bounce, or where it comes aside as it parts.  `inclined`: error of how ropes are [rad]."""
-    tipped = _tipped(case, swing) + inclined * tipping(case.hooks)
-    return max(bounce, tipped) if case.damped and not case.swings.jumps else bounce + tipped
+    swung = tipped(case, swing) + inclined * tipping(case.hooks)
+    return max(bounce, swung) if case.damped and not case.swings.jumps else bounce + swung
 
 
-def _tipped(case: Case, swing: float) -> float:
+def tipped(case: Case, swing: float) -> float:
     """Error of a hook's tension for one of the swing: it inclines the ropes, and hooks ahead carry more."""
     inclined = case.swings.most / min(h.reach for h in case.hooks)
     return swing * inclined * (tipping(case.hooks) + 2.0 * inclined)

@@ -58,15 +58,14 @@ class Signals:
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
         """The lugs that a sling was on, each with the instants (n,) at which it was."""
         found: dict[str, NDArray[np.bool_]] = {}
+        if self.named:
+            on = np.array([lugs.get(sling, "") for _, lugs in self.hooked])
+            return [(lug, on == lug) for lug in sorted({*on.tolist()} - {""})]
         for i, (start, lugs) in enumerate(self.hooked):
-            if not lugs.get(sling):
-                continue
-            if self.named:
-                inside = np.arange(len(self.t)) == i
-            else:
+            if lugs.get(sling):
                 end = self.hooked[i + 1][0] if i + 1 < len(self.hooked) else np.inf
                 inside = (self.t >= start) & (self.t < end)
-            found[lugs[sling]] = found.get(lugs[sling], np.zeros(len(self.t), dtype=bool)) | inside
+                found[lugs[sling]] = found.get(lugs[sling], np.zeros(len(self.t), dtype=bool)) | inside
         return sorted(found.items())
 
 

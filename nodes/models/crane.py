@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from heavylift.kernel.description.mechanics import WORLD, Drive, Joint, System, Threshold, Vector
 from heavylift.nodes.models.parts.chains import pieces
-from heavylift.nodes.models.parts.drive import DriveActor, HeldActor, WinchActor
+from heavylift.nodes.models.parts.drive import DriveActor, HeldActor
 from heavylift.nodes.models.parts.fidelity_variants import modelled
 from heavylift.nodes.models.parts.gauges import LoadCell
 from heavylift.nodes.models.parts.girder import girder, on_girder, stiff_part
 from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, JointCoupled, Law, Machine, body
+from heavylift.nodes.models.parts.winch import WinchActor
 from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.plan import Axis, Crane, Hook, HookRope, Plan, Trolley
 
@@ -62,7 +63,10 @@ class CraneModel(Machine):
             actor: Actor = HeldActor("drive", drive.name, held_by(self.plan.fidelity, element))
         else:
             laws = System(drives=(drive,))
-            actor = DriveActor("drive", drive.name, laws, start=motion.start, lower=motion.lower, upper=motion.upper)
+            actor = DriveActor(
+                "drive", drive.name, laws, start=motion.start, lower=motion.lower, upper=motion.upper,
+                emergency=motion.emergency,
+            )  # fmt: skip
         self.take(JointCoupled(name, joint, actor))
 
     def _cell(
@@ -87,4 +91,5 @@ def _winch(plan: Plan, hook: Hook, rope: HookRope) -> WinchActor:
         upper=hook.drum,
         switch=switch,
         pieces=pieces(plan.fidelity, hook.rope),
+        emergency=hook.emergency,
     )

@@ -17,10 +17,11 @@ from heavylift.kernel.description.forces import Force, Reeving
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, RigidRope, Rope, System, Threshold
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.models.parts.drive import DriveActor, WinchActor
+from heavylift.nodes.models.parts.drive import DriveActor
 from heavylift.nodes.models.parts.gauges import LoadCell
 from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, Group, JointCoupled, Law, Machine
 from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, SlingActor, Stools
+from heavylift.nodes.models.parts.winch import WinchActor
 from heavylift.nodes.plan.plan import Actuator, Mechanism
 
 
@@ -108,7 +109,7 @@ class MachineModel(Machine):
 
     def _drive(self, name: str, element: str, laws: System) -> DriveActor:
         at = self._actuator(element)
-        return DriveActor(name, element, laws, start=at.start, lower=at.lower, upper=at.upper)
+        return DriveActor(name, element, laws, start=at.start, lower=at.lower, upper=at.upper, emergency=at.emergency)
 
     def _actuator(self, name: str) -> Actuator:
         """Where an actuator starts and what it can do; a rope starts at its length, the rest at 0."""

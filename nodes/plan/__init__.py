@@ -2,6 +2,7 @@
 
 plan              machines, rig and everything else that node processes are built from
 mechanism         a machine made of parts
+interlock         what stops a machine by itself
 own               models of a user's own: what they hear and lead
 actions, verbs    orders, conditions and actions; the verbs, a row each
 places            where in a scene an action or an order stands

@@ -37,9 +37,11 @@ class Slings(Term, frozen=True, kw_only=True, tag="slings"):
 
 
 class MovesDone(Term, frozen=True, kw_only=True, tag="moves-done"):
-    """The orders of the previous action are done (if verbs as "hoist" or "turn" are given: those)."""
+    """The orders of the previous action are done (with verbs as "hoist" or "turn": those); `stopped`: or a limit
+    switch or an interlock has stopped them."""
 
     verbs: tuple[str, ...] = ()
+    stopped: bool = False
 
 
 class Lifted(Term, frozen=True, kw_only=True, tag="lifted"):
@@ -92,7 +94,8 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
     negative). `speed` is a magnitude where a distance or goal is given, signed for an endless move.  An
     actuator stops by itself at its end positions and reports the limit.  `pulses`: of ramps that leave no swing (see
     `pulses`); `periods`: of what swings, as the move begins and as it stops [s]; `left`: swing that is left since they
-    change meanwhile [rad].
+    change meanwhile [rad].  `together`: actuators of which none goes on when another one is stopped.  `above`: lugs
+    above which it ends, whose place becomes `to` as the list is followed.  `trims`: it may have nothing to do.
     """
 
     verb: str
@@ -106,6 +109,9 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
     pulses: int = 0
     periods: tuple[float, float] = (0.0, 0.0)
     left: float = 0.0
+    together: tuple[str, ...] = ()
+    above: tuple[str, ...] = ()
+    trims: bool = False
 
     def __post_init__(self) -> None:
         if self.verb not in MOTIONS:
@@ -140,11 +146,20 @@ class Unhook(Item, frozen=True, kw_only=True, tag="unhook"):
 
 
 class Brake(Item, frozen=True, kw_only=True, tag="brake"):
-    """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a loader) is engaged or released."""
+    """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a loader) is engaged or released; an interlock is
+    active, or bypassed."""
 
     model: str
     brake: str
     engaged: bool
+
+
+class Stop(Item, frozen=True, kw_only=True, tag="stop"):
+    """An actuator stops, whatever it does, with `accel` [m/s2 or rad/s2]; None: that of its move."""
+
+    model: str
+    actuator: str
+    accel: float | None = None
 
 
 class Wait(Item, frozen=True, kw_only=True, tag="wait"):
@@ -153,7 +168,7 @@ class Wait(Item, frozen=True, kw_only=True, tag="wait"):
     seconds: float
 
 
-Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Wait
+Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Stop | Wait
 
 
 class Action(Item, frozen=True, kw_only=True):

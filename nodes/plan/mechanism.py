@@ -12,7 +12,7 @@ class Actuator(Item, frozen=True, kw_only=True):
     """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
     ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
 
-    `highest`: height of the hook where the winch stops with the deceleration `emergency`.
+    `highest`: height of the hook where the winch stops; `emergency`: the deceleration of what is stopped.
     """
 
     name: str
@@ -30,8 +30,8 @@ class Actuator(Item, frozen=True, kw_only=True):
 class Hoist(Item, frozen=True, kw_only=True):
     """A hook of a machine: its rope, which has all falls, and where that holds the hook block, a body of its own.
 
-    `capacity`: what may hang below the block [kg], 0: not given; `axis`: from where the radius of a chart is measured;
-    `slings`: by the name of the rigging, those that hang on it.
+    `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
+    [kg]), `axis`: from where its radius is measured; `slings`: by the name of the rigging, those that hang on it.
     """
 
     rope: str
@@ -39,6 +39,7 @@ class Hoist(Item, frozen=True, kw_only=True):
     block_mass: float
     capacity: float = 0.0
     axis: Point | None = None
+    chart: tuple[tuple[float, float], ...] = ()
     slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
 
 
@@ -66,7 +67,8 @@ class Mechanism(Item, frozen=True, kw_only=True):
     """A researcher's own multibody system, written as bodies, joints and laws; it becomes one coupled model.
 
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
-    supports that carry at the start.  Its parts may name bodies and joints of the lift.
+    supports that carry at the start.  Its parts may name bodies and joints of the lift.  `slings`: by the name of a
+    rigging that is a machine of its own, its ropes.
     """
 
     name: str
@@ -76,7 +78,24 @@ class Mechanism(Item, frozen=True, kw_only=True):
     closed: tuple[str, ...] = ()
     hooks: tuple[Hoist, ...] = ()
     shapes: tuple[Shape, ...] = ()
+    slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
+
+    @property
+    def rigged(self) -> dict[str, tuple[str, ...]]:
+        """Slings by the name of their rigging."""
+        return {
+            name: slings for each in (*(h.slings for h in self.hooks), self.slings) for name, slings in each.items()
+        }
 
     def standing(self, body: str) -> str:
         """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
         return f"{self.name}:{body}" if body in self.system.outside[0] else body
+
+
+def driven(actuator: str) -> str:
+    """What an actuator moves, for planners: a crane, a trolley of it, else its own name."""
+    name = actuator.removesuffix(".drive")
+    crane, _, axis = name.rpartition(".")
+    if name == actuator or axis not in ("gantry", "upper-slide", "lower-slide"):
+        return actuator
+    return crane if axis == "gantry" else f"the {axis.removesuffix('-slide')} trolley of {crane}"

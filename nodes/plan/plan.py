@@ -27,12 +27,14 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 from .actions import Action as Action
 from .actions import Item
 from .fidelity import Fidelity as Fidelity
+from .interlock import Interlock as Interlock
 from .limit import Limit
 from .mechanism import Actuator as Actuator
 from .mechanism import Driven as Driven
 from .mechanism import Hoist as Hoist
 from .mechanism import Mechanism as Mechanism
 from .mechanism import Shape as Shape
+from .mechanism import driven as driven
 from .own import Own
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
@@ -50,7 +52,7 @@ class Inertia(Item, frozen=True, kw_only=True):
 
 class Axis(Item, frozen=True, kw_only=True):
     """A servo-driven sliding joint: start and end positions [m], ramp [m/s2], gains [N/m] and [N s/m]; `pulses`: of a
-    ramp without swing."""
+    ramp without swing; `emergency`: deceleration when it is stopped [m/s2], None: the ramp."""
 
     start: float
     lower: float
@@ -59,6 +61,7 @@ class Axis(Item, frozen=True, kw_only=True):
     kp: float
     kv: float
     pulses: int = 0
+    emergency: float | None = None
 
 
 class Trolley(Item, frozen=True, kw_only=True):
@@ -82,6 +85,7 @@ class Hook(Item, frozen=True, kw_only=True):
     highest: float  # world z of the hook eye where the upper limit switch trips [m]
     capacity: float  # of what hangs below the hook block [kg]
     block_mass: float  # hook block, which the rope carries besides [kg]
+    emergency: float | None = None  # deceleration of the winch when it is stopped [m/s2]; None: its ramp
 
 
 class Girder(Item, frozen=True, kw_only=True):
@@ -210,6 +214,14 @@ class Rig(Item, frozen=True, kw_only=True):
     slings: tuple[Sling, ...] = ()
 
 
+class ActionList(Item, frozen=True, kw_only=True):
+    """One of several action lists: it begins with the action of number `first`, and orders these machines."""
+
+    name: str
+    first: int
+    machines: tuple[str, ...]
+
+
 class Plan(Item, frozen=True, kw_only=True):
     """A resolved scene.  With `end` [s] the run ends there, without it when the last action is done."""
 
@@ -232,7 +244,9 @@ class Plan(Item, frozen=True, kw_only=True):
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
     models: tuple[Own, ...] = ()
+    interlocks: tuple[Interlock, ...] = ()
     actions: tuple[Action, ...] = ()
+    lists: tuple[ActionList, ...] = ()  # carried out side by side; none: all actions are one list
     driven: tuple[Driven, ...] = ()
 
     @property
@@ -258,15 +272,6 @@ class Plan(Item, frozen=True, kw_only=True):
 def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
     """Name of the actuator that moves a crane or one of its trolleys."""
     return f"{crane}.gantry.drive" if axis == "gantry" else f"{crane}.{axis}-slide.drive"
-
-
-def driven(actuator: str) -> str:
-    """What an actuator moves, for planners: a crane, a trolley of it, else its own name."""
-    name = actuator.removesuffix(".drive")
-    crane, _, axis = name.rpartition(".")
-    if name == actuator or axis not in ("gantry", "upper-slide", "lower-slide"):
-        return actuator
-    return crane if axis == "gantry" else f"the {axis.removesuffix('-slide')} trolley of {crane}"
 
 
 def encode(plan: Plan) -> bytes:

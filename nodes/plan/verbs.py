@@ -10,8 +10,10 @@ from typing import Literal
 
 __all__ = ["MOTIONS", "VERBS", "Kind", "Verb"]
 
-Kind = Literal["gantry", "trolley", "hook", "block", "drive", "winch", "sling", "rope", "brake", "lock", "none"]
-Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "wait"]
+Kind = Literal[
+    "gantry", "trolley", "hook", "block", "drive", "winch", "sling", "rope", "brake", "lock", "interlock", "none"
+]  # fmt: skip
+Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "wait"]
 
 
 @dataclass(frozen=True)
@@ -30,21 +32,26 @@ class Verb:
     along: Literal["", "x", "y"] = ""
     """Axis of the crane along which it carries what hangs there."""
     engages: bool = False
+    ways: tuple[str, str] = ("", "")
+    """Words for its ways along the coordinate, upwards and downwards."""
 
     def limit(self, crane: object, *, loaded: bool) -> float | None:
         """The highest speed of a scene's crane [m/s], if it has one."""
         return float(getattr(crane, self.speeds[0 if loaded else 1])) if self.speeds else None
 
 
+FORWARD = ("forward", "back")
 HOISTING = ("hoist_speed", "empty_hoist_speed")
 
 VERBS: dict[str, Verb] = {
     verb.name: verb
     for verb in (
-        Verb("travel", ("gantry", "drive"), "move", speeds=("gantry_speed", "gantry_speed"), along="x"),
-        Verb("traverse", ("trolley", "drive"), "move", speeds=("trolley_speed", "trolley_speed"), along="y"),
-        Verb("slew", ("drive",), "move", units="turning"),
-        Verb("luff", ("drive",), "move", units="turning"),
+        Verb("travel", ("gantry", "drive"), "move", speeds=("gantry_speed", "gantry_speed"), along="x", ways=FORWARD),
+        Verb(
+            "traverse", ("trolley", "drive"), "move", speeds=("trolley_speed", "trolley_speed"), along="y", ways=FORWARD
+        ),
+        Verb("slew", ("drive",), "move", units="turning", ways=("left", "right")),
+        Verb("luff", ("drive",), "move", units="turning", ways=("in", "out")),
         Verb("hoist", ("hook", "winch"), "move", sign=-1, speeds=HOISTING),
         Verb("lower", ("hook", "winch"), "move", sign=1, speeds=HOISTING),
         Verb("drive", ("drive",), "move", units="either"),
@@ -55,6 +62,9 @@ VERBS: dict[str, Verb] = {
         Verb("unlock", ("hook", "lock"), "brake"),
         Verb("engage", ("brake",), "brake", engages=True),
         Verb("release", ("brake", "sling", "rope"), "release"),
+        Verb("bypass", ("interlock",), "brake"),
+        Verb("restore", ("interlock",), "brake", engages=True),
+        Verb("stop", ("gantry", "trolley", "hook", "drive", "winch"), "stop", units="either"),
         Verb("wait", ("none",), "wait"),
     )
 }

@@ -6,14 +6,17 @@
     restored(plan, ...)         a scene that was recorded, to be run again
     check(scene)                -> Report: sizes, static loads, use, safety factors; str(report) is a page
     bundled()                   the scenes that come with heavylift, by name
-    begun(name, like)           the text of a scene to start from; json_schema() of all scene files, for editors
+    begun(name, like)           the text of a scene to start from; begun_with(name, crane, blocks): of a table
+    json_schema()               of all scene files, for editors
 
 text                        the text with the place of every key; faults; units
 language                    phrases of the action list
 keys                        every key of a scene file, as frozen pydantic models
 construction                from keys to the plan
 checks                      whether it fits, and whether its orders can be carried out
+beginning                   texts to start from
 loading, building           from a path or name to a plan, from its text or as it was kept
+instances                   several scenes side by side in one
 loaded_scene                what can be run, and what follows from it at rest
 report                      what `heavylift check` prints
 inputs                      quantities by name, how uncertain they are, the scene with other values
@@ -32,13 +35,18 @@ if TYPE_CHECKING:
     from heavylift.nodes.scene.keys.editors import json_schema
     from heavylift.nodes.scenes import bundled
 
+    from .beginning import begun, begun_with
     from .loaded_scene import LoadedScene
-    from .loading import begun, check, load, loaded, parse, restored
+    from .loading import check, load, loaded, parse, restored
     from .report import Report
 
-__all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "loaded", "parse", "restored"]
+__all__ = [
+    "LoadedScene", "Report", "begun", "begun_with", "bundled", "check", "json_schema", "load", "loaded", "parse",
+    "restored",
+]  # fmt: skip
 __getattr__ = on_demand(
     __name__,
     dict.fromkeys(__all__, ".loading")
+    | dict.fromkeys(("begun", "begun_with"), ".beginning")
     | {"LoadedScene": ".loaded_scene", "Report": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"},
 )

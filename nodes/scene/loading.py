@@ -7,7 +7,6 @@ start neither reads nor checks it: what validates scenes is then not even import
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -29,7 +28,7 @@ from .loaded_scene import Facts, LoadedScene
 if TYPE_CHECKING:
     from .report import Report
 
-__all__ = ["begun", "check", "load", "loaded", "parse", "restored"]
+__all__ = ["check", "load", "loaded", "parse", "restored"]
 
 
 def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
@@ -55,13 +54,6 @@ def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), pa
     from .building import build
 
     return replace(build(Path(name), name, text, overrides, passing), typed=name)
-
-
-def begun(name: str, like: str) -> str:
-    """The text of a scene of this name that begins as a copy of a bundled one; its recording has that name, too."""
-    path = scene_file(like)
-    text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
-    return re.sub(rf"(?<!\S){re.escape(path.stem)}\.mcap\b", lambda _: f"{name}.mcap", text)
 
 
 def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:

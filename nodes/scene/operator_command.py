@@ -42,6 +42,7 @@ def spoken(scene: LoadedScene, words: str) -> actions.Action:
         raise _wrong(words, at + error.column, str(error), error.hint) from None
     source = Source(NOWHERE)
     yard = build_machines(source, scene.scene)
+    yard.interlocks = scene.plan.interlocks
     source.keys[PLACE], source.values[PLACE] = Mark(NOWHERE, 1, 1, words), Mark(NOWHERE, 1, at + 1, words)
     orders = build_orders(yard, scene.plan.mechanisms, PLACE, target.strip(), meant)
     for fault in source.faults:

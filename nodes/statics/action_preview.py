@@ -24,7 +24,8 @@ class Followed:
     """All states of the path; for each action that began the state then; notes with their times [s].
 
     `why`: the sentence with which the following ended before the list did, "" if it came to its end.
-    `unstable`: time from which the rest is unstable [s]; `cut`: what the list still waits for when the scene ends.
+    `unstable`: time from which the rest is unstable [s]; `cut`: what the list still waits for when the scene ends;
+    `tripped`: when interlocks did [s].
     """
 
     states: tuple[StaticState, ...]
@@ -33,6 +34,7 @@ class Followed:
     why: str
     unstable: float | None
     cut: str
+    tripped: tuple[tuple[float, str], ...] = ()
 
     @property
     def known(self) -> bool:
@@ -57,7 +59,7 @@ def _walked(whole: plan.Plan) -> Followed:
     unstable = r.path.unstable_since
     notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)
     since = None if unstable is None else unstable * 1e-9
-    return Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut)
+    return Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut, tuple(r.tripped))
 
 
 def at_rest(built: plan.Plan) -> plan.Plan:

@@ -18,7 +18,7 @@ GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instab
 
 def path_findings(built: plan.Plan, path: Followed) -> list[Finding]:
     """Findings of the path, in the order in which they come about."""
-    checks = (_unstable, _falls, _at_once, _cut, _unfollowed)
+    checks = (_unstable, _falls, _at_once, _tripped, _cut, _unfollowed)
     return [finding for check in checks for finding in check(built, path)]
 
 
@@ -55,6 +55,16 @@ def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
             sentence = f"the stage '{action.stage or number}' ends at once: '{words}' holds already as it begins"
             found.append(_finding(built, number, "red", "stage", action.stage or f"action {number}", sentence, begin))
     return found
+
+
+def _tripped(built: plan.Plan, path: Followed) -> list[Finding]:
+    """Interlocks that trip at rest already, each once."""
+    found, known = [], {x.name: x for x in built.interlocks}
+    for name, t in {name: t for t, name in reversed(path.tripped)}.items():
+        state = next((x for x in reversed(path.states) if x.t <= t), path.states[-1])
+        severity, sentence = known[name].told()
+        found.append(_finding(built, state.action, severity, "interlock", name, sentence, t))
+    return sorted(found, key=lambda finding: finding.t or 0.0)
 
 
 def _cut(built: plan.Plan, path: Followed) -> list[Finding]:

@@ -81,6 +81,8 @@ class Rehearsal:
         self.acted: list[Acted] = []
         self.stages: list[str] = []
         """Names of the stages that have begun."""
+        self.tripped: list[tuple[float, str]] = []
+        """When [s] interlocks tripped."""
         self.over = self.ended = False
         self._last = Tag(-1)
         self._turned: list[int] = []
@@ -171,8 +173,10 @@ class Rehearsal:
     def _advance(self, tag: Tag) -> None:
         """Let the models do a tag; actions that begin there begin in the present state."""
         commander = self.models.commander.actions
-        before = commander.index
+        before, tripped = commander.index, commander.picture.tripped
         self.simulator.advance(tag)
+        new = commander.picture.tripped - tripped
+        self.tripped += [(self.path.epoch * 1e-9, name) for name in sorted(new)]
         self._last = tag
         if commander.index > before:
             self._judge_stability()

@@ -135,8 +135,14 @@ def ropes_template(lines: int) -> Template:
 def turned(q: Floats, points: Floats) -> Floats:
     """(..., 3) points turned by unit quaternions (..., 4) x y z w: x + 2 u x (u x x + w x) of q = (u, w)."""
     u, w = q[..., :3], q[..., 3:]
-    out: Floats = points + 2.0 * np.cross(u, np.cross(u, points) + w * points)
+    out: Floats = points + 2.0 * _cross(u, _cross(u, points) + w * points)
     return out
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """(..., 3) cross products; NumPy's own takes three times as long."""
+    (x, y, z), (u, v, w) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def corners(box: Box) -> Floats:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
 from pathlib import Path
@@ -39,6 +40,7 @@ S = TypeVar("S", bound="Read")
 INNER = frozenset(map(int, (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)))  # what may stand in a chunk
 RECORD = struct.Struct("<BQ")
 MESSAGE = struct.Struct("<HIQQ")
+INDEX, ENTRY = struct.Struct("<BQHI"), 16  # of the messages of a channel in a chunk; bytes for each of them
 BROKEN = (
     McapError,
     struct.error,
@@ -175,15 +177,36 @@ class Container:
             )
             return {record.name: record.data for record in found}
 
-    def messages(self, channels: set[int]) -> Iterator[Raw]:
-        """The messages of these channels in the order of the file."""
+    def messages(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[Raw]:
+        """The messages of these channels in the order of the file; `only`: of each channel those of these numbers,
+        rising.  Chunks without any of them are not unpacked."""
+        before = dict.fromkeys(channels, 0)  # messages of each channel
         for index in sorted(self.summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
-            if index.message_index_offsets and channels.isdisjoint(index.message_index_offsets):
+            offsets = index.message_index_offsets
+            if offsets and channels.isdisjoint(offsets):
                 continue
             with self.reading():
-                data = self._unpack(index)
-                found = list(_messages(data, channels))
-            yield from found
+                if only is not None and offsets:
+                    counts = {c: self._count(offsets[c], c) for c in channels & offsets.keys()}
+                    if not any(_any_in(only, before[c], before[c] + n) for c, n in counts.items()):
+                        before |= {c: before[c] + n for c, n in counts.items()}
+                        continue
+                found = list(_messages(self._unpack(index), channels))
+            if only is None:
+                yield from found
+                continue
+            for raw in found:
+                if _any_in(only, before[raw.channel], before[raw.channel] + 1):
+                    yield raw
+                before[raw.channel] += 1
+
+    def _count(self, offset: int, channel: int) -> int:
+        """How many messages of a channel the index of a chunk at this place tells of."""
+        self._stream.seek(offset)
+        opcode, _, found, size = INDEX.unpack(self._stream.read(INDEX.size))
+        if opcode != Opcode.MESSAGE_INDEX or found != channel:
+            raise ValueError("no index of messages stands where the summary says")
+        return int(size // ENTRY)
 
     def _unpack(self, index: ChunkIndex) -> bytes:
         chunk = Chunk.read(self._at(index.chunk_start_offset, index.chunk_length, Opcode.CHUNK))
@@ -191,6 +214,12 @@ class Container:
         if len(data) != index.uncompressed_size:
             raise ValueError("a chunk has another size than its index says")
         return data
+
+
+def _any_in(numbers: Sequence[int], first: int, end: int) -> bool:
+    """Whether some of these rising numbers lie from `first` to before `end`."""
+    i = bisect_left(numbers, first)
+    return i < len(numbers) and numbers[i] < end
 
 
 def unpacked(chunk: Chunk) -> bytes:

@@ -17,16 +17,10 @@ Form = tuple[Template, dict[str, slice]]  # of the messages of a topic, and wher
 Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signals
 
 
-def decoded(
-    stream: Callable[..., Iterator[tuple[str, Raw]]], forms: Mapping[str, Form], only: set[int] | None = None
-) -> Iterator[list[Rows]]:
-    """Rows of each of these topics, as many of one as of the others while there are any; `only`: of these numbers."""
+def decoded(stream: Callable[..., Iterator[tuple[str, Raw]]], forms: Mapping[str, Form]) -> Iterator[list[Rows]]:
+    """Rows of each of these topics, as many of one as of the others while there are any."""
     waiting: dict[str, list[Raw]] = {topic: [] for topic in forms}
-    number = dict.fromkeys(forms, -1)
     for topic, raw in stream(*forms):
-        number[topic] += 1
-        if only is not None and number[topic] not in only:
-            continue
         waiting[topic].append(raw)
         if len(waiting[topic]) >= BLOCK and all(len(some) >= BLOCK for some in waiting.values()):
             yield [_rows(waiting[topic], *form) for topic, form in forms.items()]

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -118,14 +118,14 @@ class Recording:
                 raise ValueError("a checkpoint is beyond the limit")
             return zstandard.decompress(packed)
 
-    def messages(self, *topics: str) -> Iterator[Raw]:
-        """The undecoded messages of these topics in the order of the file."""
-        return self._file.messages({self._channels[topic] for topic in topics if topic in self._channels})
+    def messages(self, *topics: str, only: Sequence[int] | None = None) -> Iterator[Raw]:
+        """The undecoded messages of these topics in the order of the file; `only`: of each those of these numbers."""
+        return self._file.messages({self._channels[topic] for topic in topics if topic in self._channels}, only)
 
-    def stream(self, *topics: str) -> Iterator[tuple[str, Raw]]:
+    def stream(self, *topics: str, only: Sequence[int] | None = None) -> Iterator[tuple[str, Raw]]:
         """The same with the topic of each message."""
         names = {number: topic for topic, number in self._channels.items()}
-        return ((names[raw.channel], raw) for raw in self.messages(*topics))
+        return ((names[raw.channel], raw) for raw in self.messages(*topics, only=only))
 
     def reading(self) -> AbstractContextManager[None]:
         """Context that turns errors of decoding into a RecordingError about this file."""
@@ -236,30 +236,41 @@ class Recording:
                     x = np.concatenate([np.zeros((0, len(columns))), *(values.pop(name) for _, values in parts)])
                     self._signals[name] = Signal(t, x, columns, self.unit(name), name)
 
-    def blocks(self, names: Sequence[str], only: set[int] | None = None) -> Iterator[tuple[list[int], list[Floats]]]:
+    def blocks(
+        self, names: Sequence[str], only: Sequence[int] | None = None, keep: Sequence[str] = ()
+    ) -> Iterator[tuple[list[int], list[Floats]]]:
         """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them.
 
-        Beside signals of the run, measured ones are taken at its times (`Signal.at`).  `only`: numbers of samples.
+        Beside signals of the run, measured ones are taken at its times (`Signal.at`).  `only`: numbers of samples,
+        rising; `keep`: those of them that `signal` has at hand when all blocks have been seen.
         """
+        kept: list[tuple[list[int], list[Floats]]] = []
         topic = BESIDE if all(name in self._tables.get(BESIDE, {}) for name in names) else NUMBERS
         numbers = [name for name in names if name in self._tables.get(topic, {})]
         poses = [name for name in names if name not in self._fields]
         others = [name for name in names if name in self._fields and name not in numbers]
         self.load(others)
         with self._file.reading():
-            for found in decoded(self.stream, self._forms([*numbers, *poses]), only):
+            for found in decoded(partial(self.stream, only=only), self._forms([*numbers, *poses])):
                 n = min(len(times) for times, _ in found)
                 if any(times[:n] != found[0][0][:n] for times, _ in found):
                     raise ValueError("its signals do not have the same times")
                 values = {name: x[:n] for _, part in found for name, x in part.items()}
                 t = np.array(found[0][0][:n]) / 1e9
                 values |= {name: self._signals[name].at(t).values for name in others}
+                if keep:
+                    kept.append((found[0][0][:n], [values[name] for name in keep]))
                 yield found[0][0][:n], [values[name] for name in names]
+        t = np.array([x for times, _ in kept for x in times], np.float64) / 1e9
+        if only is None and len(t) == self.topics[topic].messages:
+            for name in keep:
+                x = np.concatenate([np.zeros((0, len(self.columns(name)))), *(values.pop(0) for _, values in kept)])
+                self._signals[name] = Signal(t, x, self.columns(name), self.unit(name), name)
 
     def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
         """These signals at the samples of these numbers, in order, alone."""
         t, parts = list[int](), [[np.zeros((0, len(self.columns(name))))] for name in names]
-        for times, values in self.blocks(names, set(numbers.tolist())):
+        for times, values in self.blocks(names, numbers.tolist()):
             t += times
             for part, x in zip(parts, values, strict=True):
                 part.append(x)

@@ -28,7 +28,7 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 PAGE = Path(__file__).parents[1] / "page"
-LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate")  # for tables, not for the eye
+LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate", "steps")  # for tables, not for the eye
 FLOATING = {*POSE_COLUMNS, "vx", "vy", "vz", "wx", "wy", "wz"}  # of free joints: the scene shows these
 INNER = ("order", "input", "state")  # ports on which models talk among themselves
 SENTENCES = {  # by type of message
@@ -41,6 +41,7 @@ SENTENCES = {  # by type of message
     "Unhooked": "{actor} unhooked",
     "BrakeState": "{actor} {state}",
     "Overload": "{actor} {state} its rated tension",
+    "Tripped": "interlock {actor} {state}",
     "Reached": "{actor} reached",
     "Lifted": "{actor} lifted off",
     "Touched": "{actor} touches {support}",
@@ -48,7 +49,11 @@ SENTENCES = {  # by type of message
     "Skipped": "order to {actor} not begun: done already",
     "OperatorCommand": "operator: {text}",
 }
-SWITCHES = {"BrakeState": {"engaged": ("released", "engaged")}, "Overload": {"over": ("back below", "beyond")}}
+SWITCHES = {
+    "BrakeState": {"engaged": ("released", "engaged")},
+    "Overload": {"over": ("back below", "beyond")},
+    "Tripped": {"over": ("is reset", "has tripped")},
+}
 FACTS = ("scene", "model", "seed", "samples_hz", "python", "platform")
 
 

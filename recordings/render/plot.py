@@ -15,6 +15,7 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.format.text import clock, duration
+from heavylift.recordings.read.pace import paces
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.said import silent
 from heavylift.recordings.read.settings import settings
@@ -36,6 +37,7 @@ LEFT, RIGHT, BOTTOM = 0.075, 0.955, 0.075  # the panels, as shares of the figure
 LABEL, SLOPE, GAP = 8.5, 38.0, 17.0  # stage labels: size [pt], angle [degrees], least distance [pt]
 LONGEST = 30  # [letters] of a stage label
 FINE = 4000  # steps of a band: two a pixel
+STRIP = (0.975, 0.025)  # of the upper panel, from where and how high: what steps followed
 PEAK = "peak tension "  # of a rope, in a certificate
 LEADER = {"arrowstyle": "-", "color": QUIET, "lw": 0.6, "alpha": 0.6, "shrinkA": 0, "shrinkB": 0}
 
@@ -53,19 +55,22 @@ class Curves(NamedTuple):
     bars: dict[int, float]  # half-width of what a certificate leaves open of a peak, by column
 
 
-def plot(path: str | Path, out: str | Path, ropes: Mapping[str, str] | None = None, force: bool = False) -> Path:
-    """Draw the recording `path` into the file `out`; `ropes` by label, else those that are used most."""
+def plot(
+    path: str | Path | Recording, out: str | Path, ropes: Mapping[str, str] | None = None, force: bool = False
+) -> Path:
+    """Draw a recording into the file `out`; `ropes` by label, else those that are used most."""
     out = output_path(out, "a figure", FORMATS)
-    rec = Recording(path)
+    rec = path if isinstance(path, Recording) else Recording(path)
     if silent(rec):
-        return curves(path, [], out, force)
+        return curves(rec.path, [], out, force)
     with rec.reading(), on_paper():
         return save(_figure(rec, _curves(rec, ropes), rec.stages()), out, force)
 
 
 def _curves(rec: Recording, ropes: Mapping[str, str] | None) -> Curves:
     """Tensions, or joint positions if there are no ropes."""
-    rec.load([name for name in ("rope/tension", "rope/peak", "joint/position") if name in rec.signals()])
+    wanted = ("rope/tension", "rope/peak") if "rope/tension" in rec.signals() else ("joint/position",)
+    rec.load([name for name in wanted if name in rec.signals()])
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)
     if name is None:
         raise RecordingError(f"{rec.path}: has no rope tensions and no joint positions to plot")
@@ -146,8 +151,13 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
         )
         note = "dashed: measured; " * bool(curves.measured) + "curves that coincide lie inside one another"
         figure.text(RIGHT, 13 / (72 * HEIGHT), note, size=LABEL, color=QUIET, ha="right")
-    if curves.bars:
-        figure.text(LEFT, 13 / (72 * HEIGHT), "bands: peaks with their bars at 95 %", size=LABEL, color=QUIET)
+    told = ["bands: peaks with their bars at 95 %"] if curves.bars else []
+    if found := paces(rec):
+        for long, shade in ((True, 0.12), (False, 0.8)):
+            spans = [(p.start, p.end - p.start) for p in found if p.long is long]
+            upper.broken_barh(spans, STRIP, transform=upper.get_xaxis_transform(), color=INK, alpha=shade, lw=0.4)
+        told.append("dark strip: steps follow every motion")
+    figure.text(LEFT, 13 / (72 * HEIGHT), "; ".join(told), size=LABEL, color=QUIET)
     timed(lowest)
     _label_stages(upper, [t for t, _ in stages], shown)
     return figure

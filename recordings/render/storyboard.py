@@ -1,7 +1,7 @@
 """A picture of the lift itself: some instants of a recording side by side, seen along the rails.
 
 The instants are spread evenly over the way that the bodies have gone (shift and turn), so a long wait takes no frame.
-Drawn from what the recording holds for any viewer: boxes of /scene, frames of /poses, lines of /ropes.
+Drawn from what the recording holds for any viewer: boxes of /scene, frames of /poses, the lines of /rig between them.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.text import GENERATOR, clock
-from heavylift.recordings.format.viewer_messages import Box, SceneUpdate, corners, turned
+from heavylift.recordings.format.viewer_messages import Box, corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.write.outputs import output_path
@@ -36,11 +36,11 @@ SWAY, LITTLE = 0.5, 0.2  # [m] way between two of them that may be swing; and of
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 
 
-def storyboard(path: str | Path, out: str | Path, frames: int = 6, force: bool = False) -> Path:
-    """Draw `frames` instants of the recording side by side into a .png or .svg, or as many as a film has, one after
+def storyboard(path: str | Path | Recording, out: str | Path, frames: int = 6, force: bool = False) -> Path:
+    """Draw `frames` instants of a recording side by side into a .png or .svg, or as many as a film has, one after
     another, into a .gif; RecordingError if that cannot be done."""
     out = output_path(out, "a picture", (*FORMATS, FILM))
-    rec = Recording(path)
+    rec = path if isinstance(path, Recording) else Recording(path)
     with rec.reading(), on_paper():
         if out.suffix.lower() != FILM:
             return save(_figure(_Drawing(rec, frames), frames), out, force)
@@ -60,7 +60,7 @@ class _Drawing:
         self._poses = {name.removeprefix("pose/"): pose for name, pose in rec.picked(names, wanted).items()}
         self.times = [float(t) for t in next(iter(self._poses.values())).t]
         self._boxes = [(box, corners(box)) for box in rec.boxes()]
-        self._ropes, self._stages = _ropes(rec, self.times), rec.stages()
+        self._ropes, self._stages = _ropes(rec, self.times, self._poses), rec.stages()
         self._scene = rec.run.get("scene", "")
 
     def draw(self, ax: Axes, i: int) -> None:
@@ -129,21 +129,21 @@ def _instants(poses: list[Signal], frames: int) -> list[float]:
     return [float(x) for x in np.interp(wanted, way, t)]
 
 
-def _ropes(rec: Recording, times: list[float]) -> list[Floats]:
-    """(n, 2, 3) ends of the rope lines at the message next after each time."""
-    found: list[Floats] = []
-    last = b""
-    for raw in rec.messages("/ropes"):
-        while len(found) < len(times) and raw.log_time * 1e-9 > times[len(found)]:
-            found.append(_lines(last))
-        last = raw.data
-    return found + [_lines(last)] * (len(times) - len(found))
+def _ropes(rec: Recording, times: list[float], poses: dict[str, Signal]) -> list[Floats]:
+    """(n, 2, 3) ends of the rope lines at each of the instants of poses."""
+    rigs, found = rec.rigs(), list[Floats]()
+    for i, t in enumerate(times):
+        lines = next((rig.lines for rig in reversed(rigs) if rig.t_ns * 1e-9 <= t), [])
+        ends = [_end(body, p, poses, i) for x in lines for body, p in ((x.a_body, x.a), (x.b_body, x.b))]
+        found.append(np.array(ends).reshape(-1, 2, 3))
+    return found
 
 
-def _lines(data: bytes) -> Floats:
-    """(n, 2, 3) ends of the lines in a message."""
-    lines = [x for e in SceneUpdate.FromString(data).entities for x in e.lines]
-    return np.array([[q.x, q.y, q.z] for x in lines for q in x.points]).reshape(-1, 2, 3)
+def _end(body: str, p: tuple[float, float, float], poses: dict[str, Signal], i: int) -> Floats:
+    """(3,) a point of a body in the world at an instant."""
+    row = poses[body].values[i] if body in poses else np.array((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+    out: Floats = turned(row[3:], np.array(p)) + row[:3]
+    return out
 
 
 def _frame(ax: Axes, t: float, poses: dict[str, Signal], boxes: list[tuple[Box, Floats]], lines: Floats) -> None:

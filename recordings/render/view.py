@@ -14,6 +14,7 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.read.container import guarded
+from heavylift.recordings.read.pace import paces
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
@@ -93,6 +94,7 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
         "rated": rated,
         "supports": rec.fact("supports", []),
         "stages": [{"t": t, "name": name} for t, name in stages if name],
+        "paces": [{"t": p.start, "end": p.end, "name": p.name, "long": p.long} for p in paces(rec)],
         "events": events,
         "peaks": [{"name": name, **peak, "rated": rated.get(name)} for name, peak in rec.fact("peaks", {}).items()],
     }

@@ -122,11 +122,11 @@ def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> tuple[str,
     return told, bad
 
 
-def _picture(rec: Recording, draw: Callable[[Path, Path], Path], name: str) -> list[str]:
+def _picture(rec: Recording, draw: Callable[[Recording, Path], Path], name: str) -> list[str]:
     """A drawing as PNG in base64; none of what a recording has nothing of."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            picture = draw(rec.path, Path(folder) / "drawn.png")
+            picture = draw(rec, Path(folder) / "drawn.png")
         except RecordingError:
             return []
         data = base64.b64encode(picture.read_bytes()).decode()

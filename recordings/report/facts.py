@@ -97,6 +97,7 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
     if "model" in rec.run:
         raise RecordingError(f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` tells its results")
     plan = _plan(rec)
+    borne = loads_of(rec, plan)  # the first, for its pass through the file reads tensions, too
     empty = Signal(np.zeros(0), np.zeros((0, 0)), [], "N")
     tension = rec.signal("rope/tension") if "rope/tension" in rec.signals() else empty
     rated: dict[str, float] = rec.fact("rated", {})
@@ -116,7 +117,6 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
             cranes.append(LoadUse(crane["name"], load, float(tension.t[k]), float(crane["capacity"])))
     if len(cranes) > 1:
         cranes.append(_together(plan, loads, tension, cranes, gravity))
-    borne = loads_of(rec, plan)
     dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
     stages = [_of_block(_stage(span, tension, rated, loads, dead), borne) for span in spans]
     found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))

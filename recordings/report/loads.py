@@ -176,7 +176,7 @@ def _stretches(rec: Recording) -> Iterator[_Stretch]:
     rigs = rec.rigs() or [Rig(0, [])]
     if not poses:
         return
-    for times, values in rec.blocks([*names, *poses]):
+    for times, values in rec.blocks([*names, *poses], keep=[x for x in names if x != "support/force"]):
         found = dict(zip([*names, *poses], values, strict=True))
         pulls = found.get("rope/tension", np.zeros((len(times), 0)))
         pulls = np.maximum(pulls, found.get("rope/peak", pulls))

@@ -1,10 +1,12 @@
-"""How a page plays in a browser without a graphics card: pictures a second, what one costs, and the bytes of an hour.
+"""How a page plays in a browser without a graphics card: pictures a second, what one costs, and the bytes of an hour;
+how soon page and report of long recordings are made and open.
 
     python tests/bench/page.py [--json] [--short]
 
 The founding lift (67 minutes) at 20 times real time, 1200 x 800 pixels, headless Chromium with its software renderer.
 The processor time of a picture is that of all of the browser's processes, so it holds on a busy machine, too; what the
-same browser shows when nothing is drawn is measured beside it.
+same browser shows when nothing is drawn is measured beside it.  Long recordings are the same lift with ten hours and
+with 200 samples a second (800 MB); making is told in processor time, opening by the clock.
 """
 
 from __future__ import annotations
@@ -19,10 +21,14 @@ from browser import CHROMIUM, Chromium
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, view
+from heavylift.recordings.report import report
 from shared.processes import family
 from shared.rows import SHORT, options, row
 
 SECONDS, SETTLING, START, LIFT = (0.3, 0.2, 1, ("lift", ["end=5 s"])) if SHORT else (6.0, 2.0, 900, ("turnover", []))
+LONG = {"10 h": ["end=20 s"], "200 Hz": ["end=2 s", "samples=200 Hz"]} if SHORT else {
+    "10 h": ["end=36000 s"], "200 Hz": ["samples=200 Hz"]
+}  # fmt: skip
 FRAMES_per_s, HOUR_bytes, OPEN_s = 30.0, 15e6, 2.0  # what is wanted
 COUNT = """new Promise(done => {
   const { player, stage } = heavylift; const began = performance.now(); let n = 0;
@@ -56,6 +62,31 @@ def played(page: Path, folder: Path) -> tuple[float, float, float, float, float]
         return rate, level, cost, browser.run(COUNT % (1e3 * SECONDS, ""))[0], opened
 
 
+def opened(page: Path, condition: str, folder: Path) -> float:
+    """Seconds until a browser that runs has a page [s]."""
+    with Chromium(folder / "opening") as browser:
+        began = time.perf_counter()
+        browser("Page.navigate", url=page.as_uri())
+        browser.until(condition)
+        return time.perf_counter() - began
+
+
+def long(name: str, settings: list[str], folder: Path) -> None:
+    """Rows of a long recording: both documents made, and open."""
+    path = folder / "long.mcap"
+    run(load(LIFT[0], settings), path, in_process=True, force=True)
+    for what, make, condition in (
+        ("page", view, "document.documentElement?.dataset.ready === 'yes'"),
+        ("report", report, "document.readyState === 'complete' && [...document.images].every(x => x.complete)"),
+    ):
+        began = time.process_time()
+        made = make(path, folder / f"{what}.html", force=True)
+        row(f"{name}: {what} is made, processor time", time.process_time() - began, "s", at_most=OPEN_s)
+        row(f"{name}: {what}", made.stat().st_size / 1e6, "MB")
+        if CHROMIUM is not None:
+            row(f"{name}: seconds until the {what} is there", opened(made, condition, folder), "s", at_most=OPEN_s)
+
+
 def main() -> None:
     options(__doc__ or "")
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
@@ -72,6 +103,9 @@ def main() -> None:
             row("processor time of a picture", 1e3 * cost, "ms")
             row("level of pixels, 0 = all", level)
     row("page of an hour", size / 1e6, "MB", at_most=HOUR_bytes / 1e6)
+    for name, settings in LONG.items():
+        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+            long(name, settings, Path(folder))
 
 
 if __name__ == "__main__":

@@ -8,10 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
+import msgspec
 import numpy as np
 import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Part, Recorder, Recording, Signal
+from heavylift.recordings.format import mcapfile
+from small_run import SECOND
 
 PAGE = Path(__file__).parents[2] / "recordings/READING.md"
 
@@ -31,10 +34,38 @@ def test_only_what_is_asked_for_is_read(recorded: Path, monkeypatch: pytest.Monk
     rec = Recording(recorded)
     asked: list[str] = []
     plain = rec.messages
-    monkeypatch.setattr(rec, "messages", lambda *topics: (asked.extend(topics), plain(*topics))[1])
+    monkeypatch.setattr(rec, "messages", lambda *topics, only=None: (asked.extend(topics), plain(*topics))[1])
     rec.load(["rope/tension", "rope/peak"])
     assert isinstance(rec["rope/tension"], Signal)
     assert asked == ["/samples"], "once for both, and no poses"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_some_samples_are_those_of_all_and_other_chunks_stay_packed(
+    seed: int, begin: Callable[[], Recorder], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mcapfile, "CHUNK", 4096)
+    random = np.random.default_rng(seed)
+    with begin() as recorder:
+        rows = np.rint(random.normal(size=(400, 20)) * 2.0**20)
+        recorder.samples(msgspec.msgpack.encode([0, [i * SECOND for i in range(400)], rows.tobytes()]))
+    names, chosen = ["rope/tension", "pose/hook"], np.unique(random.integers(400, size=5))
+    rec, unpacked = Recording(tmp_path / "run.mcap"), list[int]()
+    all_ = {name: rec.signal(name) for name in names}
+    plain = rec._file._unpack
+    monkeypatch.setattr(rec._file, "_unpack", lambda x: (unpacked.append(x.chunk_start_offset), plain(x))[1])
+    found = rec.picked(names, chosen)
+    assert all(np.array_equal(found[name].values, all_[name].values[chosen]) for name in names)
+    assert found["pose/hook"].t.tolist() == chosen.tolist()
+    assert len(unpacked) <= 2 * len(chosen) < len(rec._file.summary.chunk_indexes)
+
+
+def test_what_blocks_have_kept_is_not_read_again(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rec, whole = Recording(recorded), Recording(recorded).signal("rope/peak")
+    assert sum(len(times) for times, _ in rec.blocks(["rope/peak", "pose/hook"], keep=["rope/peak"])) == 6
+    monkeypatch.setattr(rec, "messages", None)
+    assert np.array_equal(rec.signal("rope/peak").values, whole.values)
+    assert rec.signal("rope/peak").t.tolist() == whole.t.tolist()
 
 
 def test_parts_tell_what_they_have(recorded: Path) -> None:

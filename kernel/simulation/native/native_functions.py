@@ -105,7 +105,7 @@ class Stepping:
         at, f = self.layout.at, self.functions
         if p.locked:
             f["halt"] = self._halt(n_p)
-        if prologue := method.prologue(self._on_method, at):
+        if prologue := method.prologue(self._on_method, at, self.f_rate, self.rate_sizes):
             f["step"] = Sequence("step", (*prologue, self._on_block("take", take, matrices=matrices)))
         ready: tuple[While, ...] = ()
         if method.completes:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
-from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.description.mechanics import Point, RigidRope, Rope
+from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.program import Program
+from heavylift.kernel.model.quantities import check_signal, names, numbers, points, scalar
 
 from .sample_row import row_layout
 
@@ -20,58 +20,34 @@ Reader: TypeAlias = Callable[[Sequence[float]], float]  # of a raw row (columns,
 
 def reader(program: Program, signal: Signal) -> Reader:
     """The function that reads a signal; raises KernelError if the scene has no such signal."""
-    at, kind = row_layout(program).at, signal.quantity
+    system = program.system
+    check_signal(signal, system, f"signal '{signal.quantity}'")
+    places = [_placed(program, point) for point in points(signal, system)]
+    columns = [_column(program, signal, name) for name in names(signal)]
+    given = numbers(signal, system)
+    return lambda row: float(scalar(signal, [place(row) for place in places], given, [row[i] for i in columns]))
+
+
+def _column(program: Program, signal: Signal, name: str) -> int:
+    """Where a row has what a signal is of."""
+    at, s, kind = row_layout(program).at, program.system, signal.quantity
     if kind in ("joint", "speed"):
-        i, k = program.graph.coordinate(f"signal '{kind}'", signal.of, signal.coordinate)
-        place = at["q"].start + i if kind == "joint" else at["v"].start + k
-        return lambda row: row[place]
+        i, k = program.graph.coordinate(f"signal '{kind}'", name, signal.coordinate)
+        return int(at["q"].start + i if kind == "joint" else at["v"].start + k)
     if kind == "angle":
-        label = ("body", signal.of, signal.axis)
+        label = ("body", name, signal.axis)
         if label not in program.angles:
-            raise KernelError(f"signal 'angle': that of '{signal.of}' is not measured in this scene")
-        place = at["turned"].start + program.angles.index(label)
-        return lambda row: row[place]
-    if kind == "height":
-        assert signal.point is not None, "of a height"
-        point = _placed(program, signal.point)
-        return lambda row: point(row)[2]
-    if kind in ("tension", "length"):
-        places = [_column(program, kind, name) for name in signal.ropes]
-        return lambda row: sum(row[place] for place in places)
-    rope = _rope(program, signal.ropes[0])
-    lines = [(line.share, _placed(program, line.a), _placed(program, line.b)) for line in rope.lines]
-    aside = 0 if kind == "swing along" else 1
-
-    def swing(row: Sequence[float]) -> float:
-        out = drop = 0.0
-        for share, a, b in lines:
-            above, below = a(row), b(row)
-            out += share * (below[aside] - above[aside])
-            drop += share * (above[2] - below[2])
-        return float(atan2(out, drop))
-
-    return swing
-
-
-def _rope(program: Program, name: str) -> Rope | RigidRope:
-    found = next((rope for rope in program.system.straight_ropes if rope.name == name), None)
-    if found is None:
-        raise KernelError(f"signal 'swing': there is no straight rope '{name}'")
-    return found
-
-
-def _column(program: Program, kind: str, name: str) -> int:
-    """Column of the tension or the length of a rope."""
-    at, s = row_layout(program).at, program.system
+            raise KernelError(f"signal 'angle': that of '{name}' is not measured in this scene")
+        return int(at["turned"].start) + program.angles.index(label)
     elastic, rigid = [r.name for r in s.ropes], [r.name for r in s.rigid_ropes]
-    if name in elastic:
-        if kind == "length":
-            return int(at["length"].start) + elastic.index(name)
+    shown = [x for (_, x), _, _ in program.columns["shown"]]
+    if kind == "length" and name in elastic:
+        return int(at["length"].start) + elastic.index(name)
+    if kind != "length" and name in elastic:
         return int(at["tension"].start) + [x for (_, x), _, _ in program.columns["tension"]].index(name)
     if name in rigid:
         return int(at["span" if kind == "length" else "pull"].start) + rigid.index(name)
-    shown = [x for (_, x), _, _ in program.columns["shown"]]
-    if kind == "tension" and name in shown:
+    if kind != "length" and name in shown:
         return int(at["shown"].start) + shown.index(name)
     raise KernelError(f"signal '{kind}': there is no rope '{name}'")
 

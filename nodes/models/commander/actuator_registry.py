@@ -30,7 +30,7 @@ def hooked_later(plan: Plan) -> list[str]:
 
 
 def owners(plan: Plan) -> dict[str, str]:
-    """The machine of each actuator, rope and brake that orders can name."""
+    """The machine of each actuator, rope, brake and interlock that orders can name."""
     found = {rope.name: rope.crane for rope in plan.rig.hook_ropes}
     found |= {sling.name: sling.loader for sling in plan.rig.slings}
     for crane in plan.cranes:
@@ -43,7 +43,7 @@ def owners(plan: Plan) -> dict[str, str]:
         names += [b.name for b in system.brakes] + [x.name for x in system.locks]
         names += [m.name for m in system.masters]
         found |= dict.fromkeys(names, mechanism.name)
-    return found
+    return found | {interlock.name: interlock.machine for interlock in plan.interlocks}
 
 
 def first_picture(plan: Plan) -> Picture:

@@ -24,7 +24,7 @@ class Moment:
 
     now_ns: int
     since_ns: int
-    open: tuple[tuple[str, str], ...] = ()  # (verb, actor)
+    open: tuple[tuple[str, str, bool], ...] = ()  # verb, actor, whether something stopped it
 
 
 def terms(condition: Condition | None) -> Iterator[Condition]:
@@ -118,7 +118,8 @@ def _hooked(term: Slings, picture: Picture) -> list[str]:
 
 
 def _open(term: MovesDone, moment: Moment) -> list[tuple[str, str]]:
-    return [(verb, actor) for verb, actor in moment.open if not term.verbs or verb in term.verbs]
+    found = (x for x in moment.open if not term.verbs or x[0] in term.verbs)
+    return [(verb, actor) for verb, actor, stopped in found if not (stopped and term.stopped)]
 
 
 def _list(names: list[str], most: int = 3) -> str:

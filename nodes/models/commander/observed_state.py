@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from heavylift.nodes.models.parts.messages import Hooked, Landed, Lifted, Reached, Report, RopeState, Touched, Unhooked
+from heavylift.nodes.models.parts.messages import (
+    Hooked,
+    Landed,
+    Lifted,
+    Reached,
+    Report,
+    RopeState,
+    Touched,
+    Tripped,
+    Unhooked,
+)
 
 OFF = "unhooked"
 
@@ -19,6 +29,7 @@ class Picture:
     landed: set[str] = field(default_factory=set)  # bodies that stand on a whole face
     reached: set[str] = field(default_factory=set)  # thresholds
     parted: set[str] = field(default_factory=set)  # slings and ropes that broke
+    tripped: set[str] = field(default_factory=set)  # interlocks
 
     def on_ground(self, model: str) -> bool:
         """Whether a support touches a body of this model."""
@@ -44,3 +55,5 @@ class Picture:
                 self.landed.discard(actor)
             case Reached():
                 self.reached.add(actor)
+            case Tripped():
+                self.tripped = self.tripped | {actor} if report.over else self.tripped - {actor}

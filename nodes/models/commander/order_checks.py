@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping
 
-from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Turn, Unhook
+from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Stop, Turn, Unhook
 from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
@@ -36,6 +36,9 @@ def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture,
         case Brake():
             if owners.get(order.brake) != order.model:
                 raise Refused(f"{order.model} has no brake {order.brake}")
+        case Stop():
+            if owners.get(order.actuator) != order.model:
+                raise Refused(f"{order.model} has no hook or drive {order.actuator}")
 
 
 def check_led(order: Order, plan: Plan, lugs: Mapping[str, str]) -> None:

@@ -3,7 +3,8 @@
 messages                  orders, reports, samples, records: everything that travels
 kernel_messages           inputs of the kernel and its state events
 parts                     the parts that machines are made of, and how they are wired
-drive, gauges, rigging    actors: drives and winches; load cells and inclinometers; slings, brakes, supports
+drive, winch, interlock   actors that move; what stops them
+gauges, rigging           actors: load cells and inclinometers; slings, brakes, supports
 chains, girder            a hook rope with mass as lumps; the girder as a beam
 fidelity_variants         what a machine declares under the fidelity of its plan
 inputs                    what each kernel input does to a simulation

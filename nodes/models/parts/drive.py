@@ -9,26 +9,28 @@ command for each.  While it follows a Master it takes no moves; released, it hol
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import copysign, inf, isclose
 
-from heavylift.kernel.description.mechanics import System, Threshold
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
-from heavylift.nodes.devs import ns
+from heavylift.nodes.devs import Bag, InPort, ns
 from heavylift.nodes.plan import pulses
+from heavylift.nodes.plan.interlock import Stopped
 from heavylift.nodes.plan.plan import Driven
 
 from . import messages as m
-from .inputs import part, value
+from .inputs import value
 from .parts import LiveActor
 
 SAME = 1e-12  # relative, of speeds that differ by rounding
 TOUCH = 1e-9  # an end position closer than this is reached [m]
-SWITCH_BACK = 0.1  # an upper limit switch closes again this far below [m]
 
 
 class DriveActor(LiveActor):
-    """Moves the actuator `element` between its end positions (None: none)."""
+    """Moves the actuator `element` between its end positions (None: none).
+
+    What stops it by itself uses the deceleration `emergency`, if it has one.  `stops`: how interlocks stop it, by name.
+    """
 
     def __init__(
         self,
@@ -41,16 +43,21 @@ class DriveActor(LiveActor):
         upper: float | None = None,
         limits: tuple[str, str] = ("travel limit", "travel limit"),
         hears: tuple[str, ...] = (),
+        emergency: float | None = None,
     ) -> None:
         super().__init__(name, element, laws, hears)
+        self.emergency, self.stops = emergency, dict[str, Stopped]()
         self.initial, self.ends, self.limits = start, (lower, upper), limits
         self.log: Driven | None = None
+        self.trip: InPort[m.Trip] | None = None  # from the interlocks of its machine
 
     def begin(self) -> None:
         """Stand at the start."""
         self.job: int | None = None
         self.halting = False
         self.limit = ""  # why the present move will not be done
+        self.barred: dict[str, int] = {}  # ways along the coordinate (0: both) by what bars them
+        self.heading = 0.0  # sign of the present move
         self.law: m.Follow | None = None
         self._rest(self.initial)
         self.pulsed: m.RunInPulses | None = None  # the present move, if its ramps shall leave no swing
@@ -58,8 +65,39 @@ class DriveActor(LiveActor):
         self.rows: pulses.Speeds = tuple(zip(log.times, log.speeds, strict=True)) if log else ()  # still to come
         self.wake = self.rows[0][0] if self.rows else None
 
+    def external(self, e: int, x: Bag) -> None:
+        """Interlocks come first."""
+        for trip in x.get(self.trip, ()) if self.trip else ():
+            self.heed(trip)
+        super().external(e, x)
+
+    def heed(self, trip: m.Trip) -> None:
+        """An interlock bars a way, and stops what goes there, or frees it."""
+        if (stopped := self.stops.get(trip.interlock)) is None:
+            return
+        why = f"interlock {trip.interlock}"
+        if trip.bars:
+            self.bar(why, stopped.way, stopped.emergency)
+        else:
+            self.barred.pop(why, None)
+
+    def bar(self, why: str, way: int, emergency: float | None) -> None:
+        """Let nothing go on that way (0: neither), for this reason."""
+        self.barred[why] = way
+        if self.law is not None:
+            self.say(m.Limit(self.element, why, self.reference()[0]))
+        elif self.job is not None and not self.halting and way * self.heading >= 0.0:
+            self.stop(why, emergency)
+
+    def _barred(self, x: float, way: float) -> bool:
+        """Whether a way is barred, which is reported."""
+        why = next((why for why, barred in self.barred.items() if way and way * barred >= 0.0), "")
+        if why:
+            self.say(m.Limit(self.element, why, x))
+        return bool(why)
+
     def obey(self, order: m.Order) -> None:
-        """Run, aim, halt, follow, release."""
+        """Run, aim, halt, stop, follow, release."""
         if self.log is not None:
             self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
         match order:
@@ -67,6 +105,8 @@ class DriveActor(LiveActor):
                 self.run(order)
             case m.Halt():
                 self.halt(order)
+            case m.StopMotion():
+                self.stand(order)
             case m.Aim():
                 self.aim(order)
             case m.Follow():
@@ -81,9 +121,12 @@ class DriveActor(LiveActor):
         if self.job is not None and not self.halting:
             self.refuse(order, f"{self.element} is moving already, wait for `moves done` or end that first")
         x, v = self.reference()
+        wish = order.by if order.by is not None else order.speed if order.to is None else order.to - x
+        if self._barred(x, wish):
+            return
         if self.job is not None:
             self.say(m.Done(self.element, self.job, x))
-        self.job, self.halting = order.id, False
+        self.job, self.halting, self.heading = order.id, False, wish
         distance, self.limit = self._distance(order, x)
         self.goal = x + (distance or 0.0)
         self.pulsed = order if isinstance(order, m.RunInPulses) and v == 0.0 and distance != 0.0 else None
@@ -102,8 +145,11 @@ class DriveActor(LiveActor):
         """Lead the present speed to another one, as far as the end position on that side."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
-        self.job, self.halting, self.limit, self.pulsed, self.rows = order.id, False, "", None, ()
         x, v = self.reference()
+        if self._barred(x, order.speed):
+            return
+        self.job, self.halting, self.limit, self.pulsed, self.rows = order.id, False, "", None, ()
+        self.heading = order.speed
         distance = None
         if order.speed:
             run = m.Run(order.actor, order.id, order.at, order.speed, order.accel)
@@ -128,6 +174,21 @@ class DriveActor(LiveActor):
         rows = pulses.stop(p.pulses, v, p.accel, p.periods[1], self.now.t)
         self.goal = x + pulses.way(rows)
         self._begin_rows(rows)
+
+    def stand(self, order: m.StopMotion) -> None:
+        """Stop whatever is going on; it is done when it stands."""
+        if self.law is not None:
+            self.refuse(order, f"{self.element} follows {self.law.master}, stop the block")
+        x, v = self.reference()
+        if self.job is not None:
+            self.say(m.Done(self.element, self.job, x))
+        if v == 0.0:
+            self.expire()
+            self.wake = None
+            self.say(m.Done(self.element, order.id, x))
+        else:
+            self.job = order.id
+            self.stop("", order.accel or self.emergency)
 
     def stop(self, limit: str, accel: float | None = None) -> None:
         """Ramp down now, with the ramp of the move or another one."""
@@ -221,79 +282,3 @@ class HeldActor(LiveActor):
     def obey(self, order: m.Order) -> None:
         """Refuse."""
         self.refuse(order, self.why)
-
-
-class WinchActor(DriveActor):
-    """A drive that winds a rope: reports when the rope is taut or slack; has an upper limit switch at the hook.
-
-    `switch` is the height of the hook eye with the value at which it trips; hoisting stops then, with the deceleration
-    `emergency` where it has one.  A rope of several
-    `pieces` (with their parts of its length) is wound as if all of them were.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        rope: str,
-        laws: System | None = None,
-        *,
-        start: float,
-        lower: float | None = None,
-        upper: float | None = None,
-        switch: tuple[Threshold, float] | None = None,
-        pieces: Mapping[str, float] | None = None,
-        emergency: float | None = None,
-    ) -> None:
-        guards = (switch[0],) if switch else ()
-        laws = laws or System(thresholds=guards)
-        hears = (rope, *(guard.name for guard in guards))
-        limits = ("shortest rope", "drum empty")
-        super().__init__(name, rope, laws, start=start, lower=lower, upper=upper, limits=limits, hears=hears)
-        self.switch, self.pieces, self.emergency = switch, pieces or {rope: 1.0}, emergency
-
-    def begin(self) -> None:
-        """Arm the limit switch."""
-        super().begin()
-        self.tripped = False
-        self._arm()
-
-    def run(self, order: m.Run) -> None:
-        """Refuse to hoist any higher while the limit switch is open."""
-        way = order.by if order.by is not None else order.speed if order.to is None else order.to - self.reference()[0]
-        if self.tripped and way < 0.0:
-            self.say(m.Limit(self.element, "upper limit", self.reference()[0]))
-        else:
-            super().run(order)
-
-    def say(self, *messages: m.KernelInput | m.Report) -> None:
-        """Give every piece of the rope its part."""
-        for message in messages:
-            if isinstance(message, m.SetProfile | m.SetFollow):
-                super().say(*(part(message, *piece) for piece in self.pieces.items()))
-            else:
-                super().say(message)
-
-    def aim(self, order: m.Aim) -> None:
-        """Do not hoist any higher while the limit switch is open."""
-        if self.tripped and order.speed < 0.0:
-            self.say(m.Limit(self.element, "upper limit", self.reference()[0]))
-        else:
-            super().aim(order)
-
-    def notice(self, event: m.StateEvent) -> None:
-        """The rope changed its state, or the limit switch did."""
-        if event.name == self.element:
-            if event.what in ("taut", "slack"):
-                self.say(m.RopeState(self.element, event.what, event.value))
-            return
-        self.tripped = not self.tripped
-        self._arm()
-        if self.tripped and self.job is not None and not self.halting:
-            self.stop("upper limit", self.emergency)
-        elif self.tripped:
-            self.say(m.Limit(self.element, "upper limit", self.reference()[0]))
-
-    def _arm(self) -> None:
-        if self.switch is not None:
-            guard, height = self.switch
-            self.say(m.Watch(guard.name, height - SWITCH_BACK * self.tripped, not self.tripped))

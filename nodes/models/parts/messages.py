@@ -88,6 +88,13 @@ class Halt(Order, frozen=True):
     """Ramp down the move of that id; its Done comes when it stands."""
 
 
+class StopMotion(Order, frozen=True):
+    """Stop whatever it does, with its emergency deceleration, or with `accel`; Done when it stands."""
+
+    units: ClassVar[Mapping[str, str]] = {"accel": ACCELERATION}
+    accel: float | None = None
+
+
 class Follow(Order, frozen=True):
     """Follow `master`, whose value is `s` now, with f(s) = kc cos s + ks sin s; master "": stand still."""
 
@@ -109,7 +116,7 @@ class UnhookOrder(Order, frozen=True):
 
 
 class BrakeOrder(Order, frozen=True):
-    """Engage or release the brake."""
+    """Engage or release the brake; an interlock: restore or bypass it."""
 
     engaged: bool
 
@@ -183,6 +190,13 @@ class Overload(Report, frozen=True):
     over: bool
 
 
+class Tripped(Report, frozen=True):
+    """An interlock has tripped (over) or is reset; `bypassed`: nothing is stopped."""
+
+    over: bool
+    bypassed: bool = False
+
+
 class Reached(Report, frozen=True):
     """The threshold that was watched is reached at this value."""
 
@@ -211,6 +225,13 @@ class Landed(Report, frozen=True):
     """All supports of this face of the body are closed."""
 
     face: str
+
+
+class Trip(Message, frozen=True):
+    """Inside a machine: an interlock bars what it stops, or frees it."""
+
+    interlock: str
+    bars: bool
 
 
 class Latch(Message, frozen=True):

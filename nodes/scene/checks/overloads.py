@@ -1,7 +1,7 @@
 """What a scene is refused for: what is moved to or carried beyond its limits at rest, each subject once.
 
 Of places only the goals count; a winch or drive that stops by itself at its end is a finding, not a refusal.  So is
-what is overloaded once a sling has parted, for that is why such a list is run.
+what is overloaded once a sling has parted, for that is why such a list is run, and what an interlock guards.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ def overloads(built: plan.Plan, statics: Followed, uses: Sequence[Use]) -> list[
     parting = (n for n, action in enumerate(built.actions, 1) if parts(action))
     if first := next(parting, 0):
         uses = uses_on_path(built, [x for x in statics.states if x.action < first])
-    goals = uses_on_path(built, goal_states(built, statics))
+    guarded = {rope for interlock in built.interlocks if interlock.stops for rope in interlock.hooks}
+    uses = [use for use in uses if not guarded.intersection(use.limit.elements)]
+    goals = uses_on_path(built, goal_states(built, statics)) if built.lift else []
     return _refused(built, goals) or _refused(built, [use for use in uses if use.limit.quantity not in PLACES])
 
 

@@ -1,9 +1,10 @@
 """From the keys of a scene file to its plan.
 
 yard                         what the builders share
-own_models                   models of a user's own: signals, orders, code
+signals                      what is measured: in conditions, by interlocks, by models of a user's own
 machines, loaders, stools    cranes, loaders, block and rig; the fidelity of the scene
 limiting                     the table of limits
-mechanisms, mechanism, ropes, hooks, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
-targets, conditions, resolve the action list with its names resolved
+mechanisms, mechanism, ropes, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
+rigging                      hooks of machines made of parts, and what hangs on them
+targets, resolve             the action list with its names resolved
 """

@@ -158,7 +158,7 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
         found.append(
             plan.Actuator(
                 name=name, start=start, accel=accel, lower=lower, upper=upper, pulses=pulses, verb=drive.verb or "",
-                speed=drive.speed, where=where,
+                speed=drive.speed, emergency=drive.emergency, where=where,
             )
         )  # fmt: skip
     for name, rope in checks.given.ropes.items():

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import msgspec
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.keys.actions import Action
@@ -15,7 +16,8 @@ from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
-from .conditions import Conditions, wrong_units
+from .rigging.tree import Sling, lugs_of, slings_of
+from .signals import Conditions, wrong_units
 from .targets import Actor, targets
 from .yard import Yard, by_beam, ramp_of
 
@@ -44,8 +46,11 @@ class _Resolver:
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source = yard, yard.source
         self.targets = targets(yard, mechanisms)
+        self.words = lugs_of(yard.scene)
         self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
         self.condition = Conditions(yard, mechanisms).read
+        self.rigged = {x: slings for name in yard.scene.rigging for x, slings in self._entries(name).items()}
+        self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
     def action(self, index: int, action: Action) -> plan.Action:
         path: Path = ("actions", index)
@@ -73,20 +78,31 @@ class _Resolver:
     def _actors(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> tuple[Actor, ...]:
         words = " ".join(target.split())
         found = self.targets.get(words)
+        if found and VERBS[phrase.verb].becomes == "stop" and words in {actor.model for actor in found}:
+            found = self.of_machine(words)
         if found is None:
             known = [*self.targets, "stage", "when", "timeout"]
             self.source.fault(path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True)
             return ()
+        if not found:
+            self.source.fault(path, f"'{target}' is a rope over a sheave, which is never taken off", on_key=True)
         obeying = tuple(actor for actor in found if actor.obeys(VERBS[phrase.verb]))
         if found and not obeying:
             fitting = [fit.name for fit in VERBS.values() if any(actor.obeys(fit) for actor in found)]
             self.source.fault(path, f"'{target}' cannot {phrase.verb}", f"it can: {', '.join(fitting)}")
         return obeying
 
+    def of_machine(self, machine: str) -> tuple[Actor, ...]:
+        """All that moves in a machine."""
+        found = (actor for actors in self.targets.values() for actor in actors if actor.model == machine)
+        return tuple({actor.name: actor for actor in found if actor.obeys(VERBS["stop"])}.values())
+
     def _orders(self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase) -> list[actions.Order]:
         if not found:
             return []
         where, verb = self.source.where(path), VERBS[phrase.verb]
+        if (slings := self.rigged.get(str(path[-1]))) and verb.becomes in ("hook", "unhook", "release"):
+            return self._rigging(path, slings, phrase, where)
         until = self.condition(path, phrase.until)
         match verb.becomes:
             case "wait":
@@ -99,6 +115,8 @@ class _Resolver:
                 return self._hookups(path, found, phrase, where)
             case "unhook":
                 return [actions.Unhook(sling=s, where=where) for a in found for s in self._slings_of(a)]
+            case "stop":
+                return self._stops(path, found, phrase, where)
             case "brake" | "release":
                 if found[0].kind in ("sling", "rope"):
                     return [actions.Unhook(sling=a.name, parted=True, where=where) for a in found]
@@ -107,7 +125,8 @@ class _Resolver:
             case "move":
                 if isinstance(phrase.ramp, phrases.SwingRamp) and found[0].kind in ("hook", "winch"):
                     self.source.fault(path, f"to {verb.name} makes nothing swing: write an acceleration behind 'ramp'")
-                return [self._move(path, actor, phrase, until, where) for actor in found]
+                moves = [self._move(path, actor, phrase, until, where) for actor in found]
+                return [*(self._together(path, moves) if phrase.together else moves)]
 
     def _move(
         self, path: Path, actor: Actor, phrase: phrases.OrderPhrase, until: actions.Condition | None, where: str
@@ -116,13 +135,15 @@ class _Resolver:
         if phrase.to is not None and winding != phrase.of_rope:
             how = "a winch knows the length of its rope, not a height: write 'to 61 m of rope'"
             self.source.fault(path, how if winding else f"'to' needs a position, '{actor.name}' has no rope")
+        for lug in (lug for lug in phrase.above if lug not in self.lugs):
+            self.source.fault(path, f"the block has no lug '{lug}'", closest(lug, self.lugs))
         if phrase.turning != actor.turns:
             self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
         elif actor.speed is not None and phrase.speed > actor.speed * (1.0 + ROUNDING):
             most = (units.RATE if actor.turns else units.SPEED).show(actor.speed)
             self.source.fault(path, f"'{actor.name}' can {phrase.verb} with {most} at most")
         sign = float(VERBS[phrase.verb].sign or 1)
-        endless = phrase.by is None and phrase.to is None
+        endless = phrase.by is None and phrase.to is None and not phrase.above
         ramp, pulses = ramp_of(phrase.ramp) if phrase.ramp else (actor.accel, actor.pulses)
         return actions.Move(
             verb=phrase.verb,
@@ -133,9 +154,56 @@ class _Resolver:
             pulses=pulses,
             by=None if phrase.by is None else (sign if winding else 1.0) * phrase.by,
             to=phrase.to,
+            above=phrase.above,
             until=until,
             where=where,
         )
+
+    def _entries(self, name: str) -> dict[str, dict[str, Sling]]:
+        """The ropes of an entry of the rigging, and of each sling of it that may hang at several places."""
+        ropes = slings_of(self.yard.scene, name)
+        several = {rope: {x: y for x, y in ropes.items() if y.number == sling.number} for rope, sling in ropes.items()}
+        return {name: ropes} | {rope: each for rope, each in several.items() if ropes[rope].hooked}
+
+    def _rigging(
+        self, path: Path, slings: dict[str, Sling], phrase: phrases.OrderPhrase, where: str
+    ) -> list[actions.Order]:
+        """Orders to slings of rigging, which hang where the list before has hooked them."""
+        if phrase.verb != "hook":
+            parted = phrase.verb == "release"
+            found = [rope for rope in slings if rope in self.hangs] or [rope for rope, x in slings.items() if x.hooked]
+            self.hangs -= {*found}
+            return [actions.Unhook(sling=rope, parted=parted, where=where) for rope in found]
+        if unknown := [lug for lug in phrase.lugs if lug not in self.words]:
+            self.source.fault(path, f"no block has a lug '{unknown[0]}'", closest(unknown[0], self.words))
+            return []
+        n = 1 + max(x.number for x in slings.values()) - min(x.number for x in slings.values())
+        if phrase.lugs and len(set(phrase.lugs)) != n:
+            self.source.fault(path, f"{n} slings need {n} different lugs, not {len(set(phrase.lugs))}")
+            return []
+        first = min(x.number for x in slings.values())
+        asked = [
+            r for r, x in slings.items() if (x.holds == phrase.lugs[x.number - first] if phrase.lugs else x.hooked)
+        ]
+        self.hangs |= {*asked}
+        return [actions.Hookup(sling=rope, where=where) for rope in asked]
+
+    def _stops(
+        self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str
+    ) -> list[actions.Order]:
+        given = phrase.ramp if isinstance(phrase.ramp, float) else None
+        for actor in found if given else ():
+            if phrase.turning != actor.turns:
+                self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
+        return [actions.Stop(model=a.model, actuator=a.name, accel=given or a.emergency, where=where) for a in found]
+
+    def _together(self, path: Path, moves: list[actions.Move]) -> list[actions.Move]:
+        """Moves with one ramp, the gentlest of theirs."""
+        if len(moves) == 1 or moves[0].by is None or moves[0].pulses:
+            told = "several drives or winches move together, by the same way and with one ramp: write 'by'"
+            self.source.fault(path, told)
+        names, accel = tuple(move.actuator for move in moves), min(move.accel for move in moves)
+        return [msgspec.structs.replace(move, together=names, accel=accel) for move in moves]
 
     def _hookups(
         self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str

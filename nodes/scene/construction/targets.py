@@ -18,7 +18,8 @@ from .yard import Yard
 @dataclass(frozen=True)
 class Actor:
     """What an order can address: the model that has it, its name there, its ramp [m/s2 or rad/s2], how many pulses a
-    ramp without swing has, whether it turns; `verb`: the one that is its own, `speed`: its highest, if it has one."""
+    ramp without swing has, whether it turns; `verb`: the one that is its own, `speed`: its highest, if it has one;
+    `emergency`: the deceleration of what stops it."""
 
     kind: Kind
     model: str
@@ -29,10 +30,11 @@ class Actor:
     pulses: int = 0
     verb: str = ""
     speed: float | None = None
+    emergency: float | None = None
 
     def obeys(self, verb: Verb) -> bool:
         """Whether it can be given the verb."""
-        own = self.verb in ("", verb.name) or self.kind == "winch" or verb.name == "drive"
+        own = self.verb in ("", verb.name) or self.kind == "winch" or verb.name in ("drive", "stop")
         fits = self.kind != "drive" or verb.units == ("turning" if self.turns else "sliding") or verb.units == "either"
         return self.kind in verb.kinds and own and fits
 
@@ -50,7 +52,7 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
             table[f"{crane.name} {trolley.name} trolley"] = (actor,)
         for hook in crane.hooks:
             loader = on_hook[crane.name, hook.name]
-            hooks[loader] = Actor("hook", crane.name, hook.rope, hook.accel, loader)
+            hooks[loader] = Actor("hook", crane.name, hook.rope, hook.accel, loader, emergency=hook.emergency)
             table[f"{crane.name} {hook.name}"] = table[loader] = (hooks[loader],)
     for group, loaders in yard.groups.items():
         table[f"{group} hooks"] = tuple(hooks[loader] for loader in loaders if loader in hooks)
@@ -69,6 +71,9 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
         table["block"] = (Actor("block", "block", "turn"),)
     for mechanism in mechanisms:
         _of_machine(table, mechanism)
+    for interlock in yard.interlocks:
+        actors = (Actor("interlock", interlock.machine, interlock.name),)
+        table[interlock.name] = table[interlock.name.replace(".", " ", 1)] = actors
     table["wait"] = (Actor("none", "", "wait"),)
     return table
 
@@ -89,9 +94,8 @@ def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) ->
         table[lock.name] = (Actor("lock", machine.name, lock.name),)
     moved = [table[a.name][0] for a in machine.actuators if a.verb and a.name in drives]
     hooks = tuple(table[hook.rope][0] for hook in machine.hooks)
-    for hook in machine.hooks:
-        for name, slings in hook.slings.items():
-            table[name] = tuple(table[sling][0] for sling in slings)
+    for name, slings in machine.rigged.items():
+        table[name] = tuple(actor for sling in slings for actor in table.get(sling, ()))
     if moved or hooks:
         table[machine.name] = (*moved, *(hooks if len(hooks) == 1 else ()))
         for plural, actors in (("cranes", tuple(moved)), ("hooks", hooks)):
@@ -101,4 +105,4 @@ def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) ->
 
 def _driven(kind: Kind, model: str, name: str, by: plan.Axis | plan.Actuator, turns: bool = False) -> Actor:
     own = (by.verb, by.speed) if isinstance(by, plan.Actuator) else ("", None)
-    return Actor(kind, model, name, by.accel, "", turns, by.pulses, *own)
+    return Actor(kind, model, name, by.accel, "", turns, by.pulses, *own, by.emergency)

@@ -32,6 +32,7 @@ class Yard:
     slings: list[plan.Sling] = field(default_factory=list)
     hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # loader -> (crane, hook)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> loaders
+    interlocks: tuple[plan.Interlock, ...] = ()
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:

@@ -6,6 +6,7 @@ base              names, places, ends; directions and attitudes
 parts             bodies, joints, laws and hooks of a mechanism or machine
 wind              what blows, as forces of a mechanism
 actions           the lines of the action list
+interlocks        what stops a machine by itself
 nodes             models of a user's own; which process hosts which nodes
 editors           the JSON Schema of scene files
 """

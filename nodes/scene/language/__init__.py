@@ -1,5 +1,6 @@
 """The language of the action list.
 
-phrases   what is written to the right of `target:`, `when:`, ...
-grammar   reads it
+phrases      what is written to the right of `target:`, `when:`, ...
+quantities   what conditions measure
+grammar      reads it
 """

@@ -6,6 +6,7 @@ A recursive-descent reader over one line; every error is a sentence with the col
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Literal, cast
 
 import msgspec
@@ -16,15 +17,8 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.units import Dimension
 
 from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest, State, SwingRamp, Test
+from .quantities import QUANTITIES
 
-QUANTITIES = {
-    "angle": units.ANGLE,
-    "height": units.LENGTH,
-    "position": units.STROKE,
-    "speed": units.STROKE_SPEED,
-    "length": units.LENGTH,
-    "tension": units.FORCE,
-}
 _UNIT = "|".join(
     re.escape(u).replace(r"\ ", r"\s+")
     for u in sorted({u for d in units.DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
@@ -157,6 +151,9 @@ def _order(r: _Reader) -> OrderPhrase:
             return OrderPhrase(name, seconds=r.quantity(units.DURATION))
         case "hook":
             return OrderPhrase(name, lugs=_lugs(r) if r.next else ())
+        case "stop" if r.take("ramp"):
+            turning = r.turning
+            return OrderPhrase(name, turning=turning, ramp=r.positive(units.STROKE_RAMP))
         case "move" | "turn":
             return _motion(r, verb)
     if r.next:
@@ -173,16 +170,21 @@ def _motion(r: _Reader, verb: Verb) -> OrderPhrase:
         raise r.error("the hooks follow a turn on arcs, where no ramp is free of swing: write an acceleration")
     goals = ("to",) if verb.becomes == "turn" else ("by", "to", "until")
     word = r.expect(*goals, after=f"after the {'rate' if verb.becomes == 'turn' else 'speed'}")
+    order = OrderPhrase(verb.name, speed, turning, ramp)
     if word == "until":
-        return OrderPhrase(verb.name, speed, turning, ramp, until=_condition(r))
-    if word == "by":
-        by = r.positive(stroke) if verb.sign else r.quantity(stroke)
-        return OrderPhrase(verb.name, speed, turning, ramp, by=by, until=_or_until(r))
-    to = r.quantity(stroke)
-    of_rope = verb.becomes == "move" and bool(r.take("of"))
-    if of_rope:
-        r.expect("rope", after="after 'of'")
-    return OrderPhrase(verb.name, speed, turning, ramp, to=to, of_rope=of_rope, until=_or_until(r))
+        order = replace(order, until=_condition(r))
+    elif word == "by":
+        order = replace(order, by=r.positive(stroke) if verb.sign else r.quantity(stroke), until=_or_until(r))
+    elif verb.becomes == "move" and not verb.sign and r.take("above"):
+        order = replace(order, above=_lugs(r, "above"), until=_or_until(r))
+    else:
+        to = r.quantity(stroke)
+        of_rope = verb.becomes == "move" and bool(r.take("of"))
+        if of_rope:
+            r.expect("rope", after="after 'of'")
+        order = replace(order, to=to, of_rope=of_rope, until=_or_until(r))
+    r.take(",")
+    return replace(order, together=verb.becomes == "move" and bool(r.take("together")))
 
 
 def _ramp(r: _Reader, dimension: Dimension) -> float | SwingRamp:
@@ -204,8 +206,8 @@ def _or_until(r: _Reader) -> ConditionPhrase | None:
     return _condition(r)
 
 
-def _lugs(r: _Reader) -> tuple[str, ...]:
-    r.expect("[", after="after 'hook'")
+def _lugs(r: _Reader, after: str = "hook") -> tuple[str, ...]:
+    r.expect("[", after=f"after '{after}'")
     lugs = [r.name("the name of a lug")]
     while r.expect(",", "]", after="after a lug") == ",":
         lugs.append(r.name("the name of a lug"))
@@ -229,14 +231,15 @@ def _test(r: _Reader) -> Test:
     column = r.at
     if r.take("after"):
         return After(seconds=r.quantity(units.DURATION))
+    of = r.name("a block") if re.match(r"[\w-]+\s+(lifted|landed)\b", r.text[r.at :]) else ""
     state = r.take("lifted", "landed")
     if state:
-        return GroundTest(cast(Literal["lifted", "landed"], state), column)
+        return GroundTest(cast(Literal["lifted", "landed"], state), column, of)
     first = r.take("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
     if first:
-        r.expect("done", after=f"after '{first}'")
-        return MovesDone(verbs=() if first == "moves" else (first,))
-    if r.next in QUANTITIES:
+        stopped = r.expect("done", "stopped", after=f"after '{first}'") == "stopped"
+        return MovesDone(verbs=() if first == "moves" else (first,), stopped=stopped)
+    if r.next in {quantity.split()[0] for quantity in QUANTITIES}:
         return _crossing(r)
     return _tension_state(r)
 
@@ -272,14 +275,14 @@ def _tension_state(r: _Reader) -> SlingTest:
 
 def _crossing(r: _Reader) -> CrossTest:
     column = r.at
-    quantity = r.take(*QUANTITIES)
-    of = ""
-    if r.take("of"):
-        r.take("all")
-        of = r.name("a name") if r.next not in {"slings", "ropes"} else ""
-        noun = r.take("slings", "ropes")
-        of = f"{of} {noun}".strip()
-    elif quantity not in {"angle", "height"}:
+    quantity = _quantity(r)
+    row, of = QUANTITIES[quantity], ""
+    if row.of == "two":
+        r.take("of")
+        of = f"{r.name('a name')} {r.name('a second name')}"
+    elif row.of != "none" and r.take("of"):
+        of = _names(r)
+    elif row.of == "one":
         raise r.error(f"'{quantity}' needs 'of' and a name, such as '{quantity} of loader-1'")
     at = r.at
     sign = r.take(">=", "<=", "==", "=", ">", "<")
@@ -292,4 +295,25 @@ def _crossing(r: _Reader) -> CrossTest:
     if not sign:
         r.expect(">=", "<=", after=f"after '{quantity}'")
     turning = r.turning
-    return CrossTest(quantity, of, sign == ">=", r.quantity(QUANTITIES[quantity]), turning, column)
+    return CrossTest(quantity, of, sign == ">=", r.quantity(row.dimension), turning, column)
+
+
+def _quantity(r: _Reader) -> str:
+    """The words of a quantity, the longest that stand there."""
+    words = r.take(*{quantity.split()[0] for quantity in QUANTITIES})
+    seconds = [quantity.split()[1] for quantity in QUANTITIES if quantity.startswith(f"{words} ")]
+    more = r.take(*seconds) if words in QUANTITIES or not seconds else r.expect(*seconds, after=f"after '{words}'")
+    return f"{words} {more}".strip()
+
+
+def _names(r: _Reader) -> str:
+    """A name, one word or two ("west H1"), or a set of slings or ropes."""
+    if r.take("all", "any") == "any":
+        r.expect("hook", after="after 'any'")
+        return "any hook"
+    names = [r.name("a name")] if r.next not in {"slings", "ropes"} else []
+    if noun := r.take("slings", "ropes"):
+        return " ".join([*names, noun])
+    if r.next not in {">=", "<=", "==", "=", ">", "<", ""}:
+        names.append(r.name("a name"))
+    return " ".join(names)

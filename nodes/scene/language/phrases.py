@@ -1,24 +1,31 @@
 """The phrase language of the action list: what is written to the right of `target:`, `when:` and `until`.
 
     order      = motion | turn | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
-               | "engage" | "release" | "wait" time
+               | "engage" | "release" | "stop" ["ramp" acceleration] | "bypass" | "restore" | "wait" time
     motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
-                 | "to" position ["of rope"] ["or" "until" condition]
-                 | "until" condition )
+                 | "to" (position ["of rope"] | "above" "[" lug {"," lug} "]") ["or" "until" condition]
+                 | "until" condition ) ["together"]
     ramp       = acceleration ["in two pulses"] | "one swing"
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
-               | "moves done" | verb "done" | "lifted" | "landed" | "after" time
+               | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | "after" time
                | quantity (">=" | "<=") value
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
-               | "length of" name | "tension of" (name | set "slings" | set "ropes")
+               | "length of" name | "tension of" (name | set "slings" | set "ropes") | "load of" hook
+               | "moment of" hook | "radius of" hook | "off-lead of" rope | "swing along of" rope
+               | "swing across of" rope | "gap" name name | "height difference" name name | "wind"
 
 A ramp without swing is chosen for what the move makes swing, with ropes, hook and load as they hang as it begins to
 speed up and to slow down; `check` tells the accelerations.  A ramp in two pulses is the quicker one; where they would
 overlap, each has half of the acceleration.
+
+Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
+middle of these lugs, where the block rests as the move begins.
+
+What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` an interlock watches each.
 
 `grammar` reads phrases.  Names are resolved later, against the machines of the scene.
 """
@@ -52,10 +59,11 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """The block stands on no support any more, or on all of one face."""
+    """A block stands on no support any more, or on all of one face; `of`: which, where there are several."""
 
     state: Literal["lifted", "landed"]
     column: int
+    of: str = ""
 
 
 class CrossTest(Term, frozen=True):
@@ -95,6 +103,8 @@ class OrderPhrase:
     by: float | None = None
     to: float | None = None
     of_rope: bool = False
+    above: tuple[str, ...] = ()
+    together: bool = False
     until: ConditionPhrase | None = None
     lugs: tuple[str, ...] = ()
     seconds: float = 0.0

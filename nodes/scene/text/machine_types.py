@@ -26,7 +26,7 @@ from .source import Data, Path, Source, read
 
 __all__ = ["MachineType", "expand", "gather", "library", "machine_type"]
 
-HEADER = {"machine type", "family", "name", "about", "capacity", "source", "parameters"}
+HEADER = {"machine type", "family", "name", "about", "capacity", "source", "parameters", "interlocks"}
 VERSION = 1
 GOLIATH = "goliath"  # family of cranes whose keys are read by their own rules
 NAMED = (  # sections whose keys are names of parts
@@ -181,6 +181,7 @@ class _Expansion:
         for section, data in self.kind.data.items():
             if section not in HEADER:
                 machine[section] = self._made(data, (section,), (section,))
+        self._interlocks()
         machines = self.source.data.setdefault("machines", {})
         cranes = self.source.data["cranes"]
         if not isinstance(machines, dict) or not isinstance(cranes, dict):
@@ -205,11 +206,25 @@ class _Expansion:
         for section, data in self.kind.data.items():
             if section not in HEADER:
                 parts[section] = self._made(data, (section,), (section,))
+        self._interlocks()
         crane["parameters"] = {key: value for key, value in theirs.items() if key not in written}
         crane["parts"] = parts
         for key in theirs:
             if key not in written and (mark := self.kind.source.values.get(("parameters", key))):
                 self.source.values["cranes", self.name, key] = mark
+
+    def _interlocks(self) -> None:
+        """Those of the type, among the scene's."""
+        own, base = self.kind.data.get("interlocks"), self.base
+        given = self.source.data.setdefault("interlocks", {}) if own else None
+        if not isinstance(own, dict) or not isinstance(given, dict):
+            return
+        self.base = ()
+        for key, data in own.items():
+            name = f"{self.name}.{key}"
+            made = self._made(data, ("interlocks", key), ("interlocks", name))
+            given[name] = {"on": self.name, **made} if isinstance(made, dict) else made
+        self.base = base
 
     def _names(self, section: str) -> list[str]:
         found = self.kind.data.get(section)

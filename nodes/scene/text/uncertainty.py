@@ -23,6 +23,7 @@ from .units import ACCURACY, DURATION, NUMBER, SAMPLING, Dimension, Either, Limi
 __all__ = ["PLUS", "Kind", "Stated", "half_width", "separated", "standard"]
 
 PLUS = r"\+-|\+/-|±"
+MARKED = re.compile(rf"{PLUS}|sd|sigma|\.\.")  # what every such form has in it
 _FORM = re.compile(rf"\s*(?P<value>{NUMBER}[^±]*?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")
 _RANGE = re.compile(rf"\s*(?P<low>{NUMBER})\s*(?P<unit_low>[^.]*?)\s*\.\.\s*(?P<high>{NUMBER})\s*(?P<unit>.*?)\s*")
 _HALF = re.compile(rf"\s*({NUMBER})\s*(.*)")
@@ -57,7 +58,7 @@ def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Sta
         if isinstance(data, list):
             return [nominal(each, (*path, i)) for i, each in enumerate(data)]
         try:
-            stated = _stated(data) if isinstance(data, str) and not is_text(path) else None
+            stated = _stated(data) if isinstance(data, str) and MARKED.search(data) and not is_text(path) else None
         except ValueError as error:
             source.fault(path, str(error))
             return data

@@ -53,7 +53,9 @@ def test_page_table_and_figure_tell_the_same(measured, tmp_path):
     html = page.read_text()
     assert measured.verdict.sentence in html
     for answer in answers(measured.ask, measured.rows):
-        assert f"<td>{answer.row.waits_s:.3g}</td><td>{percent(answer.row.worst)}</td>" in html, "seconds, not a speed"
+        row = answer.row
+        seconds = f"<td>{row.waits_s:.3g}</td><td>{row.cpu_s:.3g}</td>"
+        assert f"{seconds}<td>{percent(row.worst)}</td>" in html, "seconds, not a speed"
     assert "Position: largest difference at equal times since each stage began, relative to" in html
     assert "<script" not in html
     assert "http" not in html.replace("http-equiv", "").replace("http://www.w3.org", "")

@@ -27,21 +27,33 @@ OWN = (
 
 def test_each_quantity_has_an_answer_at_each_limit():
     found = [(a.quantity, a.limit, a.row and a.row.how) for a in answers(("rope tension", "swing"), [SLOW, FAST])]
-    assert found == [
-        ("rope tension", 0.05, "5 ms"), ("rope tension", 0.01, "1 ms"), ("rope tension", 0.001, "1 ms"),
-        ("swing", 0.05, "5 ms"), ("swing", 0.01, "5 ms"), ("swing", 0.001, "5 ms"),
-    ]  # fmt: skip
+    decades = (0.1, 0.05, 0.01, 1e-3, 1e-4, 1e-5, 1e-6)
+    tension = ("5 ms", "5 ms", "1 ms", "1 ms", None, None, None)
+    swing = ("5 ms", "5 ms", "5 ms", "5 ms", "5 ms", None, None)
+    assert found[:7] == [("rope tension", limit, how) for limit, how in zip(decades, tension, strict=True)]
+    assert found[7:] == [("swing", limit, how) for limit, how in zip(decades, swing, strict=True)]
 
 
 def test_what_no_setting_keeps_has_no_answer():
     found = answers(("swing",), [row("5 ms", 1.0, swing=0.04)])
-    assert [a.row is None for a in found] == [False, True, True]
+    assert [a.row is None for a in found] == [False, False, True, True, True, True, True]
 
 
 def test_the_page_tells_what_one_waits_for_each_answer():
-    said = page._answers(SimpleNamespace(ask=["rope tension"], rows=[replace(SLOW, start_s=0.5), FAST]))
-    assert re.findall("<td[^>]*>(.*?)</td>", said)[4::5] == ["3 %", "0.05 %", "0.05 %"]
-    assert re.findall("<td[^>]*>(.*?)</td>", said)[3::5] == ["1", "10.5", "10.5"]
+    measured = SimpleNamespace(ask=["rope tension"], rows=[replace(SLOW, start_s=0.5), FAST], distributed=[])
+    cells = re.findall("<td[^>]*>(.*?)</td>", page._answers(measured))
+    assert cells[5::6][:4] == ["3 %", "3 %", "0.05 %", "0.05 %"]
+    assert cells[3::6][:4] == ["1", "1", "10.5", "10.5"]
+    assert cells[4::6][:5] == ["1", "1", "10", "10", ""]
+
+
+def test_where_processes_were_measured_it_tells_what_they_add():
+    apart = SimpleNamespace(wall_s=3.0, kernel_s=1.0)
+    cells = re.findall(
+        "<td[^>]*>(.*?)</td>",
+        page._answers(SimpleNamespace(ask=["rope tension"], rows=[FAST], distributed=[None, apart])),
+    )
+    assert cells[:7] == ["rope tension", "10 %", str(FAST), "1", "1", "3", "3 %"]
 
 
 @pytest.mark.parametrize("own", OWN)

@@ -97,7 +97,7 @@ def _algebra(s, method: str) -> float:
     n, attempted = 2 * s.program.nv, s["accepted"] + s["rejected"]
     if method == "radau5":
         return radau_algebra(n, s["factorisations"], s["iterations"], attempted)
-    if method == "sdirk2":
+    if method in ("sdirk2", "sdirk3"):
         return sdirk_algebra(n, s["factorisations"], s["iterations"])
     return rosenbrock_algebra(n, attempted) if method == "ros34pw2" else 0.0
 

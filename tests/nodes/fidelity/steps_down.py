@@ -9,6 +9,7 @@ from functools import cache
 
 from heavylift.nodes.fidelity import case as numbers
 from heavylift.nodes.fidelity import rules
+from heavylift.nodes.fidelity.chance import chance
 from heavylift.nodes.plan.plan import Fidelity
 from heavylift.nodes.scene import parse
 from lifted import lifted
@@ -59,5 +60,5 @@ def measured(seed: int, rule: rules.Rule) -> tuple[dict[str, float], dict[str, f
     below = above | choice.change
     if choice.locked:
         below["locked"] = f"[{', '.join(choice.locked)}]"
-    predicted = {q: choice.errors.get(q, 0.0) + rules.chance(case_of(seed)).get(q, 0.0) for q in RESOLUTION}
+    predicted = {q: choice.errors.get(q, 0.0) + chance(case_of(seed)).get(q, 0.0) for q in RESOLUTION}
     return predicted, apart(ran(seed, tuple(below.items())), ran(seed, tuple(above.items())))

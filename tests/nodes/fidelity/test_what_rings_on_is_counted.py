@@ -4,8 +4,9 @@ import json
 
 import pytest
 from heavylift.nodes.fidelity.case import case_of
+from heavylift.nodes.fidelity.chance import chance
 from heavylift.nodes.fidelity.method import METHODS
-from heavylift.nodes.fidelity.rules import chance, hinges, overshoot, rope_mass
+from heavylift.nodes.fidelity.rules import hinges, overshoot, rope_mass
 from heavylift.nodes.scene import parse
 from lifts_of_kinds import lift_of_kinds
 

@@ -8,7 +8,7 @@ import pytest
 from heavylift.kernel.description.mechanics import Point, Threshold
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import ns
-from heavylift.nodes.models.parts.drive import DriveActor, WinchActor
+from heavylift.nodes.models.parts.drive import DriveActor
 from heavylift.nodes.models.parts.messages import (
     Done,
     Follow,
@@ -21,6 +21,7 @@ from heavylift.nodes.models.parts.messages import (
     StateEvent,
     Watch,
 )
+from heavylift.nodes.models.parts.winch import WinchActor
 from yard import Bench
 
 MIN = 1 / 60

@@ -43,7 +43,9 @@ actions:
   - crane main: hoist 5 m/min by 1 m
 """
 LIFTS = {  # of each type: mass of the block [t], where it stands, what the crane is besides
+    "crawler-250": (60, 14, 0, ", radius: 14 m"),
     "jib-60": (30, 16, 0, ", radius: 16 m"),
+    "pedestal-400": (110, 27, 0, ", radius: 27 m"),
     "overhead-100": (95, 5, 12, ", at: 5 m, trolley: 12 m"),
     "rough-terrain-59": (15, 9, 0, ", radius: 9 m"),
 }
@@ -54,7 +56,7 @@ def lift(name: str, mass: float | None = None, more: str = "", near: bool = Fals
     return parse(BLOCK.format(mass=mass or own, x=x, y=y, type=name, more=place + more), "scene.yaml", passing=True)
 
 
-@pytest.mark.parametrize("name", sorted(set(library()) - {"goliath-900", "goliath-840"}))
+@pytest.mark.parametrize("name", LIFTS)
 def test_a_machine_made_of_parts_lifts_a_block(name: str) -> None:
     scene = lift(name)
     last = scene.statics.states[-1]
@@ -62,6 +64,58 @@ def test_a_machine_made_of_parts_lifts_a_block(name: str) -> None:
     assert not last.grounded
     assert last.tensions["crane.main"] == pytest.approx((LIFTS[name][0] * 1e3 + dead) * scene.plan.gravity, rel=1e-6)
     assert scene.statics.known
+
+
+def test_every_type_is_tested_here() -> None:
+    others = {"goliath-840", "goliath-900", "goliath-1200", "goliath-1600", "mobile-gantry-600"}
+    assert {*LIFTS, *others} == {*library()}
+
+
+@pytest.mark.parametrize(
+    ("name", "span", "girder", "main", "load"),
+    [("goliath-1200", 154.0, 2500e3, 3740e3, 1000), ("goliath-1600", 180.0, 3400e3, 5400e3, 1400)],
+)
+def test_larger_goliaths_lift_nearly_all_that_they_may(
+    name: str, span: float, girder: float, main: float, load: float
+) -> None:
+    """1000 t and 1400 t on their hooks; of goliath-1200 span, girder and legs are published: 2500 + 540 + 700 t."""
+    scene = parse(
+        "extends: lift\nname: lift\nblock:\n"
+        f"  mass: {load} t\n  size: [24 m, 16 m, 8 m]\n"
+        "  lugs: {P1: [-9 m, -6 m, 4.3 m], P2: [-5 m, -6 m, 4.3 m], Q1: [5 m, -6 m, 4.3 m], Q2: [9 m, -6 m, 4.3 m]}\n"
+        f"cranes: {{crane: {{type: {name}}}}}\n"
+        "rig:\n  sling: {breaking: 20 MN}\n"
+        "  loaders: {loader-1: {capacity: 900 t}, loader-2: {capacity: 900 t}, loader-3: {capacity: 900 t}}\n",
+        "scene.yaml",
+        passing=True,
+    )
+    (crane,) = scene.plan.cranes
+    assert (2 * crane.main.com[1], crane.girder.mass, crane.main.mass) == (span, girder, main)
+    assert crane.gantry.emergency == 0.3
+    lifted = next(s for s in scene.statics.states if s.stage == "up")
+    hooks = sum(lifted.tensions[hook.rope] for hook in crane.hooks) / scene.plan.gravity
+    assert hooks == pytest.approx(load * 1e3 + 3 * (crane.hooks[0].block_mass + 20e3), rel=1e-4)
+
+
+def test_a_mobile_gantry_picks_up_and_drives_off() -> None:
+    hooks = ("front-left", "front-right", "rear-left", "rear-right")
+    lugs = {"front-left": (8, 4), "front-right": (8, -4), "rear-left": (-8, 4), "rear-right": (-8, -4)}
+    scene = parse(
+        "heavylift: 1\nname: hull\nblock:\n  mass: 480 t\n  size: [30 m, 9 m, 5 m]\n  at: [0 m, 0 m, 3.5 m]\n"
+        f"  lugs: {{{', '.join(f'{h}: [{x} m, {y} m, 2.6 m]' for h, (x, y) in lugs.items())}}}\n"
+        "  supports: {height: 1 m, at: [[-9 m, -3 m], [9 m, -3 m], [-9 m, 3 m], [9 m, 3 m]]}\n"
+        "cranes: {lift: {type: mobile-gantry-600}}\nrigging:\n"
+        + "".join(f"  s-{h}: {{on: lift {h}, to: [{h}], length: 3 m, slack: 0.1 m}}\n" for h in hooks)
+        + "actions:\n  - all hooks: hoist 1 m/min until all slings taut\n  - all hooks: hoist 1 m/min until lifted\n"
+        "  - all hooks: hoist 1 m/min by 0.5 m\n  - lift: travel 30 m/min by 40 m\n",
+        "scene.yaml",
+        passing=True,
+    )
+    last = scene.statics.states[-1]
+    assert scene.statics.known
+    assert last.poses["block"][0][0] == pytest.approx(40.0, abs=1e-3)
+    for hook in hooks:
+        assert last.tensions[f"lift.{hook}"] == pytest.approx((120e3 + 3e3) * scene.plan.gravity, rel=1e-3)
 
 
 def test_a_goliath_of_belfast_lifts() -> None:
@@ -112,3 +166,22 @@ def test_what_no_chart_allows_is_refused() -> None:
     with pytest.raises(SceneError, match=r"would carry 19\.5 t of 18\.09 t"):
         lift("rough-terrain-59", 19)
     assert degrees(acos((9.0 + 4 * FOOT) / (66 * FOOT))) == pytest.approx(59.47, abs=0.01)  # at 9 m: 30 ft counts
+
+
+GAUGE, SHARE = 7.2, 0.75  # of crawler-250: between the edges that it tips over [m], of what tips it
+
+
+@pytest.mark.parametrize("counterweight", [60e3, 100e3])
+@pytest.mark.parametrize("boom", [24.0, 42.0, 60.0])
+def test_the_crawlers_chart_is_three_quarters_of_what_tips_it(boom: float, counterweight: float) -> None:
+    """Moments about the edge of a track: tracks, upperworks and counterweight against the boom and the load."""
+    scene = lift("crawler-250", 9, f", boom: {boom:g} m, counterweight: {counterweight / 1e3:g} t")
+    machine = scene.scene.machines["crane"]
+    bodies = {name.removeprefix("crane."): body for name, body in machine.bodies.items()}
+    edge, foot = GAUGE / 2, machine.joints["crane.luffing"].at[0]  # type: ignore[union-attr]
+    holds = sum((bodies[x].mass or 0.0) * (edge - bodies[x].com[0]) for x in ("tracks", "upper", "ballast"))
+    chart = machine.hooks["crane.main"].chart
+    assert chart is not None
+    for radius, may in chart:
+        tips = (holds - (bodies["boom"].mass or 0.0) * ((foot + radius) / 2 - edge)) / (radius - edge)
+        assert 0.0 <= min(SHARE * tips, 250e3) - may < 500.0 + 1e-6

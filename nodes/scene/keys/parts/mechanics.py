@@ -193,6 +193,7 @@ class Drive(Base):
     coordinate: str = ""
     verb: Literal["travel", "traverse", "slew", "luff"] | None = None
     speed: u.StrokeSpeed | None = None  # the highest that orders may give it
+    emergency: u.StrokeRamp | None = None  # deceleration by `stop` and interlocks; left out: the ramp
 
 
 class BoomChart(Base):
@@ -229,7 +230,7 @@ class Hook(Base):
     damping: u.Ratio = 0.03  # of critical, with what it carries at the start
     speed: u.Speed
     ramp: u.Ramp
-    emergency: u.Ramp | None = None  # with which the upper limit switch stops it; left out: the ramp
+    emergency: u.Ramp | None = None  # deceleration by limit switch, `stop` and interlocks; left out: the ramp
     shortest: u.Extent  # rope at the hook, unstretched
     longest: u.Extent
     highest: u.Length | None = None  # z of the hook where the upper limit switch trips

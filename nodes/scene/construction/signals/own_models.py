@@ -4,30 +4,27 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import cast
 
-from heavylift.kernel.description.mechanics import Threshold
-from heavylift.kernel.description.signals import Sampled, Signal
+from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.models import OwnModel
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.own import Led, Own
 from heavylift.nodes.plan.verbs import VERBS
+from heavylift.nodes.scene.construction.targets import Actor, targets
+from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.nodes import OwnModel as Keys
-from heavylift.nodes.scene.language.grammar import QUANTITIES
 from heavylift.nodes.scene.language.phrases import CrossTest
+from heavylift.nodes.scene.language.quantities import QUANTITIES
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .conditions import Conditions
-from .targets import Actor, targets
-from .yard import Yard
 
 __all__ = ["build_models", "check_models"]
 
-SWINGS = ("swing along", "swing across")
 LED_BY = {"gantry": "travel", "trolley": "traverse", "drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
@@ -94,24 +91,22 @@ class _Models:
             return model
 
     def signal(self, path: Path, text: str) -> Signal | None:
-        """What a port hears: a quantity of a condition, of what has it, or the swing of a rope."""
+        """What a port hears: a quantity of a condition, of what has it."""
         words = " ".join(text.split())
-        known = (*QUANTITIES, *SWINGS)
-        match = re.fullmatch(rf"({'|'.join(known)})(?: of (.+))?", words)
+        match = re.fullmatch(rf"({'|'.join(sorted(QUANTITIES, key=lambda x: -len(x)))})(?: (?:of )?(.+))?", words)
         if match is None:
             quantity = words.partition(" of ")[0]
-            self.source.fault(path, f"there is no signal '{quantity}'", closest(quantity, known))
+            self.source.fault(path, f"there is no signal '{quantity}'", closest(quantity, QUANTITIES))
             return None
         quantity, of = match[1], match[2] or ""
         actor = next(iter(self.targets.get(of, ())), None)
-        if quantity in SWINGS:
-            return self.swing(path, quantity, actor.name if actor else of)
         if quantity in ("position", "speed") and actor and (moved := self.moved(actor)):
             return Signal("joint" if quantity == "position" else "speed", of=moved[0], coordinate=moved[1])
-        of = actor.name if actor and actor.kind == "hook" and quantity in ("tension", "length") else of
+        roped = quantity in ("tension", "length", "swing along", "swing across")
+        of = actor.name if actor and actor.kind == "hook" and roped else of
         test = CrossTest(quantity=quantity, of=of, rising=True, value=0.0, turning=False, column=0)
-        found = self.conditions.threshold(path, test, quantity)
-        return _signal(found[1]) if found else None
+        found = self.conditions.signal(path, test)
+        return found[1] if found else None
 
     def moved(self, actor: Actor) -> tuple[str, str] | None:
         """Joint and coordinate that a drive moves."""
@@ -119,14 +114,6 @@ class _Models:
             return actor.name.removesuffix(".drive"), ""
         drives = (drive for m in self.conditions.mechanisms for drive in m.system.drives)
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
-
-    def swing(self, path: Path, quantity: str, rope: str) -> Signal | None:
-        known = [r.name for r in self.yard.ropes]
-        known += [r.name for m in self.conditions.mechanisms for r in m.system.straight_ropes]
-        if rope not in known:
-            self.source.fault(path, f"there is no rope '{rope}' that swings", closest(rope, known))
-            return None
-        return Signal(cast(Sampled, quantity), ropes=(rope,))
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
         """The actuator that a port leads."""
@@ -147,7 +134,3 @@ class _Models:
         most = verb.limit(crane, loaded=True) if crane and actor.speed is None else actor.speed
         speed, name = most or 0.0, verb.name
         return Move(verb=name, model=actor.model, actuator=actor.name, speed=speed, accel=actor.accel, where=where)
-
-
-def _signal(h: Threshold) -> Signal:
-    return Signal(h.quantity, h.of, h.point, h.ropes, h.axis, h.coordinate)

@@ -10,13 +10,16 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Point, System, Threshold
+from heavylift.kernel.description.mechanics import Point, System
+from heavylift.kernel.description.signals import Signal, guard_of
 from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.language import phrases
+from heavylift.nodes.scene.language.quantities import QUANTITIES
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
-from .yard import Yard
+from .subjects import Subjects
 
 
 class Conditions:
@@ -24,7 +27,8 @@ class Conditions:
 
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
-        self.rigged = {name: slings for m in mechanisms for hook in m.hooks for name, slings in hook.slings.items()}
+        self.rigged = {name: slings for m in mechanisms for name, slings in m.rigged.items()}
+        self.subjects = Subjects(yard, mechanisms)
         self.thresholds = 0
 
     def read(self, path: Path, phrase: phrases.ConditionPhrase | None) -> actions.Condition | None:
@@ -46,9 +50,10 @@ class Conditions:
                 return actions.Slings(names=names, each=test.each, state=test.state, **named)
             case phrases.CrossTest():
                 self.thresholds += 1
-                name = f"{test.quantity}-{self.thresholds}"
-                model, threshold = self.threshold(path, test, name) or ("", Threshold(name, "height"))
-                return actions.Crossing(model=model, threshold=threshold, value=test.value, rising=test.rising, **named)
+                name = f"{test.quantity.replace(' ', '-')}-{self.thresholds}"
+                model, signal = self.signal(path, test) or ("", Signal("height"))
+                guard = guard_of(name, signal)
+                return actions.Crossing(model=model, threshold=guard, value=test.value, rising=test.rising, **named)
         return msgspec.structs.replace(test, where=named["where"])
 
     def _ropes(self, path: Path, of: str, noun: str, column: int) -> tuple[str, ...]:
@@ -58,6 +63,7 @@ class Conditions:
         rigged = [sling for names in self.rigged.values() for sling in names]
         sets: dict[str, Iterable[str]] = {}
         if noun == "one":
+            of = of if of in (*slings, *ropes) else ".".join(of.split())  # "west H1"
             sets = {name: [name] for name in (*slings, *ropes)}
         elif noun == "ropes":
             sets = {"": ropes, **{name: [name] for name in ropes}}
@@ -76,57 +82,67 @@ class Conditions:
         return names
 
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
-        if self.yard.block:
+        if self.yard.block and test.of in ("", "block"):
             return "block"
         standing = [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
+        blocks = [name for name in standing if name in self.yard.scene.blocks]
+        if test.of in standing:
+            return test.of
+        if test.of:
+            missing = f"there is no block '{test.of}' that could be {test.state}"
+            self.source.fault(path, missing, closest(test.of, standing), column=test.column)
+            return ""
+        if len(blocks) > 1:
+            told = " or ".join(f"'{name} {test.state}'" for name in blocks[:2])
+            self.source.fault(path, f"which block? write {told}", column=test.column)
+            return ""
         if standing:
             return standing[0]
         missing = f"nothing in this scene can be {test.state}: it has no supports or contacts"
         self.source.fault(path, missing, column=test.column)
         return ""
 
-    def threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold] | None:
-        """The model that watches a quantity, and its threshold; a fault if there is none."""
-        of = test.of
-        known: list[str] = []
-        match test.quantity:
-            case "tension" | "length" as kind:
-                return self._rope_threshold(path, test, name, kind)
-            case "angle" | "height" as kind if self.yard.block and of in {"", "block"}:
-                return "block", Threshold(name, kind, of="block", point=Point("block") if kind == "height" else None)
-            case "height":
-                bodies = {body.name: m.name for m in self.mechanisms for body in m.system.bodies}
-                known = [*self.yard.hooks, *bodies]
-                if of in self.yard.hooks:
-                    return of, Threshold(name, "height", point=Point(f"{of}.upper"))
-                if of in bodies:
-                    return bodies[of], Threshold(name, "height", point=Point(of))
-            case "position" | "speed":
-                along = {words: (m.name, *x) for m in self.mechanisms for words, x in _coordinates(m.system).items()}
-                known = [*along]
-                if of in along:
-                    at, joint, coordinate, turns = along[of]
-                    if test.value and test.turning != turns:
-                        self.source.fault(path, f"'{of}' {wrong_units(turns=turns)}", column=test.column)
-                    quantity: Literal["joint", "speed"] = "joint" if test.quantity == "position" else "speed"
-                    return at, Threshold(name, quantity, of=joint, coordinate=coordinate)
-        if test.quantity in {"angle", "height"} and self.yard.block:
+    def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, Signal] | None:
+        """The model that watches a quantity, and its signal; a fault if there is none."""
+        of, quantity = test.of, test.quantity
+        known = self.subjects.known(quantity)
+        if self.yard.block and quantity in ("angle", "height") and of in {"", "block"}:
+            kind: Literal["angle", "height"] = "angle" if quantity == "angle" else "height"
+            return "block", Signal(kind, of="block", point=None if kind == "angle" else Point("block"))
+        if quantity in ("tension", "length"):
+            return self._rope_signal(path, test, "tension" if quantity == "tension" else "length")
+        if quantity in ("position", "speed"):
+            along = {words: (m.name, *x) for m in self.mechanisms for words, x in _coordinates(m.system).items()}
+            known = [*along]
+            if of in along:
+                at, joint, coordinate, turns = along[of]
+                if test.value and test.turning != turns:
+                    self.source.fault(path, f"'{of}' {wrong_units(turns=turns)}", column=test.column)
+                return at, Signal("joint" if quantity == "position" else "speed", of=joint, coordinate=coordinate)
+        if found := self.subjects.signal(quantity, of):
+            return found
+        if quantity in {"angle", "height"} and self.yard.block:
             known = ["block", *known]
-        missing = f"'{test.quantity}' of what?" if not of else f"there is no '{of}' with {test.quantity}"
-        hint = closest(of, known) or f"nothing in this scene has {test.quantity}; joints of a mechanism would have"
+        if quantity == "wind":
+            self.source.fault(path, "no wind blows in this scene: add 'wind'", column=test.column)
+            return None
+        two = QUANTITIES[quantity].of == "two"
+        wrong = next((name for name in of.split() if name not in known), of) if two else of
+        missing = f"'{quantity}' of what?" if not of else f"there is no '{wrong}' with {quantity}"
+        hint = closest(wrong, known) or f"nothing in this scene has {quantity}; joints of a mechanism would have"
+        if not known and quantity not in ("position", "speed", "height", "angle"):
+            hint = f"nothing in this scene has {quantity}"
         self.source.fault(path, missing, hint, column=test.column)
         return None
 
-    def _rope_threshold(
-        self, path: Path, test: phrases.CrossTest, name: str, kind: Literal["tension", "length"]
-    ) -> tuple[str, Threshold] | None:
+    def _rope_signal(
+        self, path: Path, test: phrases.CrossTest, kind: Literal["tension", "length"]
+    ) -> tuple[str, Signal] | None:
         *front, last = test.of.split() or [""]
         noun = last if last in {"slings", "ropes"} else "one"
         ropes = self._ropes(path, " ".join(front) if noun != "one" else test.of, noun, test.column)
-        owners = {s.name: s.loader for s in self.yard.slings} | {r.name: r.crane for r in self.yard.ropes}
-        owners |= {rope.name: m.name for m in self.mechanisms for rope in m.system.all_ropes}
-        models = {owners[rope] for rope in ropes}
-        return (models.pop() if len(models) == 1 else "block", Threshold(name, kind, ropes=ropes)) if ropes else None
+        models = {self.subjects.ropes[rope] for rope in ropes}
+        return (models.pop() if len(models) == 1 else "block", Signal(kind, ropes=ropes)) if ropes else None
 
 
 def wrong_units(*, turns: bool) -> str:

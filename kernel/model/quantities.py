@@ -1,0 +1,201 @@
+"""The quantities of signals: one formula each, which thresholds trace and samples compute.
+
+A formula is over places of points, numbers, and values that a scene knows by name: tensions and lengths of ropes,
+coordinates, angles, speeds of wind.  What they mean says `description.signals`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from heavylift.kernel.algebra.elementary import atan2
+from heavylift.kernel.compiler.symbol import Scalar, Scalars, maximum, select, sqrt
+from heavylift.kernel.description.mechanics import Line, Point, System, Threshold
+from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.errors import KernelError
+
+__all__ = ["check_signal", "names", "numbers", "points", "scalar"]
+
+Watched: TypeAlias = Signal | Threshold
+Places: TypeAlias = Sequence[Scalars]  # of points, each x, y, z
+BEYOND = 1e-3  # of the last tension of a chart: what may hang beyond its last radius
+BOX = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # middle, and tips of the axes
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a formula is over."""
+
+    places: Places
+    numbers: Scalars
+    values: Scalars
+
+
+def _sum(x: Given) -> Any:
+    return sum(x.values, 0.0)
+
+
+def _one(x: Given) -> Any:
+    return x.values[0]
+
+
+def _height(x: Given) -> Any:
+    return x.places[0][2]
+
+
+def _difference(x: Given) -> Any:
+    return x.places[0][2] - x.places[1][2]
+
+
+def _radius(x: Given) -> Any:
+    a, b = x.places
+    dx, dy = a[0] - b[0], a[1] - b[1]
+    return sqrt(dx * dx + dy * dy)
+
+
+def _load(x: Given) -> Any:
+    return _sum(x) * x.numbers[0] - x.numbers[1]
+
+
+def _moment(x: Given) -> Any:
+    tension, radius, chart = _sum(x), _radius(x), x.numbers[1:]
+    allowed = chart[-1] * BEYOND
+    for i in reversed(range(0, len(chart), 2)):
+        allowed = select(radius <= chart[i], chart[i + 1], allowed)
+    return select(tension > x.numbers[0], tension / allowed, 0.0)
+
+
+def _aside(x: Given, axis: int) -> tuple[Scalar, Scalar]:
+    """How far the lower end of a rope is aside of its upper one, and below it: the mean of its lines."""
+    out: Scalar = 0.0
+    drop: Scalar = 0.0
+    for i, share in enumerate(x.numbers):
+        above, below = x.places[2 * i], x.places[2 * i + 1]
+        out += share * (below[axis] - above[axis])
+        drop += share * (above[2] - below[2])
+    return out, drop
+
+
+def _along(x: Given) -> Any:
+    return atan2(*_aside(x, 0))
+
+
+def _across(x: Given) -> Any:
+    return atan2(*_aside(x, 1))
+
+
+def _off_lead(x: Given) -> Any:
+    (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
+    return atan2(sqrt(dx * dx + dy * dy), drop)
+
+
+def _gap(x: Given) -> Any:
+    """The largest distance along a normal of a face: what separates boxes is no more than their distance (the theorem
+    of separating axes; Gottschalk, Lin, Manocha, OBBTree, 1996)."""
+    a, b = ([[p[i] - box[0][i] for i in range(3)] for p in box[1:]] for box in (x.places[:4], x.places[4:]))
+    d = [x.places[4][i] - x.places[0][i] for i in range(3)]
+    edges = [*zip(a, x.numbers[:3], strict=True), *zip(b, x.numbers[3:], strict=True)]
+    gaps = []
+    for n in (*a, *b):
+        reach: Scalar = 0.0
+        for axis, half in edges:
+            reach += half * abs(_dot(axis, n))
+        gaps.append(abs(_dot(d, n)) - reach)
+    gap = gaps[0]
+    for other in gaps[1:]:
+        gap = maximum(gap, other)
+    return gap
+
+
+def _dot(a: Scalars, b: Scalars) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@dataclass(frozen=True)
+class Row:
+    """The formula of a quantity, and the fields of a signal that it needs."""
+
+    formula: Callable[[Given], Scalar]
+    needs: tuple[str, ...] = ()
+
+
+ROWS: dict[str, Row] = {
+    "height": Row(_height, ("point",)),
+    "height difference": Row(_difference, ("point", "origin")),
+    "radius": Row(_radius, ("point", "origin")),
+    "gap": Row(_gap, ("point", "origin")),
+    "tension": Row(_sum, ("rope",)),
+    "length": Row(_one, ("rope",)),
+    "load": Row(_load, ("rope",)),
+    "moment": Row(_moment, ("rope", "point", "origin")),
+    "swing along": Row(_along, ("rope",)),
+    "swing across": Row(_across, ("rope",)),
+    "off-lead": Row(_off_lead, ("rope",)),
+    "angle": Row(_one),
+    "joint": Row(_one),
+    "speed": Row(_one),
+    "wind": Row(_one),
+}
+LINED = ("swing along", "swing across", "off-lead")  # quantities of the lines of a rope
+COUNTS = {"gap": 6, "load": 2}  # numbers that a quantity has
+
+
+def scalar(h: Watched, places: Places, numbers: Scalars, values: Scalars) -> Scalar:
+    """The quantity, of the places of its `points`, its `numbers` and the values of its `names`."""
+    return ROWS[h.quantity].formula(Given(places, numbers, values))
+
+
+def points(h: Watched, system: System) -> tuple[Point, ...]:
+    """The points whose places its formula is over."""
+    if h.quantity in LINED:
+        return tuple(p for line in _lines(h, system) for p in (line.a, line.b))
+    given = [p for p in (h.point, h.origin)[: _places(h)] if p is not None]
+    if h.quantity == "gap":
+        return tuple(Point(p.body, (p.p[0] + x, p.p[1] + y, p.p[2] + z)) for p in given for x, y, z in BOX)
+    return tuple(given)
+
+
+def numbers(h: Watched, system: System) -> tuple[float, ...]:
+    """The numbers that its formula is over."""
+    return tuple(line.share for line in _lines(h, system)) if h.quantity in LINED else h.numbers
+
+
+def names(h: Watched) -> tuple[str, ...]:
+    """Of what its formula takes a value: ropes, or the one thing that it is of."""
+    if h.quantity in ("tension", "load", "moment"):
+        return h.ropes
+    if h.quantity == "length":
+        return h.ropes[:1]
+    return (h.of,) if h.quantity in ("angle", "joint", "speed", "wind") else ()
+
+
+def check_signal(h: Watched, system: System, label: str) -> None:
+    """Raises KernelError for a signal that lacks what its quantity needs."""
+    a = f"an {h.quantity}" if h.quantity[0] in "aeiou" else f"a {h.quantity}"
+    for need in ROWS[h.quantity].needs:
+        if not (h.ropes if need == "rope" else getattr(h, need)):
+            raise KernelError(f"{label}: {a} needs {'an' if need == 'origin' else 'a'} {need}")
+    for rope in h.ropes:
+        if rope not in {x.name for x in system.all_ropes}:
+            raise KernelError(f"{label}: there is no rope '{rope}'")
+    if len(h.numbers) != COUNTS.get(h.quantity, len(h.numbers)):
+        raise KernelError(f"{label}: {a} needs {COUNTS[h.quantity]} numbers, not {len(h.numbers)}")
+    if h.quantity == "moment" and (len(h.numbers) < 3 or len(h.numbers) % 2 == 0 or min(h.numbers[2::2]) <= 0.0):
+        raise KernelError(f"{label}: a moment needs a chart: a tension, then radii and tensions greater than zero")
+    if h.quantity == "wind" and h.of not in {x.name for x in system.forces}:
+        raise KernelError(f"{label}: there is no wind '{h.of}'")
+    if h.quantity in LINED:
+        _lines(h, system)
+
+
+def _places(h: Watched) -> int:
+    return sum(need in ("point", "origin") for need in ROWS[h.quantity].needs)
+
+
+def _lines(h: Watched, system: System) -> tuple[Line, ...]:
+    found = next((rope.lines for rope in system.straight_ropes if rope.name in h.ropes[:1]), None)
+    if found is None:
+        raise KernelError(f"signal '{h.quantity}': there is no straight rope '{h.ropes[0] if h.ropes else ''}'")
+    return found

@@ -1,0 +1,83 @@
+"""Winches: drives that wind ropes, with their upper limit switches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from heavylift.kernel.description.mechanics import System, Threshold
+
+from . import messages as m
+from .drive import DriveActor
+from .inputs import part
+
+__all__ = ["WinchActor"]
+
+SWITCH_BACK = 0.1  # an upper limit switch closes again this far below [m]
+UPPER, HOISTING = "upper limit", -1
+
+
+class WinchActor(DriveActor):
+    """A drive that winds a rope: reports when the rope is taut or slack; has an upper limit switch at the hook.
+
+    `switch` is the height of the hook eye with the value at which it trips; hoisting stops then, with the deceleration
+    `emergency` where it has one.  A rope of several
+    `pieces` (with their parts of its length) is wound as if all of them were.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        rope: str,
+        laws: System | None = None,
+        *,
+        start: float,
+        lower: float | None = None,
+        upper: float | None = None,
+        switch: tuple[Threshold, float] | None = None,
+        pieces: Mapping[str, float] | None = None,
+        emergency: float | None = None,
+    ) -> None:
+        guards = (switch[0],) if switch else ()
+        laws = laws or System(thresholds=guards)
+        hears = (rope, *(guard.name for guard in guards))
+        limits = ("shortest rope", "drum empty")
+        super().__init__(
+            name, rope, laws, start=start, lower=lower, upper=upper, limits=limits, hears=hears, emergency=emergency
+        )
+        self.switch, self.pieces = switch, pieces or {rope: 1.0}
+
+    def begin(self) -> None:
+        """Arm the limit switch."""
+        super().begin()
+        self.tripped = False
+        self._arm()
+
+    def say(self, *messages: m.KernelInput | m.Report) -> None:
+        """Give every piece of the rope its part."""
+        for message in messages:
+            if isinstance(message, m.SetProfile | m.SetFollow):
+                super().say(*(part(message, *piece) for piece in self.pieces.items()))
+            else:
+                super().say(message)
+
+    def notice(self, event: m.StateEvent) -> None:
+        """The rope changed its state, or the limit switch did."""
+        if event.name == self.element:
+            if event.what in ("taut", "slack"):
+                self.say(m.RopeState(self.element, event.what, event.value))
+            return
+        self.tripped = not self.tripped
+        self._arm()
+        if not self.tripped:
+            self.barred.pop(UPPER)
+        elif self.job is not None and not self.halting:
+            self.barred[UPPER] = HOISTING
+            self.stop(UPPER, self.emergency)
+        else:
+            self.barred[UPPER] = HOISTING
+            self.say(m.Limit(self.element, UPPER, self.reference()[0]))
+
+    def _arm(self) -> None:
+        if self.switch is not None:
+            guard, height = self.switch
+            self.say(m.Watch(guard.name, height - SWITCH_BACK * self.tripped, not self.tripped))

@@ -1,0 +1,48 @@
+"""Interlocks in the plan: what stops a machine by itself, and what it stops."""
+
+from __future__ import annotations
+
+import msgspec
+from heavylift.kernel.description.mechanics import Threshold
+
+from .actions import Item
+from .mechanism import driven
+
+__all__ = ["Interlock", "Stopped"]
+
+
+class Stopped(Item, frozen=True, kw_only=True):
+    """An actuator that is stopped, and the way along its coordinate that is barred: 1, -1, or 0 for both.
+
+    `emergency`: with which deceleration [m/s2 or rad/s2]; None: that of the move.
+    """
+
+    actuator: str
+    way: int = 0
+    emergency: float | None = None
+
+
+class Interlock(Item, frozen=True, kw_only=True):
+    """It trips while any guard is at or beyond `value` (rising: >=, else <=), until all are back behind `resets`.
+
+    `machine`: the model that has it; `text`: the words of its condition; `tells`: what it says besides.
+    """
+
+    name: str
+    machine: str
+    guards: tuple[Threshold, ...]
+    value: float
+    resets: float
+    rising: bool
+    stops: tuple[Stopped, ...] = ()
+    text: str = ""
+    tells: str = ""
+    hooks: tuple[str, ...] = msgspec.field(default_factory=tuple)
+    """Ropes of hooks whose chart or load it watches: their limits are judged, and no reason to refuse a scene."""
+
+    def told(self, bypassed: bool = False) -> tuple[str, str]:
+        """The severity of its tripping, and the sentence about it."""
+        did = "would have stopped, had it not been bypassed," if bypassed else "stopped"
+        names = ", ".join(dict.fromkeys(driven(stopped.actuator) for stopped in self.stops))
+        sentence = f"the interlock {self.name} {did} {names}: {self.text}" if self.stops else self.text
+        return ("red" if self.stops else "warning"), f"{self.tells}: {sentence}" if self.tells else sentence

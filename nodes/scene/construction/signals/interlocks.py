@@ -1,0 +1,159 @@
+"""Interlocks of the plan, from those of machine types and of the scene: what they watch, what they stop, which way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import msgspec
+from heavylift.kernel.description.signals import guard_of
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.interlock import Interlock, Stopped
+from heavylift.nodes.plan.verbs import VERBS, Verb
+from heavylift.nodes.scene.construction.targets import Actor, targets
+from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.keys.interlocks import Interlock as Keys
+from heavylift.nodes.scene.language.phrases import CrossTest
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path
+
+from .conditions import Conditions
+
+__all__ = ["build_interlocks"]
+
+RESETS = 0.03  # of the value: so far behind it an interlock is reset
+CLEARS = 0.1  # [m] the same, of heights and gaps
+LENGTHS = ("height", "height difference", "gap")
+MOVES = ("gantry", "trolley", "drive", "hook", "winch")  # kinds of actors that can be stopped
+
+
+def build_interlocks(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Interlock, ...]:
+    """Those of the scene and of its types, each in every machine that it stops."""
+    if not yard.scene.interlocks:
+        return ()
+    builder = _Builder(yard, mechanisms)
+    return tuple(x for name, given in yard.scene.interlocks.items() for x in builder.built(name, given))
+
+
+class _Builder:
+    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
+        self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
+        self.conditions = Conditions(yard, mechanisms)
+        self.moving: dict[str, dict[str, Actor]] = {}
+        for actors in targets(yard, mechanisms).values():
+            for actor in (actor for actor in actors if actor.kind in MOVES):
+                self.moving.setdefault(actor.model, {})[actor.name] = actor
+
+    def built(self, name: str, given: Keys) -> list[Interlock]:
+        """An interlock in each of its machines."""
+        path: Path = ("interlocks", name)
+        tests = [test for test in given.when if isinstance(test, CrossTest)]
+        if len(given.when) != 1 or not tests:
+            hint = "such as 'off-lead of any hook >= 3 deg'"
+            self.source.fault((*path, "when"), f"an interlock watches one measured quantity, {hint}")
+            return []
+        test = tests[0]
+        machines = [given.on] if isinstance(given.on, str) and given.on else list(given.on) or list(self.moving)
+        for machine in (machine for machine in machines if machine not in self.moving):
+            told = f"there is no machine '{machine}' with drives or winches"
+            self.source.fault((*path, "on"), told, closest(machine, self.moving))
+            return []
+        if not given.stops:
+            machines = machines[:1]  # what only tells need not be told twice
+        if test.quantity == "wind" and not self.conditions.subjects.winds and "." in name:
+            return []  # of a type, in a scene without wind
+        resets = self._resets((*path, "until"), given, test)
+        found = []
+        for machine in machines:
+            own = name if name.startswith(f"{machine}.") else f"{machine}.{name}"
+            signals = [x for of in self._each(machine, test) if (x := self.conditions.signal((*path, "when"), of))]
+            if self.source.faults:
+                return []
+            guards = tuple(
+                guard_of(own if len(signals) == 1 else f"{own}~{i}", signal) for i, (_, signal) in enumerate(signals, 1)
+            )
+            watched = tuple(rope for _, x in signals if x.quantity in ("load", "moment") for rope in x.ropes)
+            found.append(
+                Interlock(
+                    name=own,
+                    machine=machine,
+                    guards=guards,
+                    value=test.value,
+                    resets=resets,
+                    rising=test.rising,
+                    stops=tuple(self._stops(path, machine, given, test)),
+                    text=test.text,
+                    tells=given.tells,
+                    hooks=watched,
+                    where=self.source.where(path),
+                )
+            )
+        return found
+
+    def _each(self, machine: str, test: CrossTest) -> list[CrossTest]:
+        """The test of each hook, if it is of any hook; names of parts of the machine with its name in front."""
+        subjects = self.conditions.subjects
+        if test.of == "any hook":
+            ropes = dict.fromkeys(hook.rope for hook in subjects.hooks.values() if hook.model == machine)
+            return [msgspec.structs.replace(test, of=rope) for rope in ropes]
+        known = {*subjects.points, *subjects.hooks, *subjects.ropes, *subjects.boxes}
+        known |= {joint.name for m in self.mechanisms for joint in m.system.joints}
+        words = [own if (own := f"{machine}.{word}") in known else word for word in test.of.split()]
+        return [msgspec.structs.replace(test, of=" ".join(words))]
+
+    def _resets(self, path: Path, given: Keys, test: CrossTest) -> float:
+        """Where it is reset: as written, or a bit behind the value."""
+        away = -1.0 if test.rising else 1.0
+        if given.until is None:
+            by = CLEARS if test.quantity in LENGTHS else RESETS * abs(test.value)
+            return test.value + away * by
+        until = given.until[0]
+        if not isinstance(until, CrossTest) or (until.quantity, until.of) != (test.quantity, test.of):
+            self.source.fault(path, f"an interlock is reset by what trips it: write '{_behind(test)}' or leave it out")
+        elif until.rising == test.rising or (until.value - test.value) * away < 0.0:
+            self.source.fault(path, f"it would be reset where it trips: write '{_behind(test)}', behind that")
+        return until.value if isinstance(until, CrossTest) else test.value
+
+    def _stops(self, path: Path, machine: str, given: Keys, test: CrossTest) -> list[Stopped]:
+        actors = self.moving[machine].values()
+        if given.stops == "all":
+            return [Stopped(actuator=x.name, emergency=_emergency(given, x)) for x in actors]
+        found = []
+        for i, words in enumerate(given.stops):
+            at: Path = (*path, "stops", i)
+            verb, way = self._way(at, words)
+            obeying = [x for x in actors if verb and x.obeys(verb)]
+            if verb and not obeying and given.on:
+                self.source.fault(at, f"'{machine}' has nothing that can {verb.name}")
+            for x in obeying:
+                ways = self._towards(path, x, test) if given.towards else way
+                found.append(Stopped(actuator=x.name, way=ways, emergency=_emergency(given, x)))
+        return found
+
+    def _way(self, path: Path, words: str) -> tuple[Verb | None, int]:
+        """Verb and way of a word such as `hoist` or `luff out`."""
+        name, _, way = " ".join(words.split()).partition(" ")
+        verb = VERBS.get(name)
+        known = [x.name for x in VERBS.values() if x.becomes == "move"]
+        known += [f"{x.name} {word}" for x in VERBS.values() for word in x.ways if word]
+        if verb is None or verb.becomes != "move" or (way and way not in verb.ways):
+            self.source.fault(path, f"nothing can '{words}'", closest(words, known))
+            return None, 0
+        return verb, verb.sign if not way else 1 if way == verb.ways[0] else -1
+
+    def _towards(self, path: Path, actor: Actor, test: CrossTest) -> int:
+        """The way that brings the two of a gap together, as they stand at the start along the rails."""
+        places = {crane.name: crane.gantry.start for crane in self.yard.cranes}
+        names = test.of.split()
+        if test.quantity != "gap" or not all(name in places for name in names) or actor.kind != "gantry":
+            self.source.fault((*path, "towards"), "it is known between goliaths that travel on one pair of rails only")
+            return 0
+        other = names[1] if names[0] == actor.model else names[0]
+        return 1 if places[other] > places[actor.model] else -1
+
+
+def _emergency(given: Keys, actor: Actor) -> float | None:
+    return actor.emergency if given.deceleration is None or actor.turns else given.deceleration
+
+
+def _behind(test: CrossTest) -> str:
+    return f"{test.quantity}{f' of {test.of}' if test.of else ''} {'<=' if test.rising else '>='} ..."

@@ -1,0 +1,125 @@
+"""What signals are of, by the words for it: hooks, ropes, points, boxes and winds; and the signals over them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import cast
+
+from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.mechanics import Point, Vector
+from heavylift.kernel.description.signals import Quantity, Signal
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.construction.yard import Yard, parts_of
+
+__all__ = ["Subjects"]
+
+EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as in `limits.reading`
+
+
+@dataclass(frozen=True)
+class Hooked:
+    """A hook: the model that has it, its rope, the point whose height it has; axis and chart of its radius."""
+
+    model: str
+    rope: str
+    eye: Point
+    block_mass: float
+    axis: Point | None = None
+    chart: tuple[tuple[float, float], ...] = ()
+
+
+class Subjects:
+    """Everything in a scene that a signal can be of, by its name; each with the model that watches it."""
+
+    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
+        self.gravity = yard.scene.gravity
+        self.hooks = {hook.rope: hook for hook in _hooks(yard, mechanisms)}
+        own = {loader: f"{crane}.{hook}" for loader, (crane, hook) in yard.hooks.items()}
+        own |= {m.name: m.hooks[0].rope for m in mechanisms if len(m.hooks) == 1}
+        self.hooks |= {name: self.hooks[rope] for name, rope in own.items() if rope in self.hooks}
+        self.points = {"block": ("block", Point("block"))} if yard.block else {}
+        self.points |= {body.name: (m.name, Point(body.name)) for m in mechanisms for body in m.system.bodies}
+        self.points |= {name: (hook.model, hook.eye) for name, hook in self.hooks.items() if name not in self.points}
+        self.points |= {loader: (loader, Point(f"{loader}.upper")) for loader in yard.hooks}
+        self.ropes = {s.name: s.loader for s in yard.slings} | {r.name: r.crane for r in yard.ropes}
+        self.ropes |= {rope.name: m.name for m in mechanisms for rope in m.system.all_ropes}
+        self.straight = [rope for rope in self.ropes if rope not in _reeved(mechanisms)]
+        self.boxes = _boxes(yard, mechanisms)
+        self.winds = [(m.name, f) for m in mechanisms for f in m.system.forces if isinstance(f, Wind)]
+
+    def signal(self, quantity: str, of: str) -> tuple[str, Signal] | None:
+        """The model that watches a quantity of hooks, ropes, points, boxes or winds, and the signal; None if it has
+        none."""
+        kind, word = cast(Quantity, quantity), ".".join(of.split())
+        hook, names = self.hooks.get(word), of.split()
+        match quantity:
+            case "height" if word in self.points:
+                model, point = self.points[word]
+                return model, Signal("height", point=point)
+            case "height difference" if all(name in self.points for name in names):
+                (model, point), (_, origin) = (self.points[name] for name in names)
+                return model, Signal(kind, point=point, origin=origin)
+            case "load" if hook:
+                return hook.model, Signal(kind, ropes=(hook.rope,), numbers=(1.0 / self.gravity, hook.block_mass))
+            case "radius" if hook and hook.axis:
+                return hook.model, Signal(kind, point=hook.eye, origin=hook.axis)
+            case "moment" if hook and hook.chart:
+                chart = [x for radius, mass in hook.chart for x in (radius, mass * self.gravity)]
+                numbers = EMPTY * hook.block_mass * self.gravity, *chart
+                return hook.model, Signal(kind, ropes=(hook.rope,), point=hook.eye, origin=hook.axis, numbers=numbers)
+            case "off-lead" | "swing along" | "swing across" if (rope := hook.rope if hook else word) in self.straight:
+                return self.ropes[rope], Signal(kind, ropes=(rope,))
+            case "gap" if all(name in self.boxes for name in names):
+                (model, a, half), (_, b, other) = (self.boxes[name] for name in names)
+                return model, Signal(kind, point=a, origin=b, numbers=(*half, *other))
+            case "wind" if self.winds:
+                model, force = self.winds[0]
+                return model, Signal(kind, of=force.name, point=force.at)
+        return None
+
+    def known(self, quantity: str) -> list[str]:
+        """What has this quantity, by name."""
+        hooks = self.hooks
+        of: Mapping[str, Sequence[str]] = {
+            "height": [*self.points],
+            "height difference": [*self.points],
+            "load": [*hooks],
+            "radius": [name for name, hook in hooks.items() if hook.axis],
+            "moment": [name for name, hook in hooks.items() if hook.chart],
+            "gap": [*self.boxes],
+        }
+        return list(of.get(quantity, self.straight if quantity in ("off-lead", "swing along", "swing across") else ()))
+
+
+def _hooks(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> list[Hooked]:
+    eyes = {rope.name: rope.eye for rope in yard.ropes}
+    goliaths = [
+        Hooked(crane.name, hook.rope, eyes[hook.rope], hook.block_mass)
+        for crane in yard.cranes
+        for hook in crane.hooks
+        if hook.rope in eyes
+    ]
+    others = [Hooked(m.name, h.rope, h.eye, h.block_mass, h.axis, h.chart) for m in mechanisms for h in m.hooks]
+    return goliaths + others
+
+
+def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
+    """Boxes of the block, of portals of goliaths, of bodies of machines: model, middle and half edges."""
+    found: dict[str, tuple[str, Point, Vector]] = {}
+    if yard.block and any(yard.block.size):
+        found["block"] = "block", Point("block"), _half(yard.block.size)
+    for crane in yard.cranes:
+        x, y, z = parts_of(yard.scene.cranes[crane.name]).bodies.main.box
+        found[crane.name] = crane.name, Point(f"{crane.name}.main", (0.0, y / 2, z / 2)), _half((x, y, z))
+    for m in mechanisms:
+        found |= {shape.body: (m.name, Point(shape.body, shape.centre), _half(shape.size)) for shape in m.shapes}
+    return found
+
+
+def _half(size: Vector) -> Vector:
+    return size[0] / 2, size[1] / 2, size[2] / 2
+
+
+def _reeved(mechanisms: Sequence[plan.Mechanism]) -> set[str]:
+    return {rope.name for m in mechanisms for rope in m.system.reevings}

@@ -1,0 +1,155 @@
+"""Guards over off-lead, swing, radius, gap, load, moment by a chart, and wind fire where closed forms say; samples of
+the same signals are the same numbers."""
+
+from dataclasses import replace
+from math import atan2, cos, hypot, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from heavylift.kernel.description.forces import Signal as Driven
+from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, System
+from heavylift.kernel.description.signals import Signal, guard_of
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.simulation.native.signals import reader
+from small_scenes import EA, SECOND, G, X, Z, cube, hung, started
+
+FINE = {"tolerance": 1e-10, "h_max": 0.01}
+ROUNDING = 1.5  # [ns]
+
+
+def fired(system, signal, value, rising=True, until=20 * SECOND, **commands):
+    """When a guard over a signal fires [s]; commands: speed and ramp of actuators."""
+    s = started(replace(system, thresholds=(guard_of("it", signal),)), **FINE)
+    for name, (speed, accel) in commands.items():
+        s.set_profile(name, 0, speed, accel, None)
+    s.switches.watch("it", value, rising)
+    s.settle()
+    s.run(until)
+    (t,) = [t for t, e in s.log if e.name == "it"]
+    return t * 1e-9
+
+
+def cart(speed: float, y: float = 0.0) -> System:
+    """A cart of 2 x 2 x 2 m that runs along x, past the world's origin at distance y."""
+    joint = Joint("rail", "prismatic", "world", "cart", axis=X, p_PJ=(-10.0, y, 1.0), v0=(speed,))
+    return System((Body("cart", 1000.0, inertia=cube(1000.0)),), (joint,), gravity=G)
+
+
+def jib(load: float) -> System:
+    """A load of this mass on a rope of 10 m below a trolley that runs out from the origin; its drive is prescribed."""
+    bodies = Body("trolley", 100.0), Body("load", load, inertia=cube(load))
+    joints = (
+        Joint("beam", "prismatic", "world", "trolley", axis=X, p_PJ=(5.0, 0.0, 20.0)),
+        Joint("guide", "prismatic", "trolley", "load", axis=Z, q0=(-10.0,)),
+    )
+    rope = Rope("fall", (Line(Point("trolley"), Point("load")),), EA, 10.0 / (1.0 + load * G / EA))
+    drive = Drive("out", "beam", "prescribed")
+    return System(bodies, joints, ropes=(rope,), drives=(drive,), gravity=G)
+
+
+def test_radius_and_gap_of_a_cart_that_runs_past():
+    radius = Signal("radius", point=Point("cart"), origin=Point("world"))
+    assert fired(cart(2.0, 3.0), radius, 5.0, rising=False) == pytest.approx(3.0, abs=ROUNDING * 1e-9)
+    gap = Signal(
+        "gap", point=Point("cart"), origin=Point("world", (0.0, 0.0, 1.0)), numbers=(1.0, 1.0, 1.0, 2.0, 1.0, 1.0)
+    )
+    assert fired(cart(2.0), gap, 0.5, rising=False) == pytest.approx(3.25, abs=ROUNDING * 1e-9)
+
+
+def test_a_gap_between_turned_boxes_is_never_more_than_their_distance():
+    """A stick of 4 x 2 m turns beside a wall at x = 4: their gap falls as its corner comes near."""
+    spin = Joint("axle", "revolute", "world", "stick", axis=Z, q0=(pi / 2,), v0=(-0.5,))
+    stick = System((Body("stick", 10.0, inertia=cube(10.0)),), (spin,), gravity=0.0)
+    wall = Point("world", (5.0, 0.0, 0.0))
+    gap = Signal("gap", point=Point("stick"), origin=wall, numbers=(2.0, 1.0, 1.0, 1.0, 9.0, 1.0))
+    when = fired(stick, gap, 2.0, rising=False)
+    angle = pi / 2 - 0.5 * when
+    assert 2.0 * cos(angle) + 1.0 * sin(angle) == pytest.approx(2.0, abs=1e-8)
+
+
+def test_off_lead_and_swing_of_a_pendulum():
+    """A pendulum that is let go at 0.1 rad in a plane at 30 degrees to x: its rope is as far off as its angle."""
+    e = (cos(pi / 6), sin(pi / 6), 0.0)
+    pivot = Joint("pivot", "revolute", "world", "bob", axis=(-e[1] * -1.0, -e[0], 0.0), q0=(0.1,))
+    rope = Rope("rod", (Line(Point("world"), Point("bob", (0.0, 0.0, -9.0))),), 1.0, 99.0)
+    scene = System((Body("bob", 1.0, com=(0.0, 0.0, -9.0)),), (pivot,), ropes=(rope,), gravity=G)
+    through = [fired(scene, Signal(kind, ropes=("rod",)), v, rising=False) for kind, v in (("off-lead", 1e-3),)]
+    quarter = pi / 2 * sqrt(9.0 / G) * (1.0 + 0.1**2 / 16.0)
+    assert through[0] == pytest.approx(quarter, abs=0.011)
+    s = started(scene, **FINE)
+    row = s.native.raw().tolist()
+    along, across = (reader(s.program, Signal(kind, ropes=("rod",)))(row) for kind in ("swing along", "swing across"))
+    out = 9.0 * sin(0.1)
+    assert hypot(along, across) > 0.09
+    assert (abs(along), abs(across)) == pytest.approx(
+        (atan2(out * e[0], 9.0 * cos(0.1)), atan2(out * e[1], 9.0 * cos(0.1))), rel=1e-12
+    )
+    assert reader(s.program, Signal("off-lead", ropes=("rod",)))(row) == pytest.approx(0.1, rel=1e-12)
+
+
+def test_load_is_tension_less_the_hook_block():
+    scene = hung(60.0, L0=60.0)
+    s = started(scene, **FINE)
+    read = reader(s.program, Signal("load", ropes=("rope",), numbers=(1.0 / G, 25e3)))
+    tension = reader(s.program, Signal("tension", ropes=("rope",)))
+    s.run(SECOND)
+    row = s.native.raw().tolist()
+    assert read(row) == pytest.approx(tension(row) / G - 25e3, rel=1e-14)
+
+
+CHART = (1.1 * 500.0 * G, 10.0, 20e3 * G, 15.0, 12e3 * G, 20.0, 8e3 * G)  # 20 t to 10 m, 12 t to 15 m, 8 t to 20 m
+
+
+@pytest.mark.parametrize(("load", "reached"), [(15e3, 10.0), (10e3, 15.0), (7e3, 20.0), (400.0, None)])
+def test_a_moment_jumps_to_the_next_longer_radius_and_is_never_interpolated(load, reached):
+    """A trolley runs out at 1 m/s from 5 m: beyond the radius that its load may have it is at more than 100 %, and with
+    no more than its hook block anywhere."""
+    moment = Signal("moment", ropes=("fall",), point=Point("load"), origin=Point("world"), numbers=CHART)
+    if reached is None:
+        with pytest.raises(ValueError, match="not enough"):
+            fired(jib(load), moment, 1.0, out=(1.0, 1e3))
+        return
+    when = fired(jib(load), moment, 1.0, out=(1.0, 1e3))
+    assert when == pytest.approx(reached - 5.0 + 0.5e-3, abs=1e-8)
+
+
+def test_a_gust_is_waited_for():
+    wind = Wind("gust", Point("cart"), 1.0, 1.0, (0.0, 1.0, 0.0), Driven(0.0, (0.0, 10.0), (5.0, 25.0)))
+    scene = replace(cart(0.0), forces=(wind,))
+    assert fired(scene, Signal("wind", of="gust", point=Point("cart")), 12.0) == pytest.approx(3.5, abs=ROUNDING * 1e-9)
+
+
+def test_samples_are_what_guards_see():
+    """Of random signals the sample is the value at which a guard of that value has just fallen, and not before."""
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        p, o, half = rng.normal(size=3), rng.normal(size=3), rng.uniform(0.1, 1.0, 6)
+        kinds = [
+            Signal("radius", point=Point("cart", tuple(p)), origin=Point("world", tuple(o))),
+            Signal("height difference", point=Point("cart", tuple(p)), origin=Point("world", tuple(o))),
+            Signal("gap", point=Point("cart", tuple(p)), origin=Point("world", tuple(o)), numbers=tuple(half)),
+        ]
+        for x in kinds:
+            s = started(replace(cart(1.0), thresholds=(guard_of("it", x),)), **FINE)
+            value = reader(s.program, x)(s.native.raw().tolist())
+            s.switches.watch("it", value - 1e-9, True)
+            s.settle()
+            assert s.next_ns == 0
+
+
+@pytest.mark.parametrize(
+    ("signal", "message"),
+    [
+        (Signal("radius", point=Point("cart")), "a radius needs an origin"),
+        (Signal("off-lead", ropes=("nylon",)), "there is no rope 'nylon'"),
+        (Signal("off-lead"), "an off-lead needs a rope"),
+        (Signal("gap", point=Point("cart"), origin=Point("world")), "a gap needs 6 numbers, not 0"),
+        (Signal("wind", of="breeze"), "there is no wind 'breeze'"),
+        (Signal("moment", ropes=("fall",), point=Point("load"), origin=Point("world")), "a moment needs a chart"),
+    ],
+)
+def test_what_cannot_be_guarded_is_told(signal, message):
+    scene = jib(1e3) if signal.quantity == "moment" else cart(1.0)
+    with pytest.raises(KernelError, match=message):
+        started(replace(scene, thresholds=(guard_of("it", signal),)))
