@@ -18,10 +18,10 @@ COMMANDS = [
 
 @pytest.mark.large
 def test_the_commands_of_one_host_have_one_digest(tmp_path: Path, truth: str) -> None:
-    alone = COMMANDS[:3]
-    assert [command[2] for command in alone] == ["--in-process", "--processes", "--place"]
+    alone = COMMANDS[:4]
+    assert [command[2:4] for command in alone[1:3]] == [["--processes", "4"], ["--processes", "auto"]]
     for command in alone:
-        assert finish(tmp_path, *command)[0] == 0
+        assert finish(tmp_path, *command, "--force")[0] == 0
         assert Recording(tmp_path / "lift.mcap").result["digest"] == truth
 
 
@@ -31,7 +31,7 @@ def test_the_commands_of_two_hosts_are_one_run(tmp_path: Path, truth: str) -> No
     port = str(free_port())
     made, run, node = (
         [word.replace("192.168.1.10", "127.0.0.1").replace("7447", port) for word in command]
-        for command in COMMANDS[3:]
+        for command in COMMANDS[4:]
     )
     assert [command[0] for command in (made, run, node)] == ["certificates", "run", "node"]
     assert finish(tmp_path, *made)[0] == 0

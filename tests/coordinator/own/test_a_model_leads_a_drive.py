@@ -82,7 +82,7 @@ WRONG = [
     (TWICE, (), "pusher is led by the model 'hand' already; one model leads it"),
     (HAND, ("models.hand.signals.heard=postion of rail",), "there is no signal 'postion'"),
     (HAND, ("models.hand.signals.heard=position of rial",), "there is no 'rial' with position"),
-    (HAND, ("models.hand.signals.heard=swing along of fell",), "there is no rope 'fell' that swings"),
+    (HAND, ("models.hand.signals.heard=swing along of fell",), "there is no 'fell' with swing along"),
     (HAND, ("models.hand.orders={speed: pushed}",), "'pushed' is no drive or winch that can be led"),
     (
         HAND,

@@ -89,7 +89,7 @@ def compared(seed: int) -> tuple[int, int]:
 def test_what_is_plain_arrives_as_it_is(seeds: range) -> None:
     found = [compared(seed) for seed in seeds]
     assert sum(wrong for _, wrong in found) == 0
-    assert sum(plain for plain, _ in found) > 300
+    assert sum(plain for plain, _ in found) > 150
 
 
 @pytest.mark.parametrize("careless", [int, str, float])
