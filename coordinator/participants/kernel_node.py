@@ -242,9 +242,11 @@ class KernelNode:
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
         """Send consecutive samples, equal ones as one row."""
         different = rows[:1] if all(row is rows[0][1] for _, row in rows) else rows
-        values = published(self.simulation.method, np.array([row for _, row in different])).astype("<f8")
+        values = published(self.simulation.method, np.array([row for _, row in different])).astype("<f8", copy=False)
         if not period:
-            most = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=0)
+            most = np.abs(values).max(axis=0)
+            if not np.isfinite(most).all():
+                most = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=0)
             self._most = np.maximum(most, self._most) if len(self._most) else most
         more = (notes, period) if period else (notes,) if notes else ()
         self._publish(msgspec.msgpack.encode((self._sent, [t for t, _ in rows], values.tobytes(), *more)))

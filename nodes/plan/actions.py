@@ -94,7 +94,8 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
     negative). `speed` is a magnitude where a distance or goal is given, signed for an endless move.  An
     actuator stops by itself at its end positions and reports the limit.  `pulses`: of ramps that leave no swing (see
     `pulses`); `periods`: of what swings, as the move begins and as it stops [s]; `left`: swing that is left since they
-    change meanwhile [rad].
+    change meanwhile [rad].  `together`: actuators of which none goes on when another one is stopped.  `above`: lugs
+    above which it ends, whose place becomes `to` as the list is followed.  `trims`: it may have nothing to do.
     """
 
     verb: str
@@ -108,6 +109,9 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
     pulses: int = 0
     periods: tuple[float, float] = (0.0, 0.0)
     left: float = 0.0
+    together: tuple[str, ...] = ()
+    above: tuple[str, ...] = ()
+    trims: bool = False
 
     def __post_init__(self) -> None:
         if self.verb not in MOTIONS:

@@ -32,6 +32,7 @@ from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.tables import tabled
+from heavylift.nodes.statics.aiming import aimed
 from heavylift.nodes.statics.static_state import rigged, standing
 from heavylift.nodes.statics.swinging import swing_free
 
@@ -108,8 +109,9 @@ def _built(
     loaded.__dict__["scene"] = scene
     check_models(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
-    shaped, unknown = swing_free(loaded.plan, keep=not passing)
-    raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in unknown])
+    shaped, unknown = aimed(loaded.plan)
+    shaped, more = swing_free(shaped, keep=not passing) if not unknown else (shaped, [])
+    raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
     loaded.__dict__["scene"] = scene
     raise_faults(source, _impossible(source, loaded))

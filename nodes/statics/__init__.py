@@ -6,6 +6,7 @@ following(plan, path)       the same as the rules of a lift see it: cranes, trol
 
 action_preview, rehearsal   the action list followed at rest, by the DEVS models themselves
 touching                    how far rigid contacts let the path hold
+aiming                      where moves end that are to end above lugs
 swinging, listening         ramps that leave no swing, chosen by what swings on that path
 state, static_state         a point of the path; the same as the rules of a lift see it
 findings                    what the path tells besides loads

@@ -23,7 +23,7 @@ from heavylift.nodes.plan.plan import Plan, driven
 
 from .actuator_registry import TURN, first_lugs, first_picture, machines, owners, turns
 from .conditions import Moment, crossings, holds, next_time, words
-from .jobs import Job, addressed, make_way, seconds, still_open, stopping
+from .jobs import Job, addressed, barred, make_way, partners, seconds, still_open
 from .order_checks import check, check_led
 from .refused import Refused
 from .turn_law import Follower, followers
@@ -217,6 +217,7 @@ class Commander(Atomic):
             case scene.Move():
                 if order.until is None or not self._holds(order.until, at[0], self.now.t):
                     job = self._job(at, order.verb, order.actuator, order.until)
+                    job.move = order
                     asked = job.actor, job.id, at, order.speed, order.accel, order.by, order.to
                     run = m.RunInPulses(*asked, order.pulses, order.periods) if order.pulses else m.Run(*asked)
                     self._send(job.actor, run)
@@ -240,18 +241,26 @@ class Commander(Atomic):
                 self.picture.parted |= {order.sling} if order.parted else set()
                 self._send(order.sling, m.UnhookOrder(order.sling, job.id, at))
             case scene.Stop():
-                self._stop(order, at)
+                self._stop(order.actuator, order.accel, at)
             case scene.Brake():
                 job = self._job(at, "brake", order.brake)
                 self._send(order.brake, m.BrakeOrder(order.brake, job.id, at, order.engaged))
 
-    def _stop(self, order: scene.Stop, at: tuple[int, int]) -> None:
-        """Stop an actuator, or the turn that it follows, once; what it did ends with it."""
-        if (actor := stopping(self.jobs, order.actuator, TURN)) is not None:
+    def _stop(self, actor: str, accel: float | None, at: tuple[int, int]) -> None:
+        """Stop an actuator, what moves together with it, and a turn that it follows; what they did ends with it."""
+        for job in (job for job in self.jobs if actor in (f.actuator for f in job.followers)):
+            if not job.halting:
+                job.halting, job.at = True, at
+                self._send(job.actor, m.Halt(job.actor, job.id, at))
+            return
+        if not any(job.verb == "stop" and job.actor == actor for job in self.jobs):
+            others = partners(self.jobs, actor)
             self.jobs = [job for job in self.jobs if job.actor != actor or not job.limit]
             self.ids += 1
             self.jobs.append(Job(self.ids, at, "stop", actor, self.now.t, halting=True))
-            self._send(actor, m.StopMotion(actor, self.ids, at, order.accel))
+            self._send(actor, m.StopMotion(actor, self.ids, at, accel))
+            for job in others:
+                self._stop(job.actor, accel, at)
 
     def _job(
         self,
@@ -279,16 +288,26 @@ class Commander(Atomic):
                 for job in [job for job in self.jobs if job.id == report.id]:
                     self._close(job, report.position)
             case m.Limit():
+                self._part(report.actor, None)
                 for job in self.jobs:
                     job.limit = report.limit if job.actor == report.actor else job.limit
-                    if any(f.actuator == report.actor for f in job.followers) and not job.halting:
-                        job.halting = True  # what one cannot follow is over for all
-                        self._send(job.actor, m.Halt(job.actor, job.id, job.at))
+                    if any(f.actuator == report.actor for f in job.followers):
+                        self._stop(report.actor, None, job.at)  # what one cannot follow is over for all
+            case m.Tripped() if report.over and not report.bypassed:
+                stops = next(x.stops for x in self.plan.interlocks if x.name == report.actor)
+                for actor, accel in barred(self.jobs, stops):
+                    self._part(actor, accel)
             case m.Hooked() if report.lug:
                 self.lugs[report.actor] = report.lug
             case m.Unhooked():
                 self.lugs.pop(report.actor, None)
         self.picture.note(report)
+
+    def _part(self, actor: str, accel: float | None) -> None:
+        """Stop what moves together with an actor that has been stopped, as fast as that was."""
+        for job in partners(self.jobs, actor):
+            assert job.move is not None
+            self._stop(job.actor, accel or job.move.accel, job.at)
 
     def _close(self, job: Job, position: float) -> None:
         """An order is done; after a turn the followers hold their places."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heavylift.nodes.plan import actions as scene
+from heavylift.nodes.plan.interlock import Stopped
 from heavylift.nodes.plan.places import numbered
 
 from .refused import Refused
@@ -25,6 +27,7 @@ class Job:
     followers: tuple[Follower, ...] = ()
     halting: bool = False
     limit: str = ""
+    move: scene.Move | None = None
 
     @property
     def action(self) -> int:
@@ -51,10 +54,16 @@ def still_open(jobs: list[Job], action: int) -> tuple[tuple[str, str, bool], ...
     return tuple((job.verb, job.actor, bool(job.limit)) for job in jobs if job.action == action)
 
 
-def stopping(jobs: list[Job], actuator: str, turn: str) -> str | None:
-    """What is to be stopped that an actuator stands: itself or the turn that it follows; None if that is under way."""
-    actor = turn if any(actuator == f.actuator for job in jobs for f in job.followers) else actuator
-    return None if any(job.verb == "stop" and job.actor == actor for job in jobs) else actor
+def partners(jobs: list[Job], actor: str) -> list[Job]:
+    """Orders that are carried out together with one of this actor, and may not go on without it."""
+    names = {name for job in jobs if job.actor == actor and job.move for name in job.move.together}
+    return [job for job in jobs if job.actor in names - {actor} and job.move and not job.halting and not job.limit]
+
+
+def barred(jobs: list[Job], stops: Iterable[Stopped]) -> list[tuple[str, float | None]]:
+    """Actors that an interlock stops on their way, with the deceleration of each."""
+    ways = {job.actor: job.move.by or 0.0 for job in jobs if job.move and not job.halting}
+    return [(x.actuator, x.emergency) for x in stops if x.actuator in ways and x.way * ways[x.actuator] >= 0.0]
 
 
 def make_way(jobs: list[Job], actor: str) -> None:

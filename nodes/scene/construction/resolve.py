@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import msgspec
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.keys.actions import Action
@@ -124,7 +125,8 @@ class _Resolver:
             case "move":
                 if isinstance(phrase.ramp, phrases.SwingRamp) and found[0].kind in ("hook", "winch"):
                     self.source.fault(path, f"to {verb.name} makes nothing swing: write an acceleration behind 'ramp'")
-                return [self._move(path, actor, phrase, until, where) for actor in found]
+                moves = [self._move(path, actor, phrase, until, where) for actor in found]
+                return [*(self._together(path, moves) if phrase.together else moves)]
 
     def _move(
         self, path: Path, actor: Actor, phrase: phrases.OrderPhrase, until: actions.Condition | None, where: str
@@ -133,13 +135,15 @@ class _Resolver:
         if phrase.to is not None and winding != phrase.of_rope:
             how = "a winch knows the length of its rope, not a height: write 'to 61 m of rope'"
             self.source.fault(path, how if winding else f"'to' needs a position, '{actor.name}' has no rope")
+        for lug in (lug for lug in phrase.above if lug not in self.lugs):
+            self.source.fault(path, f"the block has no lug '{lug}'", closest(lug, self.lugs))
         if phrase.turning != actor.turns:
             self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
         elif actor.speed is not None and phrase.speed > actor.speed * (1.0 + ROUNDING):
             most = (units.RATE if actor.turns else units.SPEED).show(actor.speed)
             self.source.fault(path, f"'{actor.name}' can {phrase.verb} with {most} at most")
         sign = float(VERBS[phrase.verb].sign or 1)
-        endless = phrase.by is None and phrase.to is None
+        endless = phrase.by is None and phrase.to is None and not phrase.above
         ramp, pulses = ramp_of(phrase.ramp) if phrase.ramp else (actor.accel, actor.pulses)
         return actions.Move(
             verb=phrase.verb,
@@ -150,6 +154,7 @@ class _Resolver:
             pulses=pulses,
             by=None if phrase.by is None else (sign if winding else 1.0) * phrase.by,
             to=phrase.to,
+            above=phrase.above,
             until=until,
             where=where,
         )
@@ -191,6 +196,14 @@ class _Resolver:
             if phrase.turning != actor.turns:
                 self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
         return [actions.Stop(model=a.model, actuator=a.name, accel=given or a.emergency, where=where) for a in found]
+
+    def _together(self, path: Path, moves: list[actions.Move]) -> list[actions.Move]:
+        """Moves with one ramp, the gentlest of theirs."""
+        if len(moves) == 1 or moves[0].by is None or moves[0].pulses:
+            told = "several drives or winches move together, by the same way and with one ramp: write 'by'"
+            self.source.fault(path, told)
+        names, accel = tuple(move.actuator for move in moves), min(move.accel for move in moves)
+        return [msgspec.structs.replace(move, together=names, accel=accel) for move in moves]
 
     def _hookups(
         self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str

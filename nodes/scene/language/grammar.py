@@ -6,6 +6,7 @@ A recursive-descent reader over one line; every error is a sentence with the col
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Literal, cast
 
 import msgspec
@@ -169,16 +170,21 @@ def _motion(r: _Reader, verb: Verb) -> OrderPhrase:
         raise r.error("the hooks follow a turn on arcs, where no ramp is free of swing: write an acceleration")
     goals = ("to",) if verb.becomes == "turn" else ("by", "to", "until")
     word = r.expect(*goals, after=f"after the {'rate' if verb.becomes == 'turn' else 'speed'}")
+    order = OrderPhrase(verb.name, speed, turning, ramp)
     if word == "until":
-        return OrderPhrase(verb.name, speed, turning, ramp, until=_condition(r))
-    if word == "by":
-        by = r.positive(stroke) if verb.sign else r.quantity(stroke)
-        return OrderPhrase(verb.name, speed, turning, ramp, by=by, until=_or_until(r))
-    to = r.quantity(stroke)
-    of_rope = verb.becomes == "move" and bool(r.take("of"))
-    if of_rope:
-        r.expect("rope", after="after 'of'")
-    return OrderPhrase(verb.name, speed, turning, ramp, to=to, of_rope=of_rope, until=_or_until(r))
+        order = replace(order, until=_condition(r))
+    elif word == "by":
+        order = replace(order, by=r.positive(stroke) if verb.sign else r.quantity(stroke), until=_or_until(r))
+    elif verb.becomes == "move" and not verb.sign and r.take("above"):
+        order = replace(order, above=_lugs(r, "above"), until=_or_until(r))
+    else:
+        to = r.quantity(stroke)
+        of_rope = verb.becomes == "move" and bool(r.take("of"))
+        if of_rope:
+            r.expect("rope", after="after 'of'")
+        order = replace(order, to=to, of_rope=of_rope, until=_or_until(r))
+    r.take(",")
+    return replace(order, together=verb.becomes == "move" and bool(r.take("together")))
 
 
 def _ramp(r: _Reader, dimension: Dimension) -> float | SwingRamp:
@@ -200,8 +206,8 @@ def _or_until(r: _Reader) -> ConditionPhrase | None:
     return _condition(r)
 
 
-def _lugs(r: _Reader) -> tuple[str, ...]:
-    r.expect("[", after="after 'hook'")
+def _lugs(r: _Reader, after: str = "hook") -> tuple[str, ...]:
+    r.expect("[", after=f"after '{after}'")
     lugs = [r.name("the name of a lug")]
     while r.expect(",", "]", after="after a lug") == ",":
         lugs.append(r.name("the name of a lug"))

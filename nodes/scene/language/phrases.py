@@ -4,8 +4,8 @@
                | "engage" | "release" | "stop" ["ramp" acceleration] | "bypass" | "restore" | "wait" time
     motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
-                 | "to" position ["of rope"] ["or" "until" condition]
-                 | "until" condition )
+                 | "to" (position ["of rope"] | "above" "[" lug {"," lug} "]") ["or" "until" condition]
+                 | "until" condition ) ["together"]
     ramp       = acceleration ["in two pulses"] | "one swing"
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
     condition  = test {"and" test}
@@ -21,6 +21,9 @@
 A ramp without swing is chosen for what the move makes swing, with ropes, hook and load as they hang as it begins to
 speed up and to slow down; `check` tells the accelerations.  A ramp in two pulses is the quicker one; where they would
 overlap, each has half of the acceleration.
+
+Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
+middle of these lugs, where the block rests as the move begins.
 
 What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` an interlock watches each.
 
@@ -100,6 +103,8 @@ class OrderPhrase:
     by: float | None = None
     to: float | None = None
     of_rope: bool = False
+    above: tuple[str, ...] = ()
+    together: bool = False
     until: ConditionPhrase | None = None
     lugs: tuple[str, ...] = ()
     seconds: float = 0.0

@@ -12,10 +12,10 @@ import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.participants.external import External
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.link import FIFO, Link
 from heavylift.coordinator.transport.session import Ticket
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
-from heavylift.nodes.devs import FOREVER, Event, Tag, ms
+from heavylift.nodes.devs import FOREVER, Event, Result, Tag, ms
 from heavylift.nodes.zoo.queue import Job
 from heavylift.nodes.zoo.token_ring import ring
 
@@ -30,6 +30,10 @@ def event(t: int, port: str = "out", type_: str = "Token", payload: bytes = TOKE
 
 def done(spoken: list[Event], reached: int = ms(5), next_: Tag = FOREVER) -> m.Done:
     return m.Done(1, Tag(reached, 1), spoken, next_, [], next_, b"")
+
+
+def bye(path: str, type_: str = "Token") -> m.Bye:
+    return m.Bye(results=[Result(path, type_, TOKEN)])
 
 
 REFUSED = {  # what it says, and the sentence
@@ -51,6 +55,12 @@ REFUSED = {  # what it says, and the sentence
         done([event(ms(5), payload=b"\x81\xa6number\xcc\x00")]),
         "bytes of its Token are not the canonical",
     ),
+    "of another type in its failure": (
+        m.Fail(Tag(ms(5)), "s1", "", "", [event(ms(5), type_="Job")]),
+        "s1 at .* out carries Token, not Job",
+    ),
+    "a result of others": (bye("ring.s10"), "node s1 tells a result of ring.s10: it tells those of its own models"),
+    "a result of no type": (bye("ring.s1", "Ufo"), "node s1, its result of ring.s1: unknown message type 'Ufo'"),
     "an unknown field": (done([event(ms(5), payload=b"\x82\xa6number\x00\xa1x\x00")]), "not the canonical ones"),
 }
 
@@ -60,14 +70,21 @@ def test_what_a_model_of_ours_could_not_say_is_refused(name: str) -> None:
     message, sentence = REFUSED[name]
     model = ring(stations=2, tokens=1, hold=ms(5))
     with pytest.raises(ProtocolError, match=sentence):
-        External("s1", [model.children["s1"]], [], 10_000).check(message)
+        External("s1", [model.children["s1"]], [], 10_000).checked(message)
 
 
 def test_what_is_right_passes() -> None:
     model = ring(stations=2, tokens=1, hold=ms(5))
     external = External("s1", [model.children["s1"]], [], 10_000)
-    for message in (HELLO, done([event(ms(5))]), m.Bye(), m.Checkpoint(1)):
-        external.check(message)
+    for message in (HELLO, done([event(ms(5))]), m.Bye(), bye("ring.s1"), bye("ring.s1.part"), m.Checkpoint(1)):
+        assert external.checked(message) is message
+
+
+def test_why_it_has_failed_is_one_line_that_names_it() -> None:
+    external = External("s1", [ring(stations=2, tokens=1, hold=ms(5)).children["s1"]], [], 10_000)
+    said = external.checked(m.Fail(Tag(0), "s1", "no\n\x1b[31mline" + "x" * 1000, ""))
+    assert isinstance(said, m.Fail)
+    assert said.sentence == "node s1 has failed: " + ("no\\n\\x1b[31mline" + "x" * 1000)[:500] + "..."
 
 
 def speak(*answers: m.AnyMessage | bytes) -> Callable[[Path], None]:
@@ -91,6 +108,15 @@ def unframed(path: Path) -> None:
     link.close()
 
 
+def flooding(path: Path) -> None:
+    """More than any inbox holds."""
+    link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+    for _ in range(5 * FIFO):
+        link._senders["s1"]._out.put(b"x" * 100)
+    link.receive()
+    link.close()
+
+
 def of_tomorrow(path: Path) -> None:
     link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
     sender = link._senders["s1"]
@@ -103,6 +129,7 @@ def of_tomorrow(path: Path) -> None:
 CASES = {
     "garbage": (speak(b"\x93\xa5hello\xc1"), "node s1 sent what is not a message of the time protocol"),
     "no frame": (unframed, "node s1, message 0 on 'out': 39 bytes arrived that are no heavylift message"),
+    "a flood": (flooding, "node s1, message 0 on 'out': 100 bytes arrived that are no heavylift message"),
     "a frame of tomorrow": (of_tomorrow, "node s1, message 0 on 'out': a frame of wire version 2 arrived, and this"),
     "a late answer": (
         speak(HELLO, done([], ms(7))),
