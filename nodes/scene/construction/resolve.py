@@ -16,6 +16,7 @@ from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
+from .levelling import Levelling
 from .signals import Conditions, wrong_units
 from .targets import Actor, targets
 from .yard import Yard, by_beam, ramp_of
@@ -27,7 +28,7 @@ TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 def build_actions(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[plan.Action, ...]:
     """The action list of the plan; what is wrong is added to the faults of the scene."""
     resolver = _Resolver(yard, mechanisms)
-    return tuple(resolver.action(i, action) for i, action in enumerate(yard.scene.actions))
+    return tuple(x for i, action in enumerate(yard.scene.actions) for x in resolver.listed(i, action))
 
 
 def build_orders(
@@ -46,7 +47,21 @@ class _Resolver:
         self.yard, self.source = yard, yard.source
         self.targets = targets(yard, mechanisms)
         self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
-        self.condition = Conditions(yard, mechanisms).read
+        self.conditions = Conditions(yard, mechanisms)
+        self.condition = self.conditions.read
+        self.levelling = Levelling(yard, mechanisms, self.conditions)
+
+    def listed(self, index: int, action: Action) -> list[plan.Action]:
+        """An action, with those that it becomes after it."""
+        first = self.action(index, action)
+        found = [first]
+        for target, phrase in action.orders.items():
+            if VERBS[phrase.verb].becomes == "level" and self._actors(("actions", index, target), target, phrase):
+                path: Path = ("actions", index, target)
+                hooks = [actor for hook in phrase.hooks for actor in self.targets.get(hook, ())]
+                for orders in self.levelling.moves(path, phrase, hooks):
+                    found.append(plan.Action(orders=orders, where=first.where))
+        return found if len(found) == 1 else self.levelling.joined(found)
 
     def action(self, index: int, action: Action) -> plan.Action:
         path: Path = ("actions", index)
@@ -107,6 +122,8 @@ class _Resolver:
                 return self._hookups(path, found, phrase, where)
             case "unhook":
                 return [actions.Unhook(sling=s, where=where) for a in found for s in self._slings_of(a)]
+            case "level":
+                return []
             case "stop":
                 return self._stops(path, found, phrase, where)
             case "brake" | "release":

@@ -1,6 +1,6 @@
 """The phrase language of the action list: what is written to the right of `target:`, `when:` and `until`.
 
-    order      = motion | turn | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
+    order      = motion | turn | level | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
                | "engage" | "release" | "stop" ["ramp" acceleration] | "bypass" | "restore" | "wait" time
     motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
@@ -8,6 +8,7 @@
                  | "until" condition ) ["together"]
     ramp       = acceleration ["in two pulses"] | "one swing"
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
+    level      = "level" speed "within" angle "with" hook {"," hook}
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
                | ("moves" | verb) ("done" | "stopped") | "lifted" | "landed" | "after" time
@@ -24,6 +25,9 @@ overlap, each has half of the acceleration.
 
 Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
 middle of these lugs, where the block rests as the move begins.
+
+These hooks level the block about one of its axes, one after the other,
+as it lies at the start.
 
 What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` an interlock watches each.
 
@@ -103,6 +107,8 @@ class OrderPhrase:
     to: float | None = None
     of_rope: bool = False
     above: tuple[str, ...] = ()
+    within: float = 0.0
+    hooks: tuple[str, ...] = ()
     together: bool = False
     until: ConditionPhrase | None = None
     lugs: tuple[str, ...] = ()
