@@ -29,15 +29,10 @@ from heavylift.nodes.devs import Atomic, Bag, In, Message, Out
 
 __all__ = ["Fmu", "Signals", "Stepped"]
 
-KINDS = {  # type of a variable in either standard -> the end of its getter and setter, and how Python has it
-    "Real": ("Real", float),
-    "Float64": ("Float64", float),
-    "Float32": ("Float32", float),
-    "Integer": ("Integer", int),
-    "Int32": ("Int32", int),
-    "Int64": ("Int64", int),
-    "Boolean": ("Boolean", bool),
-}
+INTEGERS = {name: int for size in (8, 16, 32, 64) for name in (f"Int{size}", f"UInt{size}")}
+KINDS = {"2": {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool}}  # type of a variable in Python
+KINDS["3"] = {"Float64": float, "Float32": float, **INTEGERS, "Enumeration": int, "Boolean": bool}
+ENUMERATION = {"2": "Integer", "3": "Int64"}  # by whose calls it is read and set
 
 
 class Signals(Message):
@@ -126,32 +121,41 @@ class Unit:
     def _look(self, told: Any) -> None:
         """Variables and abilities."""
         self._told = told
+        self._version = told.fmiVersion[0]
         self._variables = {v.name: v for v in told.modelVariables}
         unit = told.coSimulation
         self.keeps = bool(unit.canGetAndSetFMUstate and unit.canSerializeFMUstate)
-        self.check((*self.said, *self.parameters))
+        for name in (*self.said, *self.parameters):
+            self._kind(name)
 
     def _kind(self, name: str) -> tuple[Any, str, Any]:
-        """Reference, name and Python type of a variable."""
+        """The variable, the end of its getter and setter, and how Python has it."""
         found = self._variables.get(name)
         if found is None:
             known = ", ".join(v for v, x in self._variables.items() if x.causality in ("input", "output", "parameter"))
             raise ModelError(f"{self.name}: {self.file.name} has no variable {name}; it has {known}")
-        if found.type not in KINDS:
-            raise ModelError(f"{self.name}: variable {name} of {self.file.name} is a {found.type}, and no number")
-        return found.valueReference, *KINDS[found.type]
+        kind, python = found.type, KINDS[self._version].get(found.type)
+        if python is None or found.dimensions:
+            what = "an array" if found.dimensions else f"of type {kind}"
+            raise ModelError(f"{self.name}: variable {name} of {self.file.name} is {what}, and no number")
+        return found, ENUMERATION[self._version] if kind == "Enumeration" else kind, python
 
     def check(self, names: Iterable[str]) -> None:
-        """ModelError if one of these is no variable."""
+        """ModelError if one of these is no variable that may be set while the unit runs."""
         for name in names:
-            self._kind(name)
+            found, _, _ = self._kind(name)
+            if found.causality != "input" and (found.causality, found.variability) != ("parameter", "tunable"):
+                raise ModelError(
+                    f"{self.name}: {name} of {self.file.name} is no input, but its {found.causality}; its inputs are "
+                    f"{', '.join(v for v, x in self._variables.items() if x.causality == 'input') or 'none'}"
+                )
 
     def begin(self) -> None:
         """A new instance, initialised at time 0 with the parameters."""
         self._made()
-        if self._told.fmiVersion == "2.0":
+        if self._version == "2":
             self._fmu.setupExperiment(startTime=0.0)
-        self.hold(self.parameters.items())
+        self._set(self.parameters.items())
         self._fmu.enterInitializationMode()
         self._fmu.exitInitializationMode()
 
@@ -160,24 +164,35 @@ class Unit:
             self._fmu.freeInstance()
         self._fmu = library(self.name).instantiate_fmu(str(unpacked(self.file)), self._told, "CoSimulation")
 
-    def hold(self, values: Any) -> None:
-        """Set variables, which keep these values."""
+    def hold(self, values: Iterable[tuple[str, float]]) -> None:
+        """Set inputs, which keep these values."""
+        given = dict(values)
+        self.check(given)
+        self._set(given.items())
+
+    def _set(self, values: Iterable[tuple[str, float]]) -> None:
         self._state = None
         for name, value in values:
-            reference, kind, python = self._kind(name)
-            getattr(self._fmu, f"set{kind}")([reference], [python(value)])
+            found, kind, python = self._kind(name)
+            if python is not float and python(value) != value:
+                raise ModelError(
+                    f"{self.name}: {name} of {self.file.name} is of type {found.type}, and cannot be {value!r}"
+                )
+            getattr(self._fmu, f"set{kind}")([found.valueReference], [python(value)])
 
     def advance(self, t: float, h: float) -> None:
-        """One step [s]."""
+        """One step [s]; ModelError if the unit would end there."""
         self._state = None
-        self._fmu.doStep(t, h)
+        done = self._fmu.doStep(t, h)  # in FMI 3: event, end, early return, time
+        if done and done[1]:
+            raise ModelError(f"{self.name}: {self.file.name} asks for the end of the simulation at {done[3]:g} s")
 
     def outputs(self) -> tuple[tuple[str, float], ...]:
         """What it says now."""
         found = []
         for name in self.said:
-            reference, kind, _ = self._kind(name)
-            found.append((name, float(getattr(self._fmu, f"get{kind}")([reference])[0])))
+            variable, kind, _ = self._kind(name)
+            found.append((name, float(getattr(self._fmu, f"get{kind}")([variable.valueReference])[0])))
         return tuple(found)
 
     def __getstate__(self) -> tuple[object, ...]:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 from heavylift.coordinator.commands.common import completing
-from heavylift.coordinator.commands.common.app import Json, Run, app, quantity
+from heavylift.coordinator.commands.common.app import Json, Run, app, duration_s
 
 
 @app.command()
@@ -78,7 +78,7 @@ def step(
     from heavylift.kernel.errors import ProtocolError
     from heavylift.nodes.devs import NEVER, ns
 
-    length = _duration("--by", by)
+    length = duration_s("--by", by)
     if length <= 0.0:
         raise ProtocolError(f"--by {by}: a step is longer than zero")
     _order(run, "step", as_json, by_ns=None if event else max(1, min(ns(length), NEVER)))
@@ -99,7 +99,7 @@ def command(
     """Give an order and tell what becomes of it.    heavylift command lift "crane H1: hoist 3 m/min by 1 m" """
     from heavylift.coordinator.live.orders import PATIENCE_s
 
-    patience = _duration("--wait", wait)
+    patience = duration_s("--wait", wait)
     _order(run, "command", as_json, patience or PATIENCE_s, text=words, wait=patience > 0.0)
 
 
@@ -107,17 +107,6 @@ def command(
 def stop(run: Run = "", as_json: Json = False) -> None:
     """End a run in order; its recording is whole.    heavylift stop turnover.mcap"""
     _order(run, "stop", as_json)
-
-
-def _duration(option: str, text: str) -> float:
-    """A time as a user writes it, zero or more [s]."""
-    from heavylift.kernel.errors import ProtocolError
-    from heavylift.nodes.scene.text.units import TIME
-
-    length = quantity(option, text, TIME)
-    if length < 0.0:
-        raise ProtocolError(f"{option} {text}: a time is zero or more")
-    return length
 
 
 def _order(run: str, do: str, as_json: bool, patience: float | None = None, **told: object) -> None:

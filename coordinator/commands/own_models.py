@@ -22,9 +22,9 @@ from heavylift.coordinator.commands.common.app import (
     Remote,
     app,
     deadline_s,
+    duration_s,
     one_process,
     paying_processes,
-    quantity,
     written_to,
 )
 
@@ -48,7 +48,9 @@ def devs(
     keys: Certificates = Path("certificates"),
     in_process: InProcess = False,
     stop: Annotated[str, typer.Option("--stop", help="child.port: its first message ends the run")] = "",
-    replications: Annotated[int, typer.Option("--replications", help="runs with seeds, for means of results")] = 0,
+    replications: Annotated[
+        int | None, typer.Option("--replications", help="runs with seeds, for means of results", show_default=False)
+    ] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="for the model's parameter `seed`; default 1")] = None,
     microsteps: Annotated[int, typer.Option("--microsteps", help="so many steps in no time are a loop")] = 10_000,
     deadline: Deadline = "60 s",
@@ -62,17 +64,16 @@ def devs(
     from heavylift.coordinator.run.watch import Watch
     from heavylift.coordinator.transport.printable import printable
     from heavylift.nodes.devs import NEVER, ns
-    from heavylift.nodes.scene.text.units import TIME
 
     if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
         sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first
-    end = ns(quantity("--until", until, TIME)) if until else NEVER
+    end = min(ns(duration_s("--until", until)), NEVER) if until else NEVER
     patience = deadline_s(deadline)
-    if replications:
-        if output or places or remote or listen or in_process:
+    if replications is not None:
+        if output or places or remote or external or listen or in_process:
             raise typer.BadParameter(
                 "each of the --replications runs in one process, without a recording; leave out -o, --place, --remote, "
-                "--listen and --in-process"
+                "--external, --listen and --in-process"
             )
         workers = 0 if processes == AUTO else processes
         found = replicate(model, replications, 1 if seed is None else seed, end, stop, microsteps, workers=workers)
@@ -112,7 +113,7 @@ def devs(
         told = {**msgspec.to_builtins(run, enc_hook=str), "outcome": run.outcome.name.lower()}
         typer.echo(msgspec.json.encode(told).decode())
         return
-    typer.echo(f"ended at {run.sim_s:g} s because {run.outcome.value}")
+    typer.echo(f"last event at {run.sim_s:g} s; {run.outcome.value}")
     typer.echo(f"{run.grants} grants in {run.wall_s:.2f} s\ndigest {run.digest}")
     for path, result in run.results.items():
         typer.echo(f"{path}: {result}")

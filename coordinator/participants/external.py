@@ -24,6 +24,7 @@ __all__ = ["SPEAKS", "External", "externals"]
 
 SPEAKS = f"wire {WIRE}"  # the version that such a node says in its HELLO
 SHOWN = 64  # characters of what it says of itself
+TOLD = 500  # characters of why it has failed
 
 
 class External:
@@ -35,18 +36,29 @@ class External:
             model.name: {port.name: port.type for port in model.ports.values() if isinstance(port, OutPort)}
             for model in models
         }
+        self._paths = tuple(model.path for model in models)
         told = [wire for wire in couplings if wire[2] in self._types]
         self.config = part(ExternalPart({model.name: _told(model) for model in models}, told, microsteps))
         """What its WELCOME carries."""
 
-    def check(self, message: m.AnyMessage) -> None:
-        """ProtocolError names the node and what one of its messages has broken."""
+    def checked(self, message: m.AnyMessage) -> m.AnyMessage:
+        """The message, a FAIL in one line that names the node; ProtocolError names it and what it has broken."""
         if isinstance(message, m.Hello):
             self._check_hello(message)
-        if isinstance(message, m.Hello | m.Done):
-            for event in (*getattr(message, "spoken", ()), *message.offer):
-                if event.source in self._types:
-                    self._check_event(event)
+        for event in (*getattr(message, "spoken", ()), *getattr(message, "offer", ())):
+            if event.source in self._types:
+                self._check_event(event)
+        if isinstance(message, m.Bye):
+            for result in message.results:
+                who = printable(result.path, SHOWN)
+                if not any(f"{result.path}.".startswith(f"{path}.") for path in self._paths):
+                    raise ProtocolError(f"node {self.node} tells a result of {who}: it tells those of its own models")
+                self._value(result.type, result.payload, f"node {self.node}, its result of {who}")
+        if isinstance(message, m.Fail):
+            return msgspec.structs.replace(
+                message, sentence=f"node {self.node} has failed: {printable(message.sentence, TOLD)}"
+            )
+        return message
 
     def _check_hello(self, hello: m.Hello) -> None:
         if hello.version != SPEAKS:
@@ -68,17 +80,22 @@ class External:
         if event.port not in types:
             named = ", ".join(sorted(types)) or "none"
             raise ProtocolError(f"{who} spoke on port {printable(event.port, SHOWN)}: its out ports are {named}")
-        try:
-            value = decode(event.type, event.payload)
-        except ModelError as error:
-            raise ProtocolError(f"{who}, port {event.port}: {printable(str(error))}") from None
+        value = self._value(event.type, event.payload, f"{who}, port {event.port}")
         if not isinstance(value, types[event.port]):
             raise ProtocolError(f"{who}: port {event.port} carries {types[event.port].__name__}, not {event.type}")
-        if encode(value) != event.payload:
+
+    def _value(self, type_: str, payload: bytes, where: str) -> Message:
+        """What these bytes say, if they are those of a node of ours."""
+        try:
+            value = decode(type_, payload)
+        except ModelError as error:
+            raise ProtocolError(f"{where}: {printable(str(error))}") from None
+        if encode(value) != payload:
             raise ProtocolError(
-                f"{who}, port {event.port}: the bytes of its {event.type} are not the canonical ones; write a "
-                "MessagePack map of all fields in their order, numbers in their shortest form, floats in 64 bits"
+                f"{where}: the bytes of its {type_} are not the canonical ones; write a MessagePack map of all fields "
+                "in their order, numbers in their shortest form, floats in 64 bits"
             )
+        return value
 
 
 def externals(

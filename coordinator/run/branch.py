@@ -177,7 +177,9 @@ def _point(run: RecordedRun, text: str) -> _Point:
             told = (
                 f"begins {len(found)} times, at {times}; give a time" if found else meant(name, [x for _, x in stages])
             )
-            raise RecordingError(f"{run.path}: --at '{text}': stage {name}: {told}")
+            told = f"stage '{name}' {told}" if found else f"there is no stage '{name}'; {told}"
+            told = told if stages else "the run has no stages; give a time"
+            raise RecordingError(f"{run.path}: --at '{text}': {told}")
         if not after:
             return _inside(run, text, _Point(*stages[found[0]]))
         if found[0] + 1 == len(stages):

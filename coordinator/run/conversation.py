@@ -212,9 +212,7 @@ class Conversation:
             message = m.decode(data)
         except ProtocolError as error:
             raise ProtocolError(f"node {node} sent what is {error}") from None
-        if node in self.externals:
-            self.externals[node].check(message)
-        return message
+        return self.externals[node].checked(message) if node in self.externals else message
 
     def _event(self, event: Event) -> None:
         if (event.t, event.k) > self.now:

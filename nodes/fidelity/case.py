@@ -19,7 +19,7 @@ from heavylift.nodes.plan.plan import Axis, Crane, HookRope, Loader, Plan, drive
 from heavylift.nodes.plan.verbs import VERBS
 
 from .hooks import Hook
-from .moving import Parting, by_ways, lasts, lifting, turning
+from .moving import Parting, askew, by_ways, lasts, lifting, turning
 from .response import Swings, answer, frequencies
 from .rests import awaiting, begins, bouncing, changes, flies_up, swinging
 
@@ -46,6 +46,7 @@ class Case:
     determinate: bool  # statics alone share the load among the hooks
     mirrored: bool  # about the plane across the rails through its middle
     turns: bool  # the block, on its master
+    askew: bool  # hooks that hold the block are moved sideways against each other
     even: bool  # all winches that may lift the block go at one speed
     changes: bool  # a hook is taken from the block, or given to it, while it hangs
     flies_up: bool  # a hook, let go with more on it than it weighs itself
@@ -103,6 +104,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         determinate=len(hooks) <= 3,
         mirrored=_mirrored(plan, ordered, {rope.crane for rope in ropes}),
         turns=turns,
+        askew=askew(plan, followed),
         even=all(len({abs(m.speed) for m in x.moves if m.actuator in loads}) <= 1 for x in partings),
         changes=changes(plan, followed),
         flies_up=flies_up(plan, followed),

@@ -22,7 +22,8 @@ from heavylift.nodes.plan.question import Asked
 
 from .case import Case
 from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, sdirk_algebra, states
-from .rules import Errors, overshoot
+from .rests import STRAIGHT
+from .rules import Errors, overshoot, tipped
 
 __all__ = ["METHODS", "Stepped", "stepped"]
 
@@ -30,6 +31,7 @@ TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) 
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
 BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest
+SWUNG, FOLLOWED = 0.45, 6e-4  # part of what a swing tips that long steps damp, and tolerance from which they do
 DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
 SNAPS = 150.0  # how much more lumps do as slings come taut that were slack
 DAMPS = "nothing damps what it would damp away"
@@ -146,6 +148,8 @@ def long_steps(name: str, case: Case, at: Fidelity, tolerance: float) -> Stepped
     jacobians = 1.5 * case.stages + duration(case) / 15.0
     errors: Errors = dict.fromkeys(("swing", "position", "lift-off time"), float("inf"))
     errors["rope tension"] = max(5.0 * tolerance, min(m.most, m.damped * sqrt(tolerance)))
+    if case.askew or case.swings.jumps > STRAIGHT:  # swings that no ramp has made decide a peak, and are damped
+        errors["rope tension"] += SWUNG * tipped(case, 1.0) * min(1.0, sqrt(tolerance / FOLLOWED))
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
     if _bare(case):

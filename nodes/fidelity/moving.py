@@ -7,7 +7,8 @@ a move to a place has no known way, and any hoist may be the one that lifts.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from itertools import pairwise
+from math import hypot, sqrt
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -19,7 +20,9 @@ from heavylift.nodes.plan.pulses import times
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following, State
 
-__all__ = ["Parting", "by_ways", "lasts", "lifting", "profile", "turning"]
+__all__ = ["Parting", "askew", "by_ways", "lasts", "lifting", "profile", "turning"]
+
+ASKEW = 0.005  # [m] that trolleys move against each other and nobody minds
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,26 @@ def lifting(plan: Plan, followed: Following, stretch: float) -> list[Parting]:
             found.append(Parting(i, hoists, here.before if here else None))
         hangs = hangs or any(_awaits_lifting(m.until) for m in hoists)
     return found
+
+
+def askew(plan: Plan, followed: Following) -> bool:
+    """Whether hooks that hold the block are moved sideways against each other, but to turn it."""
+    if turning(plan):
+        return False
+    trolleys = {h.rope: (c.name, h.trolley) for c in plan.cranes for h in c.hooks}
+    for a, b in pairwise(x for x in followed.steps if x.loads):
+        held = [r.name for r in plan.rig.hook_ropes if min((x.loads or {}).get(r.carries, 0.0) for x in (a, b)) > 0.0]
+        ways = [
+            [y - x for x, y in zip(*(_place(s.state, *trolleys[name]) for s in (a, b)), strict=True)] for name in held
+        ]
+        if any(hypot(x - ways[0][0], y - ways[0][1]) > ASKEW for x, y in ways):
+            return True
+    return False
+
+
+def _place(state: State, crane: str, trolley: str) -> tuple[float, float]:
+    """Of a trolley, along the rails and across [m]."""
+    return state.cranes[crane], state.trolleys[crane, trolley]
 
 
 def _awaits_lifting(condition: Condition | None) -> bool:

@@ -19,18 +19,9 @@ from .case import Case
 from .hooks import Hook, coupling, leaning, nodding, redistribution, tipping
 
 __all__ = [
-    "AWAITED",
-    "RULES",
-    "SHAKEN",
-    "STATES",
-    "Choice",
-    "Errors",
-    "Rule",
-    "girder_states",
-    "overshoot",
-    "shaken",
-    "slower",
-]
+    "AWAITED", "RULES", "SHAKEN", "STATES", "Choice", "Errors", "Rule",
+    "girder_states", "overshoot", "shaken", "slower", "tipped",
+]  # fmt: skip
 
 Errors = dict[Asked, float]
 COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
@@ -255,17 +246,17 @@ def _swung(case: Case, shift: float) -> Errors:
     """Errors of the swing, of the place, and of what the swing is of the tension, for one of the frequency."""
     swing = shift * case.swings.envelope
     place = shift * case.swings.away / case.way
-    return {"swing": swing, "position": place, "rope tension": _tipped(case, swing)}
+    return {"swing": swing, "position": place, "rope tension": tipped(case, swing)}
 
 
 def _peak(case: Case, bounce: float, swing: float, inclined: float = 0.0) -> float:
     """Error of the largest tension, which comes as the load bounces or as it swings; both at once where nothing damps
     the bounce, or where it comes aside as it parts.  `inclined`: error of how ropes are [rad]."""
-    tipped = _tipped(case, swing) + inclined * tipping(case.hooks)
-    return max(bounce, tipped) if case.damped and not case.swings.jumps else bounce + tipped
+    swung = tipped(case, swing) + inclined * tipping(case.hooks)
+    return max(bounce, swung) if case.damped and not case.swings.jumps else bounce + swung
 
 
-def _tipped(case: Case, swing: float) -> float:
+def tipped(case: Case, swing: float) -> float:
     """Error of a hook's tension for one of the swing: it inclines the ropes, and hooks ahead carry more."""
     inclined = case.swings.most / min(h.reach for h in case.hooks)
     return swing * inclined * (tipping(case.hooks) + 2.0 * inclined)

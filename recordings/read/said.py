@@ -90,7 +90,9 @@ def _numbers(value: object) -> Iterator[tuple[str, float]]:
 
 
 def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
-    """The fields of a message; those of messages in it with a dot; tuples as JSON."""
+    """The fields of a message; those of messages in it, and values by their names, with a dot; other tuples as JSON."""
+    if value and isinstance(value, list) and all(isinstance(x, list) and len(x) == 2 for x in value):
+        value = dict(value) if all(isinstance(name, str) for name, _ in value) else value
     if isinstance(value, dict):
         for key, x in value.items():
             yield from _flat(x, f"{name}.{key}" if name else str(key))

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
+from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.read.container import guarded
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
@@ -93,6 +94,8 @@ class Facts:
 @guarded
 def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
     """The tables of a recording; whatever it has no samples of stays empty.  `verdict`: else the recorded one."""
+    if "model" in rec.run:
+        raise RecordingError(f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` tells its results")
     plan = _plan(rec)
     borne = loads_of(rec, plan)  # the first, for its pass through the file reads tensions, too
     empty = Signal(np.zeros(0), np.zeros((0, 0)), [], "N")

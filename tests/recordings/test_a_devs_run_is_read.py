@@ -10,7 +10,7 @@ import pytest
 from heavylift.coordinator import run_models
 from heavylift.kernel.errors import RecordingError, SignalError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, ms
-from heavylift.recordings import curves, export, info, info_data, plot
+from heavylift.recordings import curves, export, info, info_data, plot, report
 
 
 class Inner(Message):
@@ -23,6 +23,7 @@ class Told(Message):
     inner: Inner
     pair: tuple[int, int] = (1, 2)
     maybe: float | None = None
+    at: tuple[tuple[str, float], ...] = (("x.y", 2.5),)
 
 
 class Bell(Message):
@@ -75,9 +76,9 @@ def test_the_events_are_a_table_with_a_column_for_each_field(recorded: Path, tmp
     with export(recorded, tmp_path / "run.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
     assert head[:6] == ["time [s]", "microstep", "model", "port", "index", "type"]
-    assert head[6:] == ["n", "name", "inner.level", "pair", "maybe"]
-    assert rows[0] == ["0.001", "0", "clock0", "bell", "0", "Bell", "", "", "", "", ""]
-    assert rows[1] == ["0.001", "0", "clock0", "told", "0", "Told", "0", "tick 0", "0.0", "[1,2]", ""]
+    assert head[6:] == ["n", "name", "inner.level", "pair", "maybe", "at.x.y"]
+    assert rows[0] == ["0.001", "0", "clock0", "bell", "0", "Bell", "", "", "", "", "", ""]
+    assert rows[1] == ["0.001", "0", "clock0", "told", "0", "Told", "0", "tick 0", "0.0", "[1,2]", "", "2.5"]
     assert [row[:2] for row in rows[1::2]] == [["0.001", "0"], ["0.001", "1"], ["0.003", "0"], ["0.005", "0"]]
 
 
@@ -117,3 +118,8 @@ def test_what_is_all_said_at_one_instant_is_drawn_without_a_warning(
     run_models(clocks, until=ms(1) + 1, output=tmp_path / "run.mcap", in_process=True)
     assert plot(tmp_path / "run.mcap", tmp_path / "run.png").exists()
     assert [warning for warning in recwarn if warning.category is UserWarning] == []
+
+
+def test_it_has_no_lift_to_report(recorded: Path, tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"run.mcap: a DEVS model lifts nothing to report; `heavylift info` tells"):
+        report(recorded, tmp_path / "report.html")

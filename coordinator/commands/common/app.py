@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AUTO", "After", "At", "Deadline", "External", "File", "Force", "InProcess", "Json", "Listen", "Places",
     "Processes", "Remote", "Run", "Scene", "Sets", "Strict",
-    "app", "deadline_s", "one_process", "paying_processes", "quantity", "written_to",
+    "app", "deadline_s", "duration_s", "one_process", "paying_processes", "quantity", "written_to",
 ]  # fmt: skip
 
 LEAST_s = 1.0  # that a process has for an answer
@@ -173,6 +173,17 @@ def quantity(option: str, text: str, dimension: Dimension) -> float:
         return dimension.read(text)
     except ValueError as error:
         raise SceneError(f"{option} '{text}': {error}") from None
+
+
+def duration_s(option: str, text: str) -> float:
+    """A time of simulation as a user writes it, zero or more, or as long as time lasts [s]."""
+    from heavylift.nodes.devs import NEVER
+    from heavylift.nodes.scene.text.units import TIME
+
+    length = quantity(option, text, TIME)
+    if length < 0.0:
+        raise SceneError(f"{option} {text}: a time is zero or more")
+    return min(length, NEVER * 1e-9)
 
 
 def deadline_s(text: str) -> float:

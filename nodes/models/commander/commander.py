@@ -249,7 +249,7 @@ class Commander(Atomic):
             self.jobs = [job for job in self.jobs if job.actor != actor or not job.limit]
             self.ids += 1
             self.jobs.append(Job(self.ids, at, "stop", actor, self.now.t, halting=True))
-            self._send(actor, m.Stop(actor, self.ids, at, accel))
+            self._send(actor, m.StopMotion(actor, self.ids, at, accel))
             for job in others:
                 self._stop(job.actor, accel, at)
 

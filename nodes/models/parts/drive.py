@@ -105,7 +105,7 @@ class DriveActor(LiveActor):
                 self.run(order)
             case m.Halt():
                 self.halt(order)
-            case m.Stop():
+            case m.StopMotion():
                 self.stand(order)
             case m.Aim():
                 self.aim(order)
@@ -175,7 +175,7 @@ class DriveActor(LiveActor):
         self.goal = x + pulses.way(rows)
         self._begin_rows(rows)
 
-    def stand(self, order: m.Stop) -> None:
+    def stand(self, order: m.StopMotion) -> None:
         """Stop whatever is going on; it is done when it stands."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, stop the block")

@@ -88,7 +88,7 @@ class Halt(Order, frozen=True):
     """Ramp down the move of that id; its Done comes when it stands."""
 
 
-class Stop(Order, frozen=True):
+class StopMotion(Order, frozen=True):
     """Stop whatever it does, with its emergency deceleration, or with `accel`; Done when it stands."""
 
     units: ClassVar[Mapping[str, str]] = {"accel": ACCELERATION}

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from .faults import closest
 from .source import DEEPEST, Data, Mark, Path, Source, child, read
 from .units import NUMBER
 
@@ -42,6 +43,11 @@ def override(source: Source, setting: str) -> None:
     mark = Mark(file, 1, len(dotted) + 2 + len(text) - len(text.lstrip()), setting)
     if not equals or not dotted.strip():
         source.fault((), "write a setting as key=value", mark=Mark(file, 1, 1, setting))
+        return
+    if (named := STAGE.fullmatch(dotted)) and path[:1] != ("actions",):
+        stages = [stage for stage in _stages(source) if stage]
+        told = f"there is no stage '{named[1]}'" if stages else "the scene has no stages"
+        source.fault((), told, closest(named[1], stages), mark=Mark(file, 1, 1, setting))
         return
     inner = read(f"value: {text.strip()}", file)
     if inner.faults:
@@ -85,17 +91,23 @@ def override(source: Source, setting: str) -> None:
 def path_in(source: Source, text: str) -> Path:
     """The path that a user has written, in the data of a scene."""
     path: list[str | int] = []
-    actions = source.data.get("actions")
-    if (named := STAGE.fullmatch(text)) and isinstance(actions, list):
-        stages = [action.get("stage") if isinstance(action, dict) else None for action in actions]
-        if named[1] in stages:
-            path, text = ["actions", stages.index(named[1])], named[2]
+    if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
+        path, text = ["actions", stages.index(named[1])], named[2]
     for word in PART.findall(text):
         part = word.strip()
         at = source.at(tuple(path))
         place = isinstance(at, list) and len(at) == len(AXES) and part in AXES
         path.append(AXES[part] if place else int(part) if part.isdecimal() and len(part) < 10 else part)
     return tuple(path)
+
+
+def _stages(source: Source) -> list[str]:
+    """The stage of each action, "" of one without."""
+    actions = source.data.get("actions")
+    return [
+        str(action.get("stage", "")) if isinstance(action, dict) else ""
+        for action in (actions if isinstance(actions, list) else ())
+    ]
 
 
 def _said(phrase: str, word: str, text: str) -> str:

@@ -15,7 +15,7 @@ from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport.link import Link
 from heavylift.coordinator.transport.session import Ticket
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
-from heavylift.nodes.devs import FOREVER, Event, Tag, ms
+from heavylift.nodes.devs import FOREVER, Event, Result, Tag, ms
 from heavylift.nodes.zoo.queue import Job
 from heavylift.nodes.zoo.token_ring import ring
 
@@ -30,6 +30,10 @@ def event(t: int, port: str = "out", type_: str = "Token", payload: bytes = TOKE
 
 def done(spoken: list[Event], reached: int = ms(5), next_: Tag = FOREVER) -> m.Done:
     return m.Done(1, Tag(reached, 1), spoken, next_, [], next_, b"")
+
+
+def bye(path: str, type_: str = "Token") -> m.Bye:
+    return m.Bye(results=[Result(path, type_, TOKEN)])
 
 
 REFUSED = {  # what it says, and the sentence
@@ -51,6 +55,12 @@ REFUSED = {  # what it says, and the sentence
         done([event(ms(5), payload=b"\x81\xa6number\xcc\x00")]),
         "bytes of its Token are not the canonical",
     ),
+    "of another type in its failure": (
+        m.Fail(Tag(ms(5)), "s1", "", "", [event(ms(5), type_="Job")]),
+        "s1 at .* out carries Token, not Job",
+    ),
+    "a result of others": (bye("ring.s10"), "node s1 tells a result of ring.s10: it tells those of its own models"),
+    "a result of no type": (bye("ring.s1", "Ufo"), "node s1, its result of ring.s1: unknown message type 'Ufo'"),
     "an unknown field": (done([event(ms(5), payload=b"\x82\xa6number\x00\xa1x\x00")]), "not the canonical ones"),
 }
 
@@ -60,14 +70,21 @@ def test_what_a_model_of_ours_could_not_say_is_refused(name: str) -> None:
     message, sentence = REFUSED[name]
     model = ring(stations=2, tokens=1, hold=ms(5))
     with pytest.raises(ProtocolError, match=sentence):
-        External("s1", [model.children["s1"]], [], 10_000).check(message)
+        External("s1", [model.children["s1"]], [], 10_000).checked(message)
 
 
 def test_what_is_right_passes() -> None:
     model = ring(stations=2, tokens=1, hold=ms(5))
     external = External("s1", [model.children["s1"]], [], 10_000)
-    for message in (HELLO, done([event(ms(5))]), m.Bye(), m.Checkpoint(1)):
-        external.check(message)
+    for message in (HELLO, done([event(ms(5))]), m.Bye(), bye("ring.s1"), bye("ring.s1.part"), m.Checkpoint(1)):
+        assert external.checked(message) is message
+
+
+def test_why_it_has_failed_is_one_line_that_names_it() -> None:
+    external = External("s1", [ring(stations=2, tokens=1, hold=ms(5)).children["s1"]], [], 10_000)
+    said = external.checked(m.Fail(Tag(0), "s1", "no\n\x1b[31mline" + "x" * 1000, ""))
+    assert isinstance(said, m.Fail)
+    assert said.sentence == "node s1 has failed: " + ("no\\n\\x1b[31mline" + "x" * 1000)[:500] + "..."
 
 
 def speak(*answers: m.AnyMessage | bytes) -> Callable[[Path], None]:

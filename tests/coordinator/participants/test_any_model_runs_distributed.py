@@ -64,7 +64,7 @@ def command(*arguments, **more):
 def test_the_command_runs_a_module_of_this_folder_and_a_file(tmp_path):
     by_module = command("rings:tokens", "--until", "21 ms", "-o", str(tmp_path / "ring.mcap"), cwd=HERE)
     assert by_module.returncode == 0, by_module.stderr
-    assert by_module.stdout.splitlines()[0] == "ended at 0.02 s because the time bound is reached"
+    assert by_module.stdout.splitlines()[0] == "last event at 0.02 s; the time bound is reached"
     by_file = command(str(HERE / "rings.py") + ":tokens", "--until", "21 ms", "--in-process", cwd=tmp_path)
     assert by_file.stdout.splitlines()[2] == by_module.stdout.splitlines()[2] != ""
 
@@ -93,7 +93,7 @@ def test_who_does_not_get_on_within_the_deadline_is_replaced(tmp_path):
     done = command("stuck.py:build", "--deadline", "1 s", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "seen").exists(), "the first one sleeps for an hour"
-    assert done.stdout.startswith("ended at 0 s because")
+    assert done.stdout.startswith("last event at 0 s; ")
     assert done.stderr.startswith("node stuck is replaced at t = 0.000 s: its process ")
     refused = command("stuck.py:build", "--deadline", "soon", cwd=tmp_path)
     told = "heavylift: --deadline 'soon': 'soon' is no time: write a number and a unit of s, min, h, ms, days\n"

@@ -13,10 +13,12 @@ from random import Random
 import pytest
 from command import finish
 from heavylift import replicate
+from heavylift.coordinator.commands import app
 from heavylift.coordinator.run.replications import Replications
 from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import Atomic, Coupled, Message, ns
 from heavylift.nodes.zoo import bouncing_ball, multi_server_queue
+from typer.testing import CliRunner
 
 MMC = "heavylift.nodes.zoo.multi_server_queue:mmc"
 
@@ -117,9 +119,22 @@ def test_what_cannot_be_replicated_is_told(build: object, sentence: str) -> None
         replicate(build, 6, until=ns(1), executor=executor)  # type: ignore[arg-type]
 
 
-def test_what_makes_no_sense_beside_replications_is_refused(tmp_path: Path) -> None:
-    code, _, said = finish(tmp_path, "devs", MMC, "--until", "2s", "--replications", "2", "-o", "x.mcap")
-    assert (code != 0, "leave out -o" in " ".join(said.split())) == (True, True)
+@pytest.mark.parametrize("more", ["-o x.mcap", "--external station", "--place station=a", "--in-process"])
+def test_what_makes_no_sense_beside_replications_is_refused(more: str) -> None:
+    told = CliRunner().invoke(app, ["devs", MMC, "--until", "2s", "--replications", "2", *more.split()])
+    assert (told.exit_code, "leave out" in told.output) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("option", "sentence"),
+    [
+        ("--until -5s", "--until -5s: a time is zero or more"),
+        ("--replications 0", "0 replications, confidence 0.95: give one"),
+    ],
+)
+def test_a_number_that_makes_no_sense_is_refused(option: str, sentence: str) -> None:
+    told = CliRunner().invoke(app, ["devs", MMC, *option.split()])
+    assert (told.exit_code, str(told.exception)[: len(sentence)]) == (1, sentence)
 
 
 @pytest.mark.parametrize(("module", "most"), [(multi_server_queue, 40), (bouncing_ball, 35)])

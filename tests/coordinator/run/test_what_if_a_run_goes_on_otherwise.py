@@ -133,8 +133,8 @@ def test_an_edited_scene_takes_the_place_of_the_recorded_one(lift: Path, tmp_pat
 @pytest.mark.parametrize(
     ("at", "told"),
     [
-        ("stage turn", "stage turn: there are take up slack, lift off, up, sideways, swing"),
-        ("stage upp", "stage upp: did you mean up?"),
+        ("stage turn", "there is no stage 'turn'; there are take up slack, lift off, up, sideways, swing"),
+        ("stage upp", "there is no stage 'upp'; did you mean up?"),
         ("end of stage swing", "swing is the last stage, nothing comes after it"),
         ("stage take up slack", "nothing lies before it; run the scene instead"),
         ("0", "nothing lies before it"),

@@ -90,6 +90,7 @@ def test_a_number_of_a_list_has_a_path(path: str) -> None:
         ("block.mass={}", "nothing between the braces"),
         ("block.mas={1 t, 2 t}", "unknown key 'mas'"),
         ("actions[9].all hooks={hoist 1 m/min by 1 m}", "the scene has no place"),
+        ("stage upp/all hooks/by=1..2 m by 1 m", "there is no stage 'upp'"),
         ("rig.loaders.loader-9.sling=9..10 m by 1 m", "loader-9"),
         ("block.mass={heavy, light}", "block.mass"),
         ("block.mass=1..2 t by 0.0000001 t", "at most 1000000"),

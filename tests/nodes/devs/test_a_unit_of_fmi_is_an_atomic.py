@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
+import subprocess
+import zipfile
 from pathlib import Path
 
 import fmpy
@@ -21,15 +24,41 @@ from pythonfmu import FmuBuilder
 HERE = Path(__file__).parent
 STATE = ("canGetAndSetFMUstate", "canSerializeFMUstate")
 
+SPRING = """<fmiModelDescription fmiVersion="3.0" modelName="Spring" instantiationToken="spring">
+  <CoSimulation modelIdentifier="spring" canGetAndSetFMUState="true" canSerializeFMUState="true"/>
+  <ModelVariables>
+    <Float64 name="time" valueReference="9" causality="independent" variability="continuous"/>
+    <Float64 name="f" valueReference="0" causality="input" start="0"/>
+    <Float64 name="x" valueReference="1" causality="output"/>
+    <Int32 name="steps" valueReference="4" causality="output"/>
+    <Float64 name="m" valueReference="3" causality="parameter" variability="tunable" start="1"/>
+    <Float64 name="row" valueReference="2" causality="local"><Dimension start="2"/></Float64>
+  </ModelVariables>
+  <ModelStructure><Output valueReference="1"/><Output valueReference="4"/></ModelStructure>
+</fmiModelDescription>"""
 
-@pytest.fixture(scope="module", params=[False, True], ids=["stateless", "with state"])
+
+def of_fmi_3(folder: Path) -> None:
+    """The same spring, in C."""
+    if not (compiler := shutil.which("cc")):
+        pytest.skip("NO C COMPILER HERE: a unit of FMI 3.0 was neither built nor stepped")
+    subprocess.run([compiler, "-shared", "-fPIC", "-w", HERE / "spring.c", "-o", folder / "spring.so"], check=True)
+    with zipfile.ZipFile(folder / "Spring.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", SPRING)
+        archive.write(folder / "spring.so", f"binaries/{fmpy.platform_tuple}/spring.so")
+
+
+@pytest.fixture(scope="module", params=["stateless", "with state", "FMI 3.0"])
 def unit(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory):
-    folder = tmp_path_factory.mktemp("units")
-    FmuBuilder.build_FMU(HERE / "spring.py", dest=folder, **dict.fromkeys(STATE, request.param))
+    folder, keeps = tmp_path_factory.mktemp("units"), request.param != "stateless"
+    if request.param == "FMI 3.0":
+        of_fmi_3(folder)
+    else:
+        FmuBuilder.build_FMU(HERE / "spring.py", dest=folder, **dict.fromkeys(STATE, keeps))
     before = os.environ.get("HEAVYLIFT_CACHE")
     os.environ["HEAVYLIFT_CACHE"] = str(tmp_path_factory.mktemp("cache"))
     with allowed([str(folder)]):
-        yield folder / "Spring.fmu", request.param
+        yield folder / "Spring.fmu", keeps
     os.environ.pop("HEAVYLIFT_CACHE")
     if before is not None:
         os.environ["HEAVYLIFT_CACHE"] = before
@@ -40,16 +69,19 @@ def stepped(file: Path, pushes: dict[int, float], steps: int) -> list[float]:
     told = fmpy.read_model_description(str(file))
     number = {v.name: v.valueReference for v in told.modelVariables}
     one = fmpy.instantiate_fmu(fmpy.extract(str(file)), told, "CoSimulation")
-    one.setupExperiment(startTime=0.0)
-    one.setReal([number["m"]], [0.5])
+    second = told.fmiVersion == "2.0"
+    get, put = (one.getReal, one.setReal) if second else (one.getFloat64, one.setFloat64)
+    if second:
+        one.setupExperiment(startTime=0.0)
+    put([number["m"]], [0.5])
     one.enterInitializationMode()
     one.exitInitializationMode()
-    found = [one.getReal([number["x"]])[0]]
+    found = [get([number["x"]])[0]]
     for i in range(steps):
         if i in pushes:
-            one.setReal([number["f"]], [pushes[i]])
+            put([number["f"]], [pushes[i]])
         one.doStep(i * 0.01, 0.01)
-        found.append(one.getReal([number["x"]])[0])
+        found.append(get([number["x"]])[0])
     return found
 
 
@@ -126,5 +158,25 @@ def test_what_is_wrong_with_a_unit_is_told_by_name(unit, tmp_path: Path) -> None
         Fmu("p", unit[0], ms(1), ["z"])
     with pytest.raises(ModelError, match="must be an int > 0 in ns"):
         Fmu("p", unit[0], 0.01, ["x"])  # type: ignore[arg-type]
-    with pytest.raises(ModelError, match=r"^p at \(0.003 s, 0\): p: Spring.fmu has no variable g"):
-        drive(Fmu("p", unit[0], ms(1), ["x"]), [(ms(3), "u", Signals((("g", 1.0),)))], until=ms(9))
+    for name, sentence in {
+        "g": "Spring.fmu has no variable g",
+        "x": "x of Spring.fmu is no input, but its out",
+    }.items():
+        with pytest.raises(ModelError, match=rf"^p at \(0.003 s, 0\): p: {sentence}"):
+            drive(Fmu("p", unit[0], ms(1), ["x"]), [(ms(3), "u", Signals(((name, 1.0),)))], until=ms(9))
+    with pytest.raises(
+        ModelError, match=r"^p at \(0 s, 0\): p: steps of Spring.fmu is of type Int\w+, and cannot be 0.5$"
+    ):
+        drive(Fmu("p", unit[0], ms(1), ["x"], {"steps": 0.5}), [], until=ms(9))
+
+
+def test_a_unit_of_fmi_3_may_end_and_may_have_arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
+    of_fmi_3(tmp_path)
+    with allowed([str(tmp_path)]):
+        with pytest.raises(ModelError, match=r"^p: variable row of Spring.fmu is an array, and no number$"):
+            Fmu("p", tmp_path / "Spring.fmu", ms(1), ["row"])
+        with pytest.raises(
+            ModelError, match=r"^p at \(0.004 s, 0\): p: Spring.fmu asks for the end of the simulation at 0.005 s"
+        ):
+            drive(Fmu("p", tmp_path / "Spring.fmu", ms(1), ["x"]), [(ms(4), "u", Signals((("f", 101.0),)))], ms(9))

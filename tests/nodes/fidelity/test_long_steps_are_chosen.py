@@ -6,6 +6,7 @@ from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
 from lifted import lifted
+from lifts_of_kinds import lift_of_kinds
 from measuring import Seen, apart
 from random_lifts import random_lift
 from steps_taken import _Scene
@@ -46,6 +47,15 @@ def test_whatever_else_is_asked_is_not():
 
 def test_nor_is_an_accuracy_that_damping_would_spoil():
     assert chosen("[rope tension]", "0.1 %") != ("sdirk2", True)
+
+
+def test_nor_are_swings_that_no_ramp_has_made():
+    """One of two cranes goes aside by 125 mm, with four hooks on the block: damped, that swing was missing from a peak
+    by 1.29 %."""
+    skew = parse(lift_of_kinds(9122).text, overrides=["ask=[rope tension]", "accuracy=1 %"])
+    assert not skew.plan.tensions_only
+    long = next(s for s in skew.verdict.steps if s.method == "sdirk2")
+    assert long.errors["rope tension"] > 0.0129 or long.tolerance < 1e-3
 
 
 def test_a_named_method_without_a_prediction_gets_a_tolerance_that_it_can_keep():
