@@ -5,5 +5,5 @@ signals                      what is measured: in conditions, by interlocks, by 
 machines, loaders, stools    cranes, loaders, block and rig; the fidelity of the scene
 limiting                     the table of limits
 mechanisms, mechanism, ropes, hooks, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
-targets, resolve             the action list with its names resolved
+targets, resolve, levelling  the action list with its names resolved
 """
