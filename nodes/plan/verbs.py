@@ -67,6 +67,7 @@ VERBS: dict[str, Verb] = {
         Verb("bypass", ("interlock",), "brake"),
         Verb("restore", ("interlock",), "brake", engages=True),
         Verb("stop", ("gantry", "trolley", "hook", "drive", "winch"), "stop", units="either"),
+        Verb("hold", ("gantry", "trolley", "hook", "drive", "winch"), "stop", units="either", engages=True),
         Verb("wait", ("none",), "wait"),
     )
 }

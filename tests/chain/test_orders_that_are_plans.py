@@ -122,3 +122,32 @@ def test_lugs_beyond_its_reach_are_told() -> None:
             more="block: {at: [18.5 m, 0 m, 2 m], lugs: {N2: [2.9 m, 1.5 m, 1.6 m]}}\n"
             "cranes: {jib: {boom: 19 m, radius: 18.5 m}}\n",
         )
+
+
+# hold
+
+
+def test_what_holds_stops_and_then_its_brake_engages() -> None:
+    """A cart that runs stops with its emergency deceleration; the brake closes when it stands."""
+    text = """\
+heavylift: 1
+name: cart
+end: 30 s
+mechanism:
+  bodies: {cart: {mass: 4 t}}
+  joints: {rail: {type: prismatic, child: cart, axis: [1, 0, 0]}}
+  drives: {motor: {joint: rail, type: prescribed, ramp: 0.1 m/s2, emergency: 0.5 m/s2}}
+  brakes: {parking: {joint: rail, holds: 10 kN, stiffness: 1 MN/m, damping: 10 kN s/m}}
+actions:
+  - motor: drive 1 m/s by 20 m
+  - {when: after 12 s, motor: hold}
+  - wait: 1 s
+"""
+    made = parse(text, "scene.yaml", passing=True)
+    assert [type(order).__name__ for action in made.plan.actions for order in action.orders] == [
+        "Move", "Stop", "Brake", "Wait",
+    ]  # fmt: skip
+    last = made.statics.states[-1]
+    assert last.coordinates["rail"] == pytest.approx(1.0 / (2 * 0.1) + 2.0 + 1.0 / (2 * 0.5), abs=1e-6)
+    brake = next(acted.t for i, acted in enumerate(made.statics.acted) if i == 2)
+    assert brake == pytest.approx(12.0 + 1.0 / 0.5, abs=1e-6)

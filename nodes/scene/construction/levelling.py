@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import degrees
 
-import msgspec
 from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.scene.language.phrases import OrderPhrase
@@ -63,9 +62,3 @@ class Levelling:
                 )
             )  # fmt: skip
         return pairs
-
-    @staticmethod
-    def joined(found: list[plan.Action]) -> list[plan.Action]:
-        """The first action has the orders of the second, too."""
-        first, second, *rest = found
-        return [msgspec.structs.replace(first, orders=(*first.orders, *second.orders)), *rest]

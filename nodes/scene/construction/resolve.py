@@ -53,15 +53,27 @@ class _Resolver:
 
     def listed(self, index: int, action: Action) -> list[plan.Action]:
         """An action, with those that it becomes after it."""
-        first = self.action(index, action)
-        found = [first]
+        first, after = self.action(index, action), list[tuple[actions.Order, ...]]()
         for target, phrase in action.orders.items():
-            if VERBS[phrase.verb].becomes == "level" and self._actors(("actions", index, target), target, phrase):
-                path: Path = ("actions", index, target)
-                hooks = [actor for hook in phrase.hooks for actor in self.targets.get(hook, ())]
-                for orders in self.levelling.moves(path, phrase, hooks):
-                    found.append(plan.Action(orders=orders, where=first.where))
-        return found if len(found) == 1 else self.levelling.joined(found)
+            path: Path = ("actions", index, target)
+            match VERBS[phrase.verb].becomes:
+                case "level" if self._actors(path, target, phrase):
+                    hooks = [actor for hook in phrase.hooks for actor in self.targets.get(hook, ())]
+                    now, *later = self.levelling.moves(path, phrase, hooks) or [()]
+                    first = msgspec.structs.replace(first, orders=(*first.orders, *now))
+                    after += later
+                case "stop" if VERBS[phrase.verb].engages:
+                    after.append(self._brakes(path, self._actors(path, target, phrase)))
+        return [first, *(plan.Action(orders=orders, where=first.where) for orders in after if orders)]
+
+    def _brakes(self, path: Path, found: tuple[Actor, ...]) -> tuple[actions.Order, ...]:
+        """The brakes of what is to be held, as they are engaged once it stands."""
+        systems = [(machine.name, machine.system) for machine in self.conditions.mechanisms]
+        names = {actor.name for actor in found}
+        joints = {drive.joint for _, system in systems for drive in system.drives if drive.name in names}
+        brakes = [(name, brake.name) for name, system in systems for brake in system.brakes if brake.joint in joints]
+        where = self.source.where(path)
+        return tuple(actions.Brake(model=m, brake=b, engaged=True, where=where) for m, b in brakes)
 
     def action(self, index: int, action: Action) -> plan.Action:
         path: Path = ("actions", index)

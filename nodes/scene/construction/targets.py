@@ -34,7 +34,7 @@ class Actor:
 
     def obeys(self, verb: Verb) -> bool:
         """Whether it can be given the verb."""
-        own = self.verb in ("", verb.name) or self.kind == "winch" or verb.name in ("drive", "stop")
+        own = self.verb in ("", verb.name) or self.kind == "winch" or verb.name == "drive" or verb.becomes == "stop"
         fits = self.kind != "drive" or verb.units == ("turning" if self.turns else "sliding") or verb.units == "either"
         return self.kind in verb.kinds and own and fits
 

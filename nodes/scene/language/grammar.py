@@ -153,7 +153,7 @@ def _order(r: _Reader) -> OrderPhrase:
             return OrderPhrase(name, lugs=_lugs(r) if r.next else ())
         case "level":
             return _level(r, name)
-        case "stop" if r.take("ramp"):
+        case "stop" if not verb.engages and r.take("ramp"):
             turning = r.turning
             return OrderPhrase(name, turning=turning, ramp=r.positive(units.STROKE_RAMP))
         case "move" | "turn":
