@@ -186,7 +186,8 @@ class KernelNode:
             at = max(end.t - 1, present)  # a step that ends with the run may be history
             self.simulation.interrupt(at, self._pause)
             self.simulation.settle()
-            rows[:] = [*(row for row in rows[:-1] if row[0] < end.t), (end.t - 1, rows[-1][1])]
+            last = rows[-1][1] if rows else self.simulation.shown(at)  # islands that stood there are on record already
+            rows[:] = [*(row for row in rows[:-1] if row[0] < end.t), (end.t - 1, last)]
         self._flush()
         return ""
 
@@ -241,9 +242,11 @@ class KernelNode:
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
         """Send consecutive samples, equal ones as one row."""
         different = rows[:1] if all(row is rows[0][1] for _, row in rows) else rows
-        values = published(self.simulation.method, np.array([row for _, row in different])).astype("<f8")
+        values = published(self.simulation.method, np.array([row for _, row in different])).astype("<f8", copy=False)
         if not period:
-            most = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=0)
+            most = np.abs(values).max(axis=0)
+            if not np.isfinite(most).all():
+                most = np.where(np.isfinite(values), np.abs(values), 0.0).max(axis=0)
             self._most = np.maximum(most, self._most) if len(self._most) else most
         more = (notes, period) if period else (notes,) if notes else ()
         self._publish(msgspec.msgpack.encode((self._sent, [t for t, _ in rows], values.tobytes(), *more)))

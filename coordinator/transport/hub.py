@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from threading import Thread
 from typing import Protocol
 
 import zenoh
@@ -243,6 +245,7 @@ class Hub(Exchange):
     def close(self) -> None:
         """End the session and remove the run's directory."""
         self._lookout.excuse(*self.placement.processes)
+        Thread(target=self._drain, daemon=True).start()
         deadline = time.monotonic() + LEAVE_s
         while any(self.present(process) for process in self.placement.awaited) and time.monotonic() < deadline:
             time.sleep(0.005)  # they close when all that they have said is here
@@ -254,6 +257,12 @@ class Hub(Exchange):
         self._lookout.close()
         super().close()
         self.directory.remove()
+
+    def _drain(self) -> None:
+        """Take what is still said, and drop it: a full inbox would hold up the session, and its end."""
+        with suppress(zenoh.ZError):  # the session has ended
+            while True:
+                self._inbox.recv()
 
     def _leave(self, query: zenoh.Query) -> None:
         """Answer a process that has waited with closing until all that it had sent is here."""

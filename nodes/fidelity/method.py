@@ -27,7 +27,8 @@ from .rules import Errors, overshoot, tipped
 
 __all__ = ["METHODS", "Stepped", "stepped"]
 
-TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) for k in range(4, 25))  # 1e-2 to 1e-12
+PARTS = 1.0, sqrt(sqrt(10.0)), sqrt(10.0), sqrt(sqrt(1000.0))  # of a decade
+TOLERANCES = tuple(float(f"1e-{(k + 3) // 4}") * PARTS[-k % 4] for k in range(8, 49))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
 BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest

@@ -82,6 +82,18 @@ def _cell(limit: Limit) -> str:
     return f"{limit.subject.replace(' ', '.')}.load"
 
 
+def _lug_load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """What the slings on a lug pull together [kg]; those of loaders while they are hooked there."""
+    total = np.zeros(len(signals.t))
+    for name in (name for name in limit.elements if name in signals.tensions):
+        on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), None)
+        free = not any(sling.name == name for sling in plan.rig.slings)
+        pull = signals.tensions[name] / plan.gravity
+        total = total + (pull if free else 0.0 if on is None else np.where(on, pull, 0.0))
+    alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
+    return Reading(total, (alone[0] / plan.gravity, alone[1]) if alone else None)
+
+
 def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """The tension of one sling, or of several together [N]."""
     found = [signals.tensions[name] for name in limit.elements if name in signals.tensions]
@@ -249,6 +261,9 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "crane load": _load,
     "tandem load": _load,
     "loader load": _tension,
+    "frame load": _load,
+    "shackle load": _load,
+    "lug load": _lug_load,
     "sling tension": _tension,
     "sling peak": _tension,
     "rope tension": _tension,

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from heavylift.kernel.description.mechanics import WORLD, Master, Point, System, assembled
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Coupled, In, Model, Out
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
 from heavylift.nodes.models.commander.actuator_registry import TURN, machines, turns
 from heavylift.nodes.models.commander.commander import Commander
 from heavylift.nodes.models.commander.conditions import watched
@@ -47,8 +47,37 @@ class Rig(Coupled):
             self.add(RopeAtomic(given.name.replace(".", "-"), sling(plan, given, lug)))
 
 
+class Ending(Atomic):
+    """Says that all action lists are finished once the last one is."""
+
+    heard, finished = In(m.Finished), Out(m.Finished)
+
+    def __init__(self, lists: int) -> None:
+        super().__init__("ending")
+        self.lists = lists
+
+    def start(self) -> None:
+        """None is."""
+        self.left = self.lists
+        self.passivate()
+
+    def external(self, e: int, x: Bag) -> None:
+        """One more is."""
+        self.left -= len(x.get(self.heard, ()))
+        if self.left == 0:
+            self.hold_in(0)
+
+    def output(self) -> None:
+        """The last one is."""
+        self.finished.send(m.Finished())
+
+    def internal(self) -> None:
+        """Nothing follows."""
+        self.passivate()
+
+
 class CommanderModel(Coupled):
-    """The commander with its action list, the rig, and the actor of the Master "turn"."""
+    """The commander with its action list, or one for each of several, the rig, and the actor of the Master "turn"."""
 
     report, command = In(m.Report), In(m.OperatorCommand)
     stage = Out(m.Stage)
@@ -58,12 +87,15 @@ class CommanderModel(Coupled):
 
     def __init__(self, plan: Plan) -> None:
         super().__init__(COMMANDER)
-        self.actions = self.add(Commander("actions", plan))
-        for port in self.actions.aims:
-            self.add_in(port.name, m.SetPoint)
-        share(self, self.actions)
-        for name in machines(plan):
-            self.connect(self.actions.to[name], self.add_out(f"order_{name}", m.Order))
+        if plan.lists:
+            self._lists(plan)
+        else:
+            self.actions = self.add(Commander("actions", plan))
+            for port in self.actions.aims:
+                self.add_in(port.name, m.SetPoint)
+            share(self, self.actions)
+            for name in machines(plan):
+                self.connect(self.actions.to[name], self.add_out(f"order_{name}", m.Order))
         self.rig = self.add(Rig(plan))
         if turns(plan):
             turn = self.add(DriveActor(TURN, TURN, System(masters=(Master(TURN),)), start=plan.start))
@@ -71,9 +103,25 @@ class CommanderModel(Coupled):
             self.connect(turn.report, self.actions.report)
             self.connect(turn.input, self.add_out("input", m.KernelInput))
 
+    def _lists(self, plan: Plan) -> None:
+        """A commander for each action list, which hears and orders the machines of its own."""
+        ending = self.add(Ending(len(plan.lists)))
+        self.connect(ending.finished, self.finished)
+        ends = [*(each.first for each in plan.lists[1:]), len(plan.actions)]
+        for each, end in zip(plan.lists, ends, strict=True):
+            commander = self.add(Commander(each.name, plan, (each.first, end)))
+            self.connect(self.add_in(f"report_{each.name}", m.Report), commander.report)
+            for out in ("stage", "skipped", "answer"):
+                self.connect(commander.ports[out], self.ports[out])
+            self.connect(commander.finished, ending.heard)
+            self.connect(self.command, commander.command)
+            for name in each.machines:
+                self.connect(commander.to[name], self.add_out(f"order_{name}", m.Order))
+
     def waiting_for(self) -> str:
-        """What the action list lacks to go on, as a sentence; "" when it is done."""
-        return self.actions.waiting_for()
+        """What the action lists lack to go on, as a sentence; "" when they are done."""
+        lists = [child for child in self.children.values() if isinstance(child, Commander)]
+        return "; ".join(told for each in lists if (told := each.waiting_for()))
 
     def declare(self) -> System:
         """The rig and the Master."""
@@ -156,10 +204,11 @@ def couplings(plan: Plan) -> list[Coupling]:
     found: list[Coupling] = []
     if turns(plan):
         found.append((COMMANDER, "input", KERNEL, f"input_{COMMANDER}"))
+    heard = {name: f"report_{each.name}" for each in plan.lists for name in each.machines}
     for name in machines(plan):
         found += [
             (COMMANDER, f"order_{name}", name, "order"),
-            (name, "report", COMMANDER, "report"),
+            (name, "report", COMMANDER, heard.get(name, "report")),
             (name, "input", KERNEL, f"input_{name}"),
             (KERNEL, f"state_{name}", name, "state"),
         ]

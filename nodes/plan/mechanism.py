@@ -67,7 +67,8 @@ class Mechanism(Item, frozen=True, kw_only=True):
     """A researcher's own multibody system, written as bodies, joints and laws; it becomes one coupled model.
 
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
-    supports that carry at the start.  Its parts may name bodies and joints of the lift.
+    supports that carry at the start.  Its parts may name bodies and joints of the lift.  `slings`: by the name of a
+    rigging that is a machine of its own, its ropes.
     """
 
     name: str
@@ -77,6 +78,14 @@ class Mechanism(Item, frozen=True, kw_only=True):
     closed: tuple[str, ...] = ()
     hooks: tuple[Hoist, ...] = ()
     shapes: tuple[Shape, ...] = ()
+    slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
+
+    @property
+    def rigged(self) -> dict[str, tuple[str, ...]]:
+        """Slings by the name of their rigging."""
+        return {
+            name: slings for each in (*(h.slings for h in self.hooks), self.slings) for name, slings in each.items()
+        }
 
     def standing(self, body: str) -> str:
         """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""

@@ -214,6 +214,14 @@ class Rig(Item, frozen=True, kw_only=True):
     slings: tuple[Sling, ...] = ()
 
 
+class ActionList(Item, frozen=True, kw_only=True):
+    """One of several action lists: it begins with the action of number `first`, and orders these machines."""
+
+    name: str
+    first: int
+    machines: tuple[str, ...]
+
+
 class Plan(Item, frozen=True, kw_only=True):
     """A resolved scene.  With `end` [s] the run ends there, without it when the last action is done."""
 
@@ -238,6 +246,7 @@ class Plan(Item, frozen=True, kw_only=True):
     models: tuple[Own, ...] = ()
     interlocks: tuple[Interlock, ...] = ()
     actions: tuple[Action, ...] = ()
+    lists: tuple[ActionList, ...] = ()  # carried out side by side; none: all actions are one list
     driven: tuple[Driven, ...] = ()
 
     @property

@@ -9,6 +9,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from heavylift.nodes.fidelity import Question
@@ -32,9 +33,10 @@ from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed
-from heavylift.nodes.statics.static_state import standing
+from heavylift.nodes.statics.static_state import rigged, standing
 from heavylift.nodes.statics.swinging import swing_free
 
+from .instances import several
 from .loaded_scene import Facts, LoadedScene
 
 __all__ = ["build", "facts"]
@@ -61,9 +63,18 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
     tabled(source)
     gather(source)
     whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
+    return _built(source, path, text, overrides, passing, whole)
+
+
+def _built(
+    source: Source, path: Path, text: str, overrides: Sequence[str] = (), passing: bool = True, whole: str = ""
+) -> LoadedScene:
+    """The scene of a source."""
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
+    if scene.lifts:
+        return _side_by_side(source, scene, path, text, overrides, passing, whole)
     yard = build_machines(source, scene)
     check_parts(source, scene)
     lift = plan.Plan(
@@ -75,20 +86,13 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
         rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
         fidelity=build_fidelity(yard),
     )
-    mechanisms = build_mechanisms(source, scene, lift)
+    mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
     yard.interlocks = build_interlocks(yard, mechanisms)
     loaded = LoadedScene(
         msgspec.structs.replace(
             lift,
-            tolerance=scene.tolerance or min(scene.wanted_accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
-            method=scene.method,
-            step=scene.step,
-            tensions_only=scene.tolerance_of == "rope tension",
-            seed=scene.seed,
-            microsteps=scene.microsteps,
-            samples_hz=scene.samples,
-            end=scene.end,
+            **_common(scene),
             mechanisms=mechanisms,
             models=build_models(yard, mechanisms),
             interlocks=yard.interlocks,
@@ -111,13 +115,49 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
     loaded = replace(loaded, plan=shaped)
     loaded.__dict__["scene"] = scene
     raise_faults(source, _impossible(source, loaded))
-    if loaded.followed is not None:
-        rests = replace(loaded, plan=standing(loaded.plan, loaded.statics))
+    hung = any(machine.slings for machine in loaded.plan.mechanisms)
+    if loaded.followed is not None or hung:
+        rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, loaded.statics))
         rests.__dict__.update(scene=scene, statics=loaded.statics)  # the same path: it begins at that rest
         loaded = rests
     pruned = _pruned(loaded)
     pruned.__dict__["scene"] = scene
     return pruned
+
+
+def _side_by_side(
+    source: Source, scene: schema.Scene, path: Path, text: str, overrides: Sequence[str], passing: bool, whole: str
+) -> LoadedScene:
+    """A scene of several lifts, each built as if it were alone."""
+
+    def alone(own: Source) -> LoadedScene:
+        tabled(own)
+        gather(own)
+        return _built(own, path, text)
+
+    found, followed = several(source, scene, path, alone)
+    built = msgspec.structs.replace(found, **_common(scene))
+    raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(built))])
+    settings = tuple(overrides)
+    loaded = LoadedScene(
+        built, text, path, facts(scene), merged=whole, settings=settings, passing=passing, apart=followed
+    )
+    loaded.__dict__["scene"] = scene
+    return loaded
+
+
+def _common(scene: schema.Scene) -> dict[str, Any]:
+    """What a scene says of its whole run."""
+    return {
+        "tolerance": scene.tolerance or min(scene.wanted_accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
+        "method": scene.method,
+        "step": scene.step,
+        "tensions_only": scene.tolerance_of == "rope tension",
+        "seed": scene.seed,
+        "microsteps": scene.microsteps,
+        "samples_hz": scene.samples,
+        "end": scene.end,
+    }
 
 
 def _pruned(loaded: LoadedScene) -> LoadedScene:

@@ -57,6 +57,7 @@ class LoadedScene:
     settings: tuple[str, ...] = ()  # laid over it
     passing: bool = False  # one of many that nobody loads again
     whole: Plan | None = None  # the plan before what is asked left anything out
+    apart: Followed | None = None  # the paths at rest of several lifts, each followed as if it were alone
 
     @cached_property
     def scene(self) -> schema.Scene:
@@ -68,6 +69,8 @@ class LoadedScene:
     @cached_property
     def statics(self) -> Followed:
         """The action list followed at rest, as far as that goes."""
+        if self.plan.lists:
+            return self.apart or Followed((), (), (), "", None, "")  # of a recording, which has no scenes of each
         return follow(self.plan, keep=not self.passing)
 
     @cached_property

@@ -72,8 +72,9 @@ def report(
     """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
     mobility = _mobility(built)
     ropes = len(built.rig.hook_ropes) + sum(len(m.system.ropes) + len(m.system.reevings) for m in built.mechanisms)
-    rigged = sum(len(slings) for m in built.mechanisms for hook in m.hooks for slings in hook.slings.values())
-    ropes, slings, actions = ropes - rigged, len(built.rig.slings) + rigged, len(built.actions)
+    rigged = {sling for m in built.mechanisms for slings in m.rigged.values() for sling in slings}
+    hung = [rope for m in built.mechanisms for rope in m.system.all_ropes if rope.hooked and rope.name in rigged]
+    ropes, slings, actions = ropes - len(rigged), len(built.rig.slings) + len(hung), len(built.actions)
     models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms)
     models += len(built.models) + 1
     counts = (mobility.bodies, mobility.dof, ropes, slings, models, actions)

@@ -15,7 +15,19 @@ from heavylift.nodes.plan.actions import Move, Turn
 from .action_preview import Followed
 from .state import Pose, StaticState
 
-__all__ = ["Begun", "Following", "State", "Step", "following", "goal_states", "goals", "loads_of", "standing", "world"]
+__all__ = [
+    "Begun",
+    "Following",
+    "State",
+    "Step",
+    "following",
+    "goal_states",
+    "goals",
+    "loads_of",
+    "rigged",
+    "standing",
+    "world",
+]
 
 Place = tuple[float, float, float]
 SLACK = 1.0  # [N] of a sling that carries nothing
@@ -205,9 +217,32 @@ def standing(built: plan.Plan, path: Followed) -> plan.Plan:
     turned = max(abs(R[i][j] - (i == j)) for i in range(3) for j in range(3))
     if max(turned, *(abs(a - b) for a, b in zip(p, built.block.pose, strict=False))) <= WRITTEN:
         return built
+    return msgspec.structs.replace(built, block=msgspec.structs.replace(built.block, pose=_rest((p, R))))
+
+
+def rigged(built: plan.Plan, path: Followed) -> plan.Plan:
+    """The plan with block, hooks and frames as they rest at the start, and the ropes that carry there."""
+    if not path.states:
+        return built
+    first, machines = path.states[0], []
+    for machine in built.mechanisms:
+        hung = {machine.name, *(hook.rope for hook in machine.hooks)}
+        joints = (
+            replace(j, q0=_rest(first.poses[j.child])) if j.kind == "free" and j.child in hung else j
+            for j in machine.system.joints
+        )
+        taut = tuple(r.name for r in machine.system.all_ropes if r.hooked and first.tensions[r.name] > 0.0)
+        system = replace(machine.system, joints=tuple(joints))
+        machines.append(msgspec.structs.replace(machine, system=system, taut=taut))
+    return msgspec.structs.replace(standing(built, path), mechanisms=tuple(machines))
+
+
+def _rest(pose: Pose) -> tuple[float, float, float, float, float, float, float]:
+    """Place and quaternion of a body that is turned by less than 120 degrees."""
+    p, R = pose
     w = 0.5 * sqrt(1.0 + R[0][0] + R[1][1] + R[2][2])
     x, y, z = ((R[i][j] - R[j][i]) / (4.0 * w) for i, j in ((2, 1), (0, 2), (1, 0)))
-    return msgspec.structs.replace(built, block=msgspec.structs.replace(built.block, pose=(*p, x, y, z, w)))
+    return (*p, x, y, z, w)
 
 
 def _moved(x: StaticState, body: str, way: Place) -> Pose:

@@ -40,9 +40,11 @@ class Commander(Atomic):
     finished = Out(m.Finished)
     answer = Out(m.OperatorAnswer)
 
-    def __init__(self, name: str, plan: Plan) -> None:
+    def __init__(self, name: str, plan: Plan, part: tuple[int, int] | None = None) -> None:
         super().__init__(name)
+        self.first, self.end = part or (0, len(plan.actions))  # of the actions of its list
         self.plan, self.owners = plan, owners(plan)
+        self.own = next((each.machines for each in plan.lists if each.name == name), ())  # machines, of several lists
         self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
         targets = [*machines(plan), *([TURN] if turns(plan) else [])]
         self.aims = {
@@ -55,7 +57,7 @@ class Commander(Atomic):
         self.picture, self.lugs, self.theta = first_picture(self.plan), first_lugs(self.plan), self.plan.start
         self.jobs: list[Job] = []
         self.led: dict[str, float] = {}  # speed that models ask of actuators
-        self.index = self.ids = self.since = 0
+        self.index, self.ids, self.since = self.first, 0, 0
         self.over = False
         self.outbox: list[tuple[OutPort[Any], Message]] = []
         self._expect()
@@ -85,7 +87,7 @@ class Commander(Atomic):
     def waiting_for(self) -> str:
         """What the action list still waits for, as a sentence; "" when it is done."""
         moment = Moment(self.now.t, self.since, still_open(self.jobs, self.index - 1))
-        if self.index == len(self.plan.actions):
+        if self.index == self.end:
             if all(job.ends_ns is not None for job in self.jobs):
                 return ""  # a last `wait` that the end of the scene cuts short
             lacks, where = words(scene.MovesDone(), self.picture, moment), ""
@@ -105,7 +107,7 @@ class Commander(Atomic):
         times = [job.ends_ns for job in self.jobs if job.ends_ns is not None]
         for job in self.jobs:
             times += next_time(job.until, Moment(self.now.t, job.since_ns))
-        if self.index < len(self.plan.actions) and not self.outbox:
+        if self.index < self.end and not self.outbox:
             action = self.plan.actions[self.index]
             times += next_time(action.when, Moment(self.now.t, self.since))
             if action.timeout is not None:
@@ -136,7 +138,7 @@ class Commander(Atomic):
     def _next_action(self) -> bool:
         """Begin the next action if its condition holds; at the end of the list report it."""
         plan = self.plan
-        if self.index == len(plan.actions):
+        if self.index == self.end:
             if plan.end is None and not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
                 self.over = True
                 self.outbox.append((self.finished, m.Finished()))
@@ -166,13 +168,20 @@ class Commander(Atomic):
     def _obey(self, command: m.OperatorCommand) -> None:
         """Give the orders of a command beside the action list, all or, if one is refused, none; end the run."""
         if not command.action:
+            self.outbox += [] if self.over else [(self.finished, m.Finished())]
             self.over = True
-            self.outbox.append((self.finished, m.Finished()))
             return
+        orders = msgspec.msgpack.decode(command.action, type=scene.Action).orders
+        asked = [self.owners.get(addressed(order) or "", "") for order in orders]
+        if self.own and asked[0] not in self.own:
+            return  # another list answers
         before = list(self.jobs), list(self.outbox), self.ids
         answer = m.OperatorAnswer(command.text, self.now.t)
         try:
-            for i, order in enumerate(msgspec.msgpack.decode(command.action, type=scene.Action).orders):
+            if self.own and (self.over or not {*asked} <= {*self.own}):
+                many = "it orders machines of several lifts, which are ordered one by one"
+                raise Refused("the action list of this lift is over" if self.over else many)
+            for i, order in enumerate(orders):
                 self._give(order, (ASIDE, i))
         except Refused as error:
             self.jobs, self.outbox, self.ids = before
@@ -315,7 +324,7 @@ class Commander(Atomic):
 
     def _expect(self) -> None:
         """Have the thresholds of the next action's condition watched."""
-        if self.index < len(self.plan.actions):
+        if self.index < self.end:
             self._watch(self.plan.actions[self.index].when, (self.index, WHEN))
 
     def _watch(self, condition: scene.Condition | None, at: tuple[int, int]) -> None:

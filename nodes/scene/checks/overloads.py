@@ -29,7 +29,7 @@ def overloads(built: plan.Plan, statics: Followed, uses: Sequence[Use]) -> list[
         uses = uses_on_path(built, [x for x in statics.states if x.action < first])
     guarded = {rope for interlock in built.interlocks if interlock.stops for rope in interlock.hooks}
     uses = [use for use in uses if not guarded.intersection(use.limit.elements)]
-    goals = uses_on_path(built, goal_states(built, statics))
+    goals = uses_on_path(built, goal_states(built, statics)) if built.lift else []
     return _refused(built, goals) or _refused(built, [use for use in uses if use.limit.quantity not in PLACES])
 
 

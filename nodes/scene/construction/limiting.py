@@ -8,31 +8,25 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from math import prod
-from typing import Any
 
 from heavylift.kernel.description.forces import Wind
-from heavylift.nodes.limits.reeving import drum_ends, lead_factor
+from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import (
     ISO_4308,
-    ND_0027,
     ROPE_FACTORS,
     RUNNING,
     RUNNING_SOURCE,
-    SLINGS,
-    SUCCESSOR,
-    partial_factor,
 )
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
-from heavylift.nodes.scene.keys.parts.machines import SlingType
-from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.language.phrases import CrossTest
 from heavylift.nodes.scene.language.quantities import QUANTITIES
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
+from .rigging.ratings import hook_limits, lug_limits, rigging_limits, sling_limits
 from .signals import Conditions
 from .yard import Yard
 
@@ -40,14 +34,14 @@ __all__ = ["build_limits", "reeving", "rope_factor"]
 
 UNITS = {"length": "m", "angle": "rad", "force": "N", "mass": "kg", "ratio": "", "speed": "m/s"}  # by dimension
 UNJUDGED = ("angle", "length")  # signals that are not known of a path or a recording
-ROLLING = 0.98  # efficiency of a sheave on rolling bearings
 
 
 def build_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """All rows, crane by crane, then the rig's and the scene's."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
-    rows += [row for machine in mechanisms for row in _hooks(yard, machine)]
-    return (*rows, *_rig(yard), *_ropes(yard, mechanisms), *_signals(yard, mechanisms), *_scene(yard, mechanisms))
+    rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
+    own = (*_rig(yard), *lug_limits(yard), *_ropes(yard, mechanisms), *_signals(yard, mechanisms))
+    return (*rows, *own, *_scene(yard, mechanisms))
 
 
 def _signals(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
@@ -93,7 +87,7 @@ def _scene(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
 
 def _ropes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """Ropes that the scene itself limits; those of a mechanism without a limit are unknown."""
-    rigged = {sling for m in mechanisms for hook in m.hooks for slings in hook.slings.values() for sling in slings}
+    rigged = {sling for m in mechanisms for slings in m.rigged.values() for sling in slings}
     hooks = {hook.rope for m in mechanisms for hook in m.hooks}
     free = [rope.name for m in mechanisms for rope in m.system.all_ropes]
     for name in (name for name in free if name not in {*yard.scene.limits.ropes, *rigged, *hooks}):
@@ -252,60 +246,8 @@ def _rig(yard: Yard) -> Iterator[Limit]:
         )  # fmt: skip
     for sling in yard.slings:
         name, where, one = sling.name, sling.where, (sling.name,)
-        yield from _sling(given, name, where)
+        yield from sling_limits(given, name, where)
         yield Limit(
             subject=name, quantity="bridle angle", unit="rad", value=limits.bridle, warning=limits.bridle_warning,
             elements=one, source=own, where=where,
-        )  # fmt: skip
-
-
-def _hooks(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
-    """Hooks of a machine made of parts: capacity or chart, rope, slings."""
-    for hook in machine.hooks:
-        given = _given(yard, machine, hook.rope)
-        at = {"subject": hook.rope, "unit": "kg", "elements": (hook.rope,), "where": hook.where, "source": "its type"}
-        if chart := hook.chart:
-            note = "with hook block and rigging; the next longer radius counts"
-            yield Limit(quantity="hook load", chart=chart, over="radius", note=note, **at)  # type: ignore[arg-type]
-        else:
-            note = "" if given.capacity else "give its hook a 'capacity'"
-            yield Limit(quantity="hook load", value=given.capacity, note=note, **at)  # type: ignore[arg-type]
-        yield _fall(given, at)
-        for name, slings in hook.slings.items():
-            yield from _slings(yard, name, slings)
-
-
-def _fall(given: Hook, at: dict[str, Any]) -> Limit:
-    """The rope of a hook at rest, all falls together, of which the one at the drum is loaded most; friction assumed."""
-    at = {**at, "unit": "N", "quantity": "rope tension"}
-    if not given.fall_breaking:
-        return Limit(note="give its hook a 'fall breaking'", **{**at, "source": ""})
-    factor, ends = ROPE_FACTORS[given.mechanism_group], drum_ends(given.falls, None)
-    most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, ROLLING)
-    return Limit(value=most, factor=factor, **{**at, "source": f"{ISO_4308}, {given.mechanism_group}"})
-
-
-def _given(yard: Yard, machine: plan.Mechanism, rope: str) -> Hook:
-    """The keys of a hook."""
-    scene = yard.scene
-    return (scene.machines.get(machine.name) or scene.mechanism).hooks[rope]  # type: ignore[union-attr]
-
-
-def _slings(yard: Yard, name: str, slings: Sequence[str]) -> Iterator[Limit]:
-    """Slings of a rigging."""
-    given, where = yard.scene.rigging[name].sling, yard.source.where(("rigging", name))
-    yield from (row for sling in slings for row in _sling(given, sling, where))
-
-
-def _sling(given: SlingType, name: str, where: str) -> Iterator[Limit]:
-    """A sling, at rest and at its peak."""
-    most = {"factor": given.factor, "source": "the scene" if "factor" in given.model_fields_set else SLINGS}
-    own = f"{ND_0027}, 7.3.1, hand splice; {SUCCESSOR}"
-    partial = given.partial_factor or partial_factor()
-    peak = {"factor": partial, "source": "the scene" if given.partial_factor else own}
-    kinds: tuple[tuple[Quantity, dict[str, Any]], ...] = (("sling tension", most), ("sling peak", peak))
-    for quantity, by in kinds:
-        yield Limit(
-            subject=name, quantity=quantity, unit="N", value=given.breaking / by["factor"], breaking=given.breaking,
-            elements=(name,), where=where, **by,
         )  # fmt: skip

@@ -15,7 +15,6 @@ from heavylift.nodes.scene.keys.parts.machines import GoliathBody, GoliathDrive
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-from .hooks import hook_of
 from .loaders import add_loader
 from .stools import build_block
 from .yard import LOWER, UPPER, Level, Yard, box, parts_of, ramp_of, trolley_start
@@ -41,9 +40,9 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
 
 def check_parts(source: Source, scene: schema.Scene) -> None:
     """A lift needs cranes, a rig and a block, of which machines need no rig; a scene needs something that moves."""
-    parts = {"cranes": bool(scene.cranes), "block": scene.block is not None, "rig": scene.rig is not None}
+    block = scene.block is not None or bool(scene.blocks and not scene.cranes)
+    parts = {"cranes": bool(scene.cranes), "block": block, "rig": scene.rig is not None}
     missing = [key for key, there in parts.items() if not there]
-    _check_rigging(source, scene)
     if len(missing) == len(parts):
         if scene.mechanism is None and not scene.machines:
             source.fault((), "a scene needs cranes, a block and a rig, or a mechanism")
@@ -51,10 +50,12 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
         there = " and ".join(key for key in parts if key not in missing)
         source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
     names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
-    for name in scene.machines:
-        if name in names:
-            source.fault(("machines", name), f"the name '{name}' is given twice: another machine has it", on_key=True)
-    if scene.mechanism and scene.mechanism.name in {*names, *scene.machines}:
+    for key in ("machines", "blocks"):
+        for name in getattr(scene, key):
+            if name in names:
+                source.fault((key, name), f"the name '{name}' is given twice: another machine has it", on_key=True)
+            names.add(name)
+    if scene.mechanism and scene.mechanism.name in names:
         message = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
         source.fault(("mechanism", "name"), message)
     _check_ends(source, scene)
@@ -70,22 +71,6 @@ def _check_ends(source: Source, scene: schema.Scene) -> None:
             source.fault(("tolerance of",), "no tolerance is given; add one, such as 'tolerance: 0.01'")
     if not scene.actions and scene.end is None:
         source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
-
-
-def _check_rigging(source: Source, scene: schema.Scene) -> None:
-    """Rigging hangs on hooks of machines and holds lugs of a block, each once."""
-    parts = [*scene.machines.values(), *([scene.mechanism] if scene.mechanism else [])]
-    hooks = [hook for machine in parts for hook in machine.hooks]
-    used: dict[str, str] = {}
-    for name, given in scene.rigging.items():
-        if hook_of(given) not in hooks:
-            known = [hook.replace(".", " ", 1) for hook in hooks]
-            source.fault(("rigging", name, "on"), f"there is no hook '{given.on}'", closest(given.on, known))
-        if scene.block is None:
-            source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
-        for i, lug in enumerate(given.to):
-            if used.setdefault(lug, name) != name or lug in given.to[:i]:
-                source.fault(("rigging", name, "to", i), f"the lug {lug} already carries a sling of {used[lug]}")
 
 
 def _hang(yard: Yard, rig: schema.Rig) -> None:

@@ -20,12 +20,12 @@ from heavylift.kernel.model.checks import check_inertia, check_joint
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.forces import Characteristic
-from heavylift.nodes.scene.keys.parts.machines import Rigging
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .checking import Checking
-from .hooks import Hung, hang
 from .laws import actuators, check_curve, check_laws, laws_of
+from .rigging.hooks import Hung, hang
+from .rigging.tree import Tree
 from .ropes import reeving_of, rope_of, span
 from .yard import box
 
@@ -42,18 +42,17 @@ def build_mechanism(
     gravity: float,
     lift: k.System = NO_LIFT,
     base: Path = ("mechanism",),
-    block: plan.Block | None = None,
-    rigging: dict[str, Rigging] | None = None,
+    tree: Tree | None = None,
 ) -> plan.Mechanism:
     """The mechanism of the plan, which may act on a lift; what is wrong is added to the faults of the source.
 
-    `base`: where it stands in the scene; `rigging`: that of the scene, with lugs of the block.
+    `base`: where it stands in the scene; `tree`: the rigging of the scene.
     """
-    return _Assembly(source, given, lift, base).build(gravity, block, rigging or {})
+    return _Assembly(source, given, lift, base).build(gravity, tree)
 
 
 class _Assembly(Checking):
-    def build(self, gravity: float, block: plan.Block | None, rigging: dict[str, Rigging]) -> plan.Mechanism:
+    def build(self, gravity: float, tree: Tree | None) -> plan.Mechanism:
         given, called = self.given, str(self.base[-1]) if len(self.base) > 1 else self.given.name
         for key in ("bodies", "joints"):
             if not (getattr(given, key) or self.carried):
@@ -81,7 +80,7 @@ class _Assembly(Checking):
         whole = k.merge([self.lift, system], gravity)
         if not self.source.faults:
             self.checked((*self.base, "joints"), kinematics.poses, whole)
-        hung = hang(self, whole, block, rigging, gravity) if given.hooks and not self.source.faults else Hung()
+        hung = hang(self, whole, tree, gravity) if given.hooks and not self.source.faults else Hung()
         if given.hooks:
             own = k.System(tuple(hung.bodies), tuple(hung.joints), ropes=tuple(hung.ropes))
             system = k.merge([system, own], gravity)

@@ -13,29 +13,43 @@ from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.action_preview import at_rest
 
 from .mechanism import build_mechanism
+from .rigging.tree import Tree, slings_of
+from .stools import block_machine
+from .yard import Yard
 
 __all__ = ["build_mechanisms"]
 
 WIND = "wind"
 
 
-def build_mechanisms(source: Source, scene: Scene, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
+def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     """Each is built about the bodies and joints that the lift, at rest as well as in a run, and those before it have;
     what is wrong is added to the faults of the scene."""
+    source, scene = yard.source, yard.scene
     bases: dict[Path, Mechanism] = {("machines", name): machine for name, machine in scene.machines.items()}
     if scene.mechanism is not None:
         bases["mechanism",] = scene.mechanism
-    if not bases and scene.wind is None:
+    if not bases and scene.wind is None and not scene.rigging and not scene.blocks:
         return ()
     if lift.machines:
         raise_faults(source, source.faults)
     held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
     around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
-    built: list[plan.Mechanism] = []
+    built = [block_machine(yard, name) for name in scene.blocks]
+    around = merge([around, *(block.system for block in built)], scene.gravity) if built else around
+    tree = Tree(source, scene, around) if scene.rigging else None
     for base, given in bases.items():
-        built.append(build_mechanism(source, given, scene.gravity, around, base, lift.block, scene.rigging))
+        built.append(build_mechanism(source, given, scene.gravity, around, base, tree))
         if source.faults:
             return tuple(built)  # what others name of it is not known
+        around = merge([around, built[-1].system], scene.gravity)
+    for base, name in tree.own() if tree else ():
+        assert tree is not None
+        made = build_mechanism(source, tree.made(name, around), scene.gravity, around, base)
+        slings = tuple(slings_of(scene, name))
+        built.append(msgspec.structs.replace(made, slings={name: slings} if slings else {}))
+        if source.faults:
+            return tuple(built)
         around = merge([around, built[-1].system], scene.gravity)
     if (air := _wind(source, scene, around)) is not None:
         built.append(build_mechanism(source, air, scene.gravity, around, (WIND,)))

@@ -17,6 +17,7 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .levelling import Levelling
+from .rigging.tree import Sling, lugs_of, slings_of
 from .signals import Conditions, wrong_units
 from .targets import Actor, targets
 from .yard import Yard, by_beam, ramp_of
@@ -46,10 +47,13 @@ class _Resolver:
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source = yard, yard.source
         self.targets = targets(yard, mechanisms)
+        self.words = lugs_of(yard.scene)
         self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
         self.conditions = Conditions(yard, mechanisms)
         self.condition = self.conditions.read
         self.levelling = Levelling(yard, mechanisms, self.conditions)
+        self.rigged = {x: slings for name in yard.scene.rigging for x, slings in self._entries(name).items()}
+        self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
     def listed(self, index: int, action: Action) -> list[plan.Action]:
         """An action, with those that it becomes after it."""
@@ -107,6 +111,8 @@ class _Resolver:
             known = [*self.targets, "stage", "when", "timeout"]
             self.source.fault(path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True)
             return ()
+        if not found:
+            self.source.fault(path, f"'{target}' is a rope over a sheave, which is never taken off", on_key=True)
         obeying = tuple(actor for actor in found if actor.obeys(VERBS[phrase.verb]))
         if found and not obeying:
             fitting = [fit.name for fit in VERBS.values() if any(actor.obeys(fit) for actor in found)]
@@ -122,6 +128,8 @@ class _Resolver:
         if not found:
             return []
         where, verb = self.source.where(path), VERBS[phrase.verb]
+        if (slings := self.rigged.get(str(path[-1]))) and verb.becomes in ("hook", "unhook", "release"):
+            return self._rigging(path, slings, phrase, where)
         until = self.condition(path, phrase.until)
         match verb.becomes:
             case "wait":
@@ -179,6 +187,35 @@ class _Resolver:
             until=until,
             where=where,
         )
+
+    def _entries(self, name: str) -> dict[str, dict[str, Sling]]:
+        """The ropes of an entry of the rigging, and of each sling of it that may hang at several places."""
+        ropes = slings_of(self.yard.scene, name)
+        several = {rope: {x: y for x, y in ropes.items() if y.number == sling.number} for rope, sling in ropes.items()}
+        return {name: ropes} | {rope: each for rope, each in several.items() if ropes[rope].hooked}
+
+    def _rigging(
+        self, path: Path, slings: dict[str, Sling], phrase: phrases.OrderPhrase, where: str
+    ) -> list[actions.Order]:
+        """Orders to slings of rigging, which hang where the list before has hooked them."""
+        if phrase.verb != "hook":
+            parted = phrase.verb == "release"
+            found = [rope for rope in slings if rope in self.hangs] or [rope for rope, x in slings.items() if x.hooked]
+            self.hangs -= {*found}
+            return [actions.Unhook(sling=rope, parted=parted, where=where) for rope in found]
+        if unknown := [lug for lug in phrase.lugs if lug not in self.words]:
+            self.source.fault(path, f"no block has a lug '{unknown[0]}'", closest(unknown[0], self.words))
+            return []
+        n = 1 + max(x.number for x in slings.values()) - min(x.number for x in slings.values())
+        if phrase.lugs and len(set(phrase.lugs)) != n:
+            self.source.fault(path, f"{n} slings need {n} different lugs, not {len(set(phrase.lugs))}")
+            return []
+        first = min(x.number for x in slings.values())
+        asked = [
+            r for r, x in slings.items() if (x.holds == phrase.lugs[x.number - first] if phrase.lugs else x.hooked)
+        ]
+        self.hangs |= {*asked}
+        return [actions.Hookup(sling=rope, where=where) for rope in asked]
 
     def _stops(
         self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str

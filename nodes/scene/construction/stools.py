@@ -1,4 +1,4 @@
-"""The block of a scene file as its part of the plan: lying in equilibrium on its stools.
+"""The blocks of a scene file as parts of the plan: lying in equilibrium on their stools.
 
 Stiffness of a support = its equal share of the weight over the settlement; damping from the ratio given.
 """
@@ -8,28 +8,29 @@ from __future__ import annotations
 import math
 
 from heavylift.kernel.algebra.dense import dot, least_norm, singular_values
-from heavylift.kernel.description.mechanics import Body, Point, Support
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_inertia
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.text.source import Path
 
 from .yard import LOWER, UPPER, Yard, box
 
 SINGULAR = 1e-12  # singular value, relative, of stools in one line
 
 
-def build_block(yard: Yard, block: schema.Block) -> plan.Block:
-    """The block with its lugs and pads."""
-    pads, stools = [], block.supports
+def build_block(yard: Yard, block: schema.Block, base: Path = ("block",)) -> plan.Block:
+    """A block with its lugs and pads; `base`: where it stands in the scene, its name last."""
+    pads, stools, name = [], block.supports, str(base[-1])
     n, half = len(stools.at), block.size[2] / 2
     k = block.mass * yard.scene.gravity / (n * stools.settlement)
     d = 2 * stools.damping * math.sqrt(k * block.mass / n)
     for face, side in ((LOWER, -1), (UPPER, 1)):
         for i, (u, v) in enumerate(stools.at):
             support = Support(
-                f"block.{face}-{i + 1}",
-                Point("block", (u, v, side * half)),
+                f"{name}.{face}-{i + 1}",
+                Point(name, (u, v, side * half)),
                 stools.height,
                 k,
                 d,
@@ -37,31 +38,49 @@ def build_block(yard: Yard, block: schema.Block) -> plan.Block:
                 k if stools.friction else 0.0,
                 d if stools.friction else 0.0,
             )
-            where = yard.source.where(("block", "supports", "at", i))
+            where = yard.source.where((*base, "supports", "at", i))
             pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
     if block.inertia:
-        _check_moments(yard, block)
+        _check_moments(yard, block, base)
     return plan.Block(
+        name=name,
         body=plan.Inertia(mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size)),
         size=block.size,
         pose=_resting(block),
         lugs=tuple(
-            plan.Lug(name=lug, p=p, where=yard.source.where(("block", "lugs", lug))) for lug, p in block.lugs.items()
+            plan.Lug(name=lug, p=p, where=yard.source.where((*base, "lugs", lug))) for lug, p in block.lugs.items()
         ),
         pads=tuple(pads),
-        where=yard.source.where(("block",)),
-        com_where=yard.source.where(("block", "com")),
+        where=yard.source.where(base),
+        com_where=yard.source.where((*base, "com")),
     )
 
 
-def _check_moments(yard: Yard, block: schema.Block) -> None:
+def block_machine(yard: Yard, name: str) -> plan.Mechanism:
+    """One of several blocks as a machine made of parts: a body on a free joint above its stools."""
+    block = build_block(yard, yard.scene.blocks[name], ("blocks", name))
+    i = block.body.moments
+    inertia = ((i[0], 0.0, 0.0), (0.0, i[1], 0.0), (0.0, 0.0, i[2]))
+    pads = [pad for pad in block.pads if pad.closed]
+    system = System(
+        bodies=(Body(name, block.body.mass, block.body.com, inertia),),
+        joints=(Joint(f"{name}.free", "free", WORLD, name, q0=block.pose, v0=(0.0,) * 6),),
+        supports=tuple(pad.support for pad in pads),
+        gravity=yard.scene.gravity,
+    )
+    shape = plan.Shape(body=name, centre=(0.0, 0.0, 0.0), size=block.size)
+    closed = tuple(pad.support.name for pad in pads)
+    return plan.Mechanism(name=name, system=system, closed=closed, shapes=(shape,), where=block.where)
+
+
+def _check_moments(yard: Yard, block: schema.Block, base: Path) -> None:
     """Some body must be able to have them."""
     assert block.inertia is not None
     x, y, z = block.inertia
     try:
-        check_inertia(Body("block", block.mass, inertia=((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))))
+        check_inertia(Body(str(base[-1]), block.mass, inertia=((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))))
     except KernelError as error:
-        yard.source.fault(("block", "inertia"), str(error))
+        yard.source.fault((*base, "inertia"), str(error))
 
 
 def _resting(block: schema.Block) -> tuple[float, float, float, float, float, float, float]:

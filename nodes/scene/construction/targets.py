@@ -96,9 +96,8 @@ def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) ->
         table[lock.name] = (Actor("lock", machine.name, lock.name),)
     moved = [table[a.name][0] for a in machine.actuators if a.verb and a.name in drives]
     hooks = tuple(table[hook.rope][0] for hook in machine.hooks)
-    for hook in machine.hooks:
-        for name, slings in hook.slings.items():
-            table[name] = tuple(table[sling][0] for sling in slings)
+    for name, slings in machine.rigged.items():
+        table[name] = tuple(actor for sling in slings for actor in table.get(sling, ()))
     if moved or hooks:
         table[machine.name] = (*moved, *(hooks if len(hooks) == 1 else ()))
         for plural, actors in (("cranes", tuple(moved)), ("hooks", hooks)):

@@ -13,14 +13,15 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.question import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
-from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
 from .actions import Action, Condition
 from .base import Base, Name, Place, keys_of
 from .interlocks import Interlock
 from .nodes import OwnModel, Process
-from .parts.machines import GoliathParts, Machine, PartName, Rigging, SlingType
+from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
+from .parts.rigging import Rigging, SlingType
 from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -155,6 +156,7 @@ class Block(Base):
     com: Place = (0.0, 0.0, 0.0)
     inertia: tuple[u.Inertia, u.Inertia, u.Inertia] | None = None  # left out: a uniform box
     lugs: dict[Name, Place]
+    lug_capacity: u.Mass | None = None  # of each lug; left out: they are not judged
     supports: Supports
 
 
@@ -224,6 +226,15 @@ class Fidelity(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
     """How much of the machines is modelled."""
 
 
+class Instance(Base):
+    """A scene as one of several lifts; what else is written here is laid over it, as over one that is extended."""
+
+    model_config = ConfigDict(extra="allow")
+    extends: str  # a file beside the scene, or a bundled one
+    at: tuple[u.Length, u.Length] = (0.0, 0.0)  # where the origin of its scene is, along x and y
+    start: u.Duration | None = None  # of its action list; left out: at once
+
+
 class Scene(Base):
     """A scene file."""
 
@@ -242,6 +253,7 @@ class Scene(Base):
     end: u.Duration | None = None
     cranes: dict[Name, Crane] = Field(default_factory=dict)  # of other types than goliaths: their parameters
     block: Block | None = None
+    blocks: dict[Name, Block] = Field(default_factory=dict)  # several, which machines made of parts lift
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()
@@ -249,6 +261,7 @@ class Scene(Base):
     wind: Wind | None = None
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side, of machines in parts
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes

@@ -76,10 +76,11 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
         named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
         named |= {("rig", "groups", name): name for name in scene.rig.groups}
     named |= {("models", name): name for name in scene.models}
+    named |= {(key, name): name for key in ("rigging", "blocks") for name in getattr(scene, key)}
     if scene.mechanism:
         named["mechanism", "name"] = scene.mechanism.name
     for path, name in named.items():
-        if name in RESERVED:
+        if name in RESERVED and path != ("blocks", "block"):  # as that of an instance is
             message = f"the name '{name}' is reserved: choose another"
             yield Fault(path, message, on_key=path != ("mechanism", "name"))
 

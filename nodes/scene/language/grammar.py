@@ -244,9 +244,10 @@ def _test(r: _Reader) -> Test:
     column = r.at
     if r.take("after"):
         return After(seconds=r.quantity(units.DURATION))
+    of = r.name("a block") if re.match(r"[\w-]+\s+(lifted|landed)\b", r.text[r.at :]) else ""
     state = r.take("lifted", "landed")
     if state:
-        return GroundTest(cast(Literal["lifted", "landed"], state), column)
+        return GroundTest(cast(Literal["lifted", "landed"], state), column, of)
     first = r.take("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
     if first:
         stopped = r.expect("done", "stopped", after=f"after '{first}'") == "stopped"

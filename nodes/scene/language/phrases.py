@@ -11,7 +11,7 @@
     level      = "level" speed "within" angle "with" hook {"," hook}
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
-               | ("moves" | verb) ("done" | "stopped") | "lifted" | "landed" | "after" time
+               | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | "after" time
                | quantity (">=" | "<=") value
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
@@ -62,10 +62,11 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """The block stands on no support any more, or on all of one face."""
+    """A block stands on no support any more, or on all of one face; `of`: which, where there are several."""
 
     state: Literal["lifted", "landed"]
     column: int
+    of: str = ""
 
 
 class CrossTest(Term, frozen=True):

@@ -12,7 +12,7 @@ from heavylift.nodes.scene.text.overlay import merged
 from heavylift.nodes.scene.text.source import Source, read
 from heavylift.nodes.scenes import bundled
 
-__all__ = ["extended"]
+__all__ = ["extended", "over"]
 
 ENDINGS = (".yaml", ".yml", ".json")
 LONGEST_CHAIN = 20  # of files that extend one another
@@ -20,7 +20,11 @@ LONGEST_CHAIN = 20  # of files that extend one another
 
 def extended(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...] = ()) -> Source:
     """The data of a file laid over that of the file which it extends, in the folder `root` of the scene or bundled."""
-    source = read(text, name, root)
+    return over(read(text, name, root), path, root, above)
+
+
+def over(source: Source, path: Path, root: Path, above: tuple[Path, ...] = ()) -> Source:
+    """The same of data that stand in a file already."""
     base = source.data.pop("extends", None)
     if base is None:
         return source

@@ -2,6 +2,8 @@
 
     block: {from: blocks.csv#B17, lugs from: lugs.csv#B17, at: [40 m, 70 m, 4 m]}
 
+and so each of `blocks`.
+
 The head names keys with their units, `mass [t]`, `com x [m]`; a column without a unit is a remark, if it is no axis.
 The first column names the row; in a table of lugs it names the block, the second one the lug, and without `#B17` the
 first one the lug.  What the same file writes wins over the row, and so do files and settings laid over it; the row wins
@@ -55,17 +57,23 @@ class Column:
 
 
 def tabled(source: Source) -> None:
-    """Put the rows that the block's `from` and `lugs from` name in their place, out of tables in the scene's folder.
+    """Put the rows that `from` and `lugs from` of each block name in their place, out of tables in the scene's folder.
 
     Raises SceneError with all faults of the scene so far where a table or row cannot be had.
     """
-    block = source.data.get(BLOCK)
+    several = source.data.get("blocks")
+    for base in ((BLOCK,), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
+        _tabled(source, base)
+
+
+def _tabled(source: Source, base: Path) -> None:
+    block = source.at(base)
     if not isinstance(block, dict):
         return
     for word in (ROW, LUGS):
         if word not in block:
             continue
-        at = (BLOCK, word)
+        at = (*base, word)
         named, mark = block.pop(word), source.mark(at)
         try:
             if not isinstance(named, str):
@@ -73,12 +81,12 @@ def tabled(source: Source) -> None:
             file, _, row = (part.strip() for part in named.partition("#"))
             head, rows = _table(source.root, file)
             if word == ROW:
-                _lay(source, (BLOCK,), block, _block(source, head, _only(rows, row, file)), mark)
+                _lay(source, base, block, _block(source, base, head, _only(rows, row, file)), mark)
             else:
                 lugs = block.setdefault("lugs", {})
-                source.keys.setdefault((BLOCK, "lugs"), source.keys.get(at, mark))
+                source.keys.setdefault((*base, "lugs"), source.keys.get(at, mark))
                 if isinstance(lugs, dict):
-                    _lay(source, (BLOCK, "lugs"), lugs, _lugs(source, head, rows, row, file), mark)
+                    _lay(source, (*base, "lugs"), lugs, _lugs(source, base, head, rows, row, file), mark)
         except (SceneError, ValueError) as error:
             source.fault(at, str(error), mark=mark)
             raise_faults(source, source.faults)
@@ -96,7 +104,7 @@ def _lay(source: Source, path: Path, into: dict[str, Data], found: Found, named:
         source.values.update({(*path, key, *below): mark for below, mark in cells.items()})
 
 
-def _block(source: Source, head: list[Column], row: list[Cell]) -> Found:
+def _block(source: Source, base: Path, head: list[Column], row: list[Cell]) -> Found:
     """The keys of a row."""
     found: Found = {}
     for column, cell in zip(head[1:], row[1:], strict=False):
@@ -106,7 +114,7 @@ def _block(source: Source, head: list[Column], row: list[Cell]) -> Found:
         known = found.get(column.key)
         taken = known[0][AXES.index(column.axis)] if known and column.axis and isinstance(known[0], list) else known
         if taken is not None:
-            source.fault((BLOCK, column.key), f"the row gives '{column.key}' twice", mark=column.mark)
+            source.fault((*base, column.key), f"the row gives '{column.key}' twice", mark=column.mark)
         elif not column.axis:
             found[column.key] = (text, column.mark, {(): cell.mark})
         else:
@@ -117,11 +125,11 @@ def _block(source: Source, head: list[Column], row: list[Cell]) -> Found:
     for key, (value, mark, _) in found.items():
         if isinstance(value, list) and None in value:
             lacking = ", ".join(f"'{key} {x}'" for x, y in zip(AXES, value, strict=True) if y is None)
-            source.fault((BLOCK, key), f"the row has no {lacking}", mark=mark)
+            source.fault((*base, key), f"the row has no {lacking}", mark=mark)
     return found
 
 
-def _lugs(source: Source, head: list[Column], rows: list[list[Cell]], block: str, file: str) -> Found:
+def _lugs(source: Source, base: Path, head: list[Column], rows: list[list[Cell]], block: str, file: str) -> Found:
     """The lugs of a block by name."""
     first = 1 if block else 0
     chosen = [row for row in rows if not block or row[0].text == block]
@@ -137,7 +145,7 @@ def _lugs(source: Source, head: list[Column], rows: list[list[Cell]], block: str
         name = row[first]
         cells = [row[places[x]] for x in AXES]
         if name.text in found:
-            source.fault((BLOCK, "lugs", name.text), f"the lug '{name.text}' is given twice", mark=name.mark)
+            source.fault((*base, "lugs", name.text), f"the lug '{name.text}' is given twice", mark=name.mark)
         value: list[Data] = [_with_unit(cell.text, head[places[x]].unit) for x, cell in zip(AXES, cells, strict=True)]
         found[name.text] = (value, name.mark, {(): name.mark, **{(i,): cell.mark for i, cell in enumerate(cells)}})
     return found

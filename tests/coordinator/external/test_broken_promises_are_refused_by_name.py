@@ -12,7 +12,7 @@ import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.participants.external import External
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.link import FIFO, Link
 from heavylift.coordinator.transport.session import Ticket
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Event, Result, Tag, ms
@@ -108,6 +108,15 @@ def unframed(path: Path) -> None:
     link.close()
 
 
+def flooding(path: Path) -> None:
+    """More than any inbox holds."""
+    link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+    for _ in range(5 * FIFO):
+        link._senders["s1"]._out.put(b"x" * 100)
+    link.receive()
+    link.close()
+
+
 def of_tomorrow(path: Path) -> None:
     link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
     sender = link._senders["s1"]
@@ -120,6 +129,7 @@ def of_tomorrow(path: Path) -> None:
 CASES = {
     "garbage": (speak(b"\x93\xa5hello\xc1"), "node s1 sent what is not a message of the time protocol"),
     "no frame": (unframed, "node s1, message 0 on 'out': 39 bytes arrived that are no heavylift message"),
+    "a flood": (flooding, "node s1, message 0 on 'out': 100 bytes arrived that are no heavylift message"),
     "a frame of tomorrow": (of_tomorrow, "node s1, message 0 on 'out': a frame of wire version 2 arrived, and this"),
     "a late answer": (
         speak(HELLO, done([], ms(7))),

@@ -42,7 +42,8 @@ def narrow(use: Use) -> Limit:
 
 @pytest.fixture(scope="module")
 def scenes() -> dict[str, LoadedScene]:
-    return {name: load(name, given) for name, given in SCENES.items()} | {"gust": load("gust", [WIND])}
+    more = {"gust": load("gust", [WIND]), "spreader": load("spreader")}
+    return {name: load(name, given) for name, given in SCENES.items()} | more
 
 
 def test_each_quantity_turns_red_on_the_path_and_in_a_run(scenes: dict[str, LoadedScene]) -> None:

@@ -23,12 +23,15 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "pendulum": (1, 1, 0, 0, 2, 0),
     "ramp": (1, 6, 0, 0, 2, 0),
     "single-turn": (10, 30, 3, 6, 6, 18),
+    "sling-break": (10, 30, 3, 9, 6, 6),
     "snatch": (1, 1, 1, 0, 2, 2),
+    "spreader": (10, 30, 3, 5, 7, 5),
     "tackle": (1, 1, 1, 0, 2, 4),
     "tandem": (15, 40, 4, 8, 8, 5),
     "trolley": (2, 4, 0, 0, 2, 4),
     "turnover": (19, 54, 6, 12, 10, 23),
     "wind-tandem": (15, 40, 4, 8, 9, 5),
+    "yard": (12, 36, 3, 12, 7, 22),
 }
 
 

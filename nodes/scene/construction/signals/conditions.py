@@ -27,7 +27,7 @@ class Conditions:
 
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
-        self.rigged = {name: slings for m in mechanisms for hook in m.hooks for name, slings in hook.slings.items()}
+        self.rigged = {name: slings for m in mechanisms for name, slings in m.rigged.items()}
         self.subjects = Subjects(yard, mechanisms)
         self.thresholds = 0
 
@@ -88,9 +88,20 @@ class Conditions:
         return names
 
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
-        if self.yard.block:
+        if self.yard.block and test.of in ("", "block"):
             return "block"
         standing = [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
+        blocks = [name for name in standing if name in self.yard.scene.blocks]
+        if test.of in standing:
+            return test.of
+        if test.of:
+            missing = f"there is no block '{test.of}' that could be {test.state}"
+            self.source.fault(path, missing, closest(test.of, standing), column=test.column)
+            return ""
+        if len(blocks) > 1:
+            told = " or ".join(f"'{name} {test.state}'" for name in blocks[:2])
+            self.source.fault(path, f"which block? write {told}", column=test.column)
+            return ""
         if standing:
             return standing[0]
         missing = f"nothing in this scene can be {test.state}: it has no supports or contacts"

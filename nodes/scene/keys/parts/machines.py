@@ -1,4 +1,4 @@
-"""Machines written as parts, as their types make them, and what hangs on their hooks."""
+"""Machines written as parts, as their types make them."""
 
 from __future__ import annotations
 
@@ -13,29 +13,9 @@ from .forces import Force
 from .joints import Joint
 from .mechanics import Body, Brake, Drive, Hook, Lock, Mechanism, Rope, Spring, Stop, Support
 
-__all__ = ["GoliathParts", "Machine", "PartName", "Rigging", "SlingType"]
+__all__ = ["GoliathParts", "Machine", "PartName"]
 
 PartName = Annotated[str, AfterValidator(part_name)]  # `west.boom` of the machine `west`
-
-
-class SlingType(Base):
-    """The slings: 96 mm wire, design factor 5."""
-
-    EA: u.Force = u.FORCE.read("445 MN")
-    breaking: u.Force = u.FORCE.read("6.43 MN")
-    factor: u.Factor = 5.0  # breaking force over its tension at rest, EN 13414-1
-    partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 3.17 by 0027/ND 7.3.1
-    damping: u.Ratio = 0.05  # of critical, with half of its loader; assumed
-
-
-class Rigging(Base):
-    """Slings from the hook of a machine to lugs of the block, hooked at the start."""
-
-    on: str  # "jib main", its hook
-    to: Annotated[list[str], Field(min_length=1)]  # lugs
-    length: u.Extent | list[u.Extent]  # of each sling
-    slack: u.Gap = u.LENGTH.read("0.3 m")  # of the one that is tightest at the start
-    sling: SlingType = SlingType()
 
 
 class GoliathBody(Base):

@@ -9,14 +9,14 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.construction.checking import Checking
+from heavylift.nodes.scene.construction.yard import box
 from heavylift.nodes.scene.keys.parts import kinematics
-from heavylift.nodes.scene.keys.parts.machines import Rigging
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
-from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.keys.parts.rigging import Slings
 from heavylift.nodes.scene.text.source import Path
 
-from .checking import Checking
-from .yard import box
+from .tree import Tree
 
 __all__ = ["Hung", "hang"]
 
@@ -35,9 +35,7 @@ class Hung:
     shapes: list[plan.Shape] = field(default_factory=list)
 
 
-def hang(
-    checks: Checking, whole: k.System, block: plan.Block | None, rigging: dict[str, Rigging], gravity: float
-) -> Hung:
+def hang(checks: Checking, whole: k.System, tree: Tree | None, gravity: float) -> Hung:
     """Hook blocks, ropes and slings of a machine; `whole`: its other parts with all that is around it."""
     at, found = kinematics.poses(whole), Hung()
     for name, hook in checks.given.hooks.items():
@@ -58,15 +56,9 @@ def hang(
             checks.fault(path, "a chart by radius needs 'radius from', the body that slews", on_key=True)
         if hook.shortest >= hook.longest:
             checks.fault((*path, "longest"), "the longest rope must be longer than the shortest")
-        mine = {key: given for key, given in rigging.items() if hook_of(given) == name}
         if not checks.source.faults:
-            _hang_one(checks, found, name, hook, block, mine, at, gravity)
+            _hang_one(checks, found, name, hook, tree, at, gravity)
     return found
-
-
-def hook_of(given: Rigging) -> str:
-    """The hook that a rigging names, as "jib main" or "jib.main"."""
-    return ".".join(given.on.split())
 
 
 def _hang_one(
@@ -74,8 +66,7 @@ def _hang_one(
     found: Hung,
     name: str,
     hook: Hook,
-    block: plan.Block | None,
-    rigging: dict[str, Rigging],
+    tree: Tree | None,
     at: kinematics.Poses,
     gravity: float,
 ) -> None:
@@ -84,7 +75,8 @@ def _hang_one(
     tip = tuple(kinematics.place(k.Point(hook.on, hook.at), at).tolist())
     along = at[hook.on][1][:, 1]
     yaw = 0.5 * float(atan2(-float(along[0]), float(along[1])))
-    length = _plumb(checks, path, hook, tip, block, rigging, at)
+    length = _plumb(name, hook, tip, tree)
+    rigging = tree.of_hook(name) if tree else {}
     if not checks.source.faults and length <= 0.0:
         told = f"with slings so long its hook block hangs {-length:.3g} m above where its rope begins"
         checks.fault(path, f"{told}: shorten them, or take a higher crane", on_key=True)
@@ -104,7 +96,7 @@ def _hang_one(
         away = norm((kinematics.place(drum, at) - tip).tolist()) / hook.falls
     EA = hook.falls * hook.fall_EA
     L0 = (length + away) / (1.0 + hook.block * gravity / EA)
-    mass = hook.block + (block.body.mass if block and rigging else 0.0)
+    mass = hook.block + (tree.carried(name) if tree else 0.0)
     damping = 2.0 * hook.damping * sqrt(EA / L0 * mass)
     found.ropes.append(k.Rope(name, tuple(lines), EA, L0, damping, winch=True))
     for why, bad in (("shorter", length < hook.shortest - TOUCH), ("longer", length > hook.longest + TOUCH)):
@@ -120,7 +112,7 @@ def _hang_one(
             speed=hook.speed, highest=hook.highest, emergency=hook.emergency, where=where,
         )
     )  # fmt: skip
-    slings = {key: _slings(found, key, given, name, hook, block) for key, given in rigging.items()}
+    slings = {key: _slings(found, key, given, name, hook, tree) for key, given in rigging.items()}
     axis = k.Point(hook.radius_from) if hook.radius_from else None
     found.hooks.append(
         plan.Hoist(
@@ -139,54 +131,21 @@ def _lines(name: str, hook: Hook) -> list[k.Line]:
     ]  # fmt: skip
 
 
-def _plumb(
-    checks: Checking,
-    path: Path,
-    hook: Hook,
-    tip: tuple[float, ...],
-    block: plan.Block | None,
-    rigging: dict[str, Rigging],
-    at: kinematics.Poses,
-) -> float:
+def _plumb(name: str, hook: Hook, tip: tuple[float, ...], tree: Tree | None) -> float:
     """How far below its tip a hook hangs at the start: as written, as its slings ask, or as near as can be [m]."""
-    heights: list[float] = []
-    for key, given in rigging.items():
-        here: Path = ("rigging", key)
-        lengths = _lengths(given)
-        if len(lengths) != len(given.to):
-            n = len(given.to)
-            checks.fault((*here, "length"), f"{n} slings need {n} lengths, or one for all, not {len(lengths)}")
-        lugs = {lug.name: lug.p for lug in block.lugs} if block else {}
-        for i, (lug, reach) in enumerate(zip(given.to, lengths, strict=False)):
-            if lug not in lugs:
-                checks.fault((*here, "to", i), f"the block has no lug '{lug}'", closest(lug, lugs))
-                continue
-            assert block is not None
-            p = kinematics.place(k.Point(block.name, lugs[lug]), at).tolist()
-            aside = norm([p[0] - tip[0], p[1] - tip[1]])
-            if aside >= reach - given.slack:
-                told = f"the lug {lug} is {aside:.3g} m beside the hook, too far for a sling of {reach:g} m"
-                checks.fault((*here, "to", i), f"{told} with {given.slack:g} m of slack")
-                continue
-            heights.append(p[2] + sqrt((reach - given.slack) * (reach - given.slack) - aside * aside))
-    if hook.hangs is not None or not heights:
+    asked = tree.height(name, lambda _: [tip[0], tip[1], 0.0]) if tree else None
+    if hook.hangs is not None or asked is None:
         return hook.hangs or hook.shortest
-    return tip[2] - min(heights) - hook.height
+    return tip[2] - asked - hook.height
 
 
-def _lengths(given: Rigging) -> list[float]:
-    return given.length if isinstance(given.length, list) else [given.length] * len(given.to)
-
-
-def _slings(found: Hung, key: str, given: Rigging, name: str, hook: Hook, block: plan.Block | None) -> tuple[str, ...]:
-    """The slings of a rigging, from the hook to lugs of the block; their names."""
-    assert block is not None
-    lugs = {lug.name: lug.p for lug in block.lugs}
-    names = []
-    for i, (lug, length) in enumerate(zip(given.to, _lengths(given), strict=True), 1):
-        sling, EA = f"{key}.sling-{i}", given.sling.EA
-        line = k.Line(k.Point(name, (0.0, 0.0, -hook.height)), k.Point(block.name, lugs[lug]))
+def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: Tree | None) -> tuple[str, ...]:
+    """The slings of a rigging, from the hook to lugs of blocks; their names."""
+    assert tree is not None
+    ends = tree.ropes(key)
+    for sling, (i, lug, hooked) in ends.items():
+        EA, length = given.sling.EA, given.lengths[i]
+        line = k.Line(k.Point(name, (0.0, 0.0, -hook.height)), lug)
         damping = 2.0 * given.sling.damping * sqrt(EA / length * hook.block)
-        found.ropes.append(k.Rope(sling, (line,), EA, length, damping))
-        names.append(sling)
-    return tuple(names)
+        found.ropes.append(k.Rope(sling, (line,), EA, length, damping, hooked=hooked))
+    return tuple(ends)

@@ -1,0 +1,334 @@
+"""The rigging of a scene as a tree: where its frames are at the start, and what each of its entries adds to the scene.
+
+Frames hang level above what they hold: below their tightest sling there is the slack that it asks for, and their own
+hangers are stretched by their weight.  From there the scene is brought to rest (see `building`).  Slings from one hook
+to lugs belong to the machine of the hook; every other entry is a machine of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.elementary import atan2, cos, sin
+from heavylift.kernel.description import mechanics as k
+from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.reeving import ReevingLaw
+from heavylift.nodes.scene.keys.base import End
+from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
+from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, Slings
+from heavylift.nodes.scene.keys.schema import Scene
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path, Source
+
+__all__ = ["Sling", "Tree", "lugs_of", "slings_of"]
+
+SPREAD = 1e-6  # [m] less: what holds a frame tells nothing of where it points
+HALVINGS = 60
+
+
+class Sling(NamedTuple):
+    """A rope of an entry: number of its sling, what it holds, whether it does at the start.
+
+    A sling that is hooked elsewhere later is another rope, `legs.sling-1.B-N1`, which hangs there only then.
+    """
+
+    number: int
+    holds: str
+    hooked: bool = True
+
+
+def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
+    """The ropes of an entry, by name; none of a frame."""
+    given = scene.rigging[name]
+    if isinstance(given, Frame):
+        return {}
+    names = [f"{name}.sling-{i + 1}" for i in range(len(given.to) if isinstance(given, Slings) else 1)]
+    found = {sling: Sling(i, given.to[i]) for i, sling in enumerate(names)}
+    for action in scene.actions if isinstance(given, Slings) else ():
+        for target, phrase in action.orders.items():
+            asked = names if target == name else [target] if target in names else []
+            for sling, lug in zip(asked, phrase.lugs, strict=False):
+                if lug != found[sling].holds:
+                    found[f"{sling}.{lug.replace('.', '-')}"] = Sling(found[sling].number, lug, hooked=False)
+    return found
+
+
+def lugs_of(scene: Scene) -> dict[str, k.Point]:
+    """The lugs of all blocks by the words for them: `N1` where one block has it, and `B.N1`."""
+    blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+    named = [lug for block in blocks.values() for lug in block.lugs]
+    found = {lug: k.Point(name, p) for name, x in blocks.items() for lug, p in x.lugs.items() if named.count(lug) == 1}
+    return found | {f"{name}.{lug}": k.Point(name, p) for name, x in scene.blocks.items() for lug, p in x.lugs.items()}
+
+
+class Tree:
+    """All rigging of a scene; what is wrong with it is added to the faults of its source."""
+
+    def __init__(self, source: Source, scene: Scene, around: k.System) -> None:
+        blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+        for name in () if blocks else scene.rigging:
+            source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
+        self.source, self.scene, self.rigging, self.gravity = source, scene, scene.rigging, scene.gravity
+        self.masses = {name: block.mass for name, block in blocks.items()}
+        self.lugs = lugs_of(scene)
+        parts = [*scene.machines.values(), *([scene.mechanism] if scene.mechanism else [])]
+        self.taken = {*scene.machines, *scene.cranes, *(scene.rig.loaders if scene.rig else ()), *scene.models}
+        self.taken |= {*(body.name for body in around.bodies), *([scene.mechanism.name] if scene.mechanism else [])}
+        self.hooks = {name: hook for machine in parts for name, hook in machine.hooks.items()}
+        self.frames = {name: given for name, given in self.rigging.items() if isinstance(given, Frame)}
+        self.ends = {h.replace(".", " ", 1): k.Point(h, (0.0, 0.0, -x.height)) for h, x in self.hooks.items()}
+        self.points = {name: k.Point(name) for name in self.frames}
+        for name, frame in self.frames.items():
+            self.points |= {f"{name}.{at}": k.Point(name, p) for at, p in frame.points.items()}
+        self._check()
+        self.at = kinematics.poses(around) if self.rigging and not source.faults else {}
+        for name in self.frames if not source.faults else ():
+            self._place(name, ())
+
+    # ---- names --------------------------------------------------------------------------------------------
+
+    def upper(self, word: str) -> k.Point | None:
+        """What a sling can hang on, by a word."""
+        words = " ".join(word.split())
+        hook = words.replace(".", " ", 1) if words in self.hooks else words
+        return self.ends.get(hook) or self.points.get(words)
+
+    def lower(self, word: str) -> k.Point | None:
+        """What a sling can hold, by a word."""
+        return self.lugs.get(word) or self.points.get(word)
+
+    def missing(self, word: str) -> tuple[str, str]:
+        """What is wrong with a word that names nothing below, and the nearest one."""
+        several = [lug for lug in self.lugs if lug.endswith(f".{word}")]
+        if len(several) > 1:
+            return f"several blocks have a lug '{word}'", f"write {' or '.join(several[:2])}"
+        told = f"no block has a lug '{word}'" if self.scene.blocks else f"the block has no lug '{word}'"
+        return told, closest(word, [*self.lugs, *self.points])
+
+    def of_hook(self, hook: str) -> dict[str, Slings]:
+        """The slings from one hook to lugs, which belong to its machine."""
+        slings = {name: given for name, given in self.rigging.items() if isinstance(given, Slings)}
+        return {name: given for name, given in slings.items() if self._plain(given) == hook}
+
+    def own(self) -> Iterator[tuple[Path, str]]:
+        """The entries that are machines of their own, frames first."""
+        for name, given in sorted(self.rigging.items(), key=lambda x: not isinstance(x[1], Frame)):
+            if not self._plain(given):
+                yield ("rigging", name), name
+
+    def _plain(self, given: Rigging) -> str:
+        """The one hook that slings to lugs hang on."""
+        if not isinstance(given, Slings) or isinstance(given.on, list) or any(x not in self.lugs for x in given.to):
+            return ""
+        point = self.upper(given.on)
+        return point.body if point and point.body in self.hooks else ""
+
+    def _check(self) -> None:
+        """Every end is there, and every lug and point below is held once."""
+        used: dict[str, str] = {}
+        for name, given in self.rigging.items():
+            here: Path = ("rigging", name)
+            if name in self.taken:
+                self.source.fault(here, f"the name '{name}' is given twice: another machine has it, too", on_key=True)
+            if isinstance(given, Frame):
+                continue
+            several = isinstance(given, Slings) and isinstance(given.on, list)
+            for i, word in enumerate(given.holders):
+                at: Path = (*here, "on", i) if several else (*here, "on")
+                if self.upper(word) is None:
+                    what = "hook or frame" if self.frames else "hook"
+                    self.source.fault(at, f"there is no {what} '{word}'", closest(word, [*self.ends, *self.points]))
+                    break
+            if isinstance(given, Slings):
+                for key, found in (("on", given.holders), ("length", given.lengths)):
+                    if len(found) != len(given.to):
+                        n = len(given.to)
+                        message = f"{n} slings need {n} of them, or one for all, not {len(found)}"
+                        self.source.fault((*here, key), message)
+            for i, word in enumerate(given.to):
+                if self.lower(word) is None:
+                    self.source.fault((*here, "to", i), *self.missing(word))
+                elif used.setdefault(word, name) != name or word in given.to[:i]:
+                    what = "lug" if word in self.lugs else "point"
+                    self.source.fault((*here, "to", i), f"the {what} {word} already carries a sling of {used[word]}")
+        for name in self.frames:
+            if not any(name == self._body(word) for x in self.rigging.values() for word in getattr(x, "to", ())):
+                message = "nothing holds this frame: name it, or points of it, behind the 'to' of slings"
+                self.source.fault(("rigging", name), message, on_key=True)
+
+    def _body(self, word: str) -> str:
+        point = self.points.get(word)
+        return point.body if point else ""
+
+    # ---- places -------------------------------------------------------------------------------------------
+
+    def _place(self, name: str, above: tuple[str, ...]) -> None:
+        """A frame level above what it holds, turned as that lies."""
+        if name in self.at or self.source.faults:
+            return
+        if name in above:
+            self.source.fault(("rigging", name), f"'{name}' hangs below itself", on_key=True)
+            return
+        ends = [(p.p, word) for _, _, p, word in self._below(name)]
+        for _, word in ends:
+            if body := self._body(word):
+                self._place(body, (*above, name))
+        if self.source.faults:
+            return
+        if not ends:
+            self.source.fault(("rigging", name), "this frame holds nothing: add slings that are 'on' it", on_key=True)
+            return
+        held = [self._where(word) for _, word in ends]
+        n = len(ends)
+        own = [[p[i] - sum(q[i] for q, _ in ends) / n for i in (0, 1)] for p, _ in ends]
+        there = [[p[i] - sum(q[i] for q in held) / n for i in (0, 1)] for p in held]
+        along = sum(a[0] * b[0] + a[1] * b[1] for a, b in zip(own, there, strict=True))
+        across = sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(own, there, strict=True))
+        yaw = float(atan2(across, along)) if abs(along) + abs(across) > SPREAD else 0.0
+        c, s = float(cos(yaw)), float(sin(yaw))
+        R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        mean = np.array([sum(p[i] for p, _ in ends) / n for i in range(3)])
+        x, y, _ = np.array([sum(p[i] for p in held) / n for i in range(3)]) - R @ mean
+        self.at[name] = np.array([x, y, 0.0]), R
+        z = self.height(name, lambda p: kinematics.place(p, self.at).tolist())
+        if z is not None:
+            self.at[name] = np.array([x, y, z]), R
+
+    def _below(self, body: str) -> Iterator[tuple[str, int, k.Point, str]]:
+        """The slings and equalisers on a hook or frame: entry, number, point, what is held."""
+        for name, given in self.rigging.items():
+            if isinstance(given, Frame):
+                continue
+            for i, word in enumerate(given.to):
+                point = self.upper(given.holders[min(i, len(given.holders) - 1)])
+                if point and point.body == body:
+                    yield name, i, point, word
+
+    def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
+        """Of each rope of slings its number, what it holds, and whether it does at the start; none to unknown lugs, of
+        which whoever reads the action list tells."""
+        ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
+        return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
+
+    def carried(self, body: str) -> float:
+        """The mass of the blocks that hang on a hook or frame at the start [kg]."""
+        found, waiting = dict[str, float](), [body]
+        while waiting:
+            for _, _, _, word in self._below(waiting.pop()):
+                point = self.lower(word)
+                if point and point.body in self.masses:
+                    found[point.body] = self.masses[point.body]
+                elif point:
+                    waiting.append(point.body)
+        return sum(found.values())
+
+    def _where(self, word: str) -> list[float]:
+        """World position of what a sling holds [m]."""
+        point = self.lower(word)
+        assert point is not None
+        x, y, z = kinematics.place(point, self.at).tolist()
+        return [x, y, z]
+
+    def height(self, body: str, at: Callable[[k.Point], list[float]]) -> float | None:
+        """The z at which a hook or frame hangs so that its slings have the slack that they ask for; None: it holds
+        nothing.  `at`: world position of its points if that z were 0 [m]."""
+        found: list[float] = []
+        for name, i, point, word in self._below(body):
+            given, here = self.rigging[name], ("rigging", name, "to", i)
+            p, q = at(point), self._where(word)
+            if isinstance(given, Equaliser):
+                found += [self._balanced(name, given, p)] if i == 0 else []
+                continue
+            assert isinstance(given, Slings)
+            reach = given.lengths[i]
+            if frame := self._body(word):
+                held = [to for x in self.rigging.values() for to in getattr(x, "to", ()) if self._body(to) == frame]
+                length = reach * (1.0 + self.frames[frame].mass * self.gravity / (len(held) * given.sling.EA))
+            else:
+                length = reach - given.slack
+            aside = norm([q[0] - p[0], q[1] - p[1]])
+            if aside >= length:
+                what = f"the lug {word}" if word in self.lugs else word
+                who = "the hook" if body in self.hooks else f"its end on {body}"
+                told = f"{what} is {aside:.3g} m beside {who}, too far for a sling of {reach:g} m"
+                self.source.fault(here, told if self._body(word) else f"{told} with {given.slack:g} m of slack")
+                continue
+            found.append(q[2] + sqrt(length * length - aside * aside) - p[2])
+        return min(found) if found else None
+
+    def _balanced(self, name: str, given: Equaliser, p: list[float]) -> float:
+        """The same of the sheave of an equaliser, whose place is p where that z is 0 [m]."""
+        low = max(self._where(word)[2] for word in given.to) + given.radius - p[2] + SPREAD
+        high = low + given.length
+
+        def long(z: float) -> float:
+            at = k.Point(k.WORLD, (p[0], p[1], p[2] + z))
+            made = self._rope(name, given, at, np.eye(3))
+            return ReevingLaw().start_length(made, lambda body: (self.at[body][1], self.at[body][0]))
+
+        try:
+            if long(low) > given.length - given.slack:
+                message = f"{given.length:g} m of rope with {given.slack:g} m of slack do not reach over the sheave"
+                self.source.fault(("rigging", name, "length"), message)
+                return 0.0
+            for _ in range(HALVINGS):
+                middle = 0.5 * (low + high)
+                low, high = (low, middle) if long(middle) > given.length - given.slack else (middle, high)
+        except KernelError as error:
+            self.source.fault(("rigging", name), str(error), on_key=True)
+        return low
+
+    def _rope(self, name: str, given: Equaliser, sheave: k.Point, R: np.ndarray) -> Reeving:
+        """The rope of an equaliser over its sheave on a body of attitude R, that turns as the rope runs."""
+        a, b = (self.lower(word) for word in given.to)
+        assert a is not None
+        assert b is not None
+        p, q = self._where(given.to[0]), self._where(given.to[1])
+        d = norm([q[0] - p[0], q[1] - p[1]])
+        axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]
+        x, y, z = (R.T @ np.array(axis)).tolist()
+        over = Sheave(sheave, (x, y, z), given.radius, given.friction, given.efficiency)
+        return Reeving(name, a, (over,), b, given.sling.EA, Signal(given.length))
+
+    # ---- machines -----------------------------------------------------------------------------------------
+
+    def made(self, name: str, around: k.System) -> mechanics.Mechanism:
+        """An entry as the keys of a machine, beside all that there is."""
+        given, make = self.rigging[name], mechanics.Mechanism.model_construct
+        if isinstance(given, Frame):
+            p, R = self.at[name]
+            half = 0.5 * float(atan2(float(R[1][0]), float(R[0][0])))
+            attitude = (0.0, 0.0, float(sin(half)), float(cos(half)))
+            free = joints.Free.model_construct(type="free", child=name, position=tuple(p.tolist()), attitude=attitude)
+            body = mechanics.Body.model_construct(mass=given.mass, com=given.com, box=given.size)
+            return make(name=name, bodies={name: body}, joints={f"{name}.free": free})
+        ropes: dict[str, mechanics.Rope] = {}
+        for rope, (i, lower, hooked) in self.ropes(name).items():
+            upper = self.upper(given.holders[i])
+            assert upper is not None
+            start, end, over = _end(upper), _end(lower), list[mechanics.Over]()
+            length = given.length if isinstance(given, Equaliser) else given.lengths[i]
+            if isinstance(given, Equaliser):
+                made = self._rope(name, given, upper, kinematics.poses(around)[upper.body][1]).sheaves[0]
+                over = [
+                    mechanics.Over.model_construct(
+                        body=upper.body, at=upper.p, axis=made.axis, radius=made.radius, friction=made.friction,
+                        efficiency=made.efficiency,
+                    )
+                ]  # fmt: skip
+                start, end = end, _end(self.lower(given.to[1]) or lower)
+            light = self.hooks[upper.body].block if upper.body in self.hooks else self.frames[upper.body].mass
+            damping = 2.0 * given.sling.damping * sqrt(given.sling.EA / length * light)
+            ropes[rope] = mechanics.Rope.model_construct(
+                start=start, end=end, over=over, EA=given.sling.EA, length=length, damping=damping, hooked=hooked
+            )
+        return make(name=name, ropes=ropes)
+
+
+def _end(point: k.Point) -> End:
+    return End.model_construct(body=point.body, at=point.p)

@@ -1,0 +1,215 @@
+"""Instances of one scene in another: the plan of each with a name in front of all its names, at another place.
+
+`lifts: {a: {extends: lift.yaml, at: [0 m, 60 m]}}` builds the scene of each as if it stood alone, equal ones once, and
+puts them beside each other: `a-crane`, `a-legs.sling-1`.  Nothing ties them, so they are followed at rest one by one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from heavylift.kernel.description.contacts import Ball, Box, Plane
+from heavylift.kernel.description.forces import Characteristic
+from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
+from heavylift.nodes.plan.actions import Action, Wait
+from heavylift.nodes.plan.plan import ActionList, Plan
+from heavylift.nodes.scene.construction.signals import build_interlocks
+from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.keys.schema import Scene
+from heavylift.nodes.scene.text.extending import over
+from heavylift.nodes.scene.text.faults import raise_faults
+from heavylift.nodes.scene.text.source import Source
+from heavylift.nodes.statics import Followed, StaticState
+from heavylift.nodes.statics.state import Acted
+
+from .loaded_scene import LoadedScene
+
+__all__ = ["moved", "several", "source_of"]
+
+COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "step", "seed", "gravity", "microsteps")
+OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
+NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
+    ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
+     "elements", "subject", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together")
+)  # fmt: skip
+MACHINES = (
+    "cranes",
+    "block",
+    "blocks",
+    "rig",
+    "rigging",
+    "mechanism",
+    "machines",
+    "wind",
+    "models",
+    "actions",
+    "limits",
+)
+EVERY = "all"  # subject of limits of the whole scene
+
+
+def source_of(whole: Source, name: str, path: Path) -> Source:
+    """What an instance is, as the source of a scene of its own: its keys laid over the scene that it extends."""
+    base = ("lifts", name)
+    keys, values = (
+        {at[2:]: mark for at, mark in some.items() if at[:2] == base} for some in (whole.keys, whole.values)
+    )
+    given = whole.at(base)
+    data = {key: value for key, value in given.items() if key not in OWN} if isinstance(given, dict) else {}
+    data |= {key: whole.data[key] for key in COMMON if key in whole.data}
+    keys |= {(key,): whole.keys[key,] for key in COMMON if (key,) in whole.keys}
+    values |= {(key,): whole.values[key,] for key in COMMON if (key,) in whole.values}
+    found = over(Source(whole.name, data, keys, values, root=whole.root, files=(whole.name,)), path, whole.root)
+    raise_faults(found, found.faults)
+    if "rig" in found.data:
+        whole.fault(base, "goliaths cannot be instances: take a crane made of parts", on_key=True)
+        raise_faults(whole, whole.faults)
+    block = found.data.pop("block", None)
+    if block is not None:
+        blocks = found.data.setdefault("blocks", {})
+        if isinstance(blocks, dict):
+            blocks["block"] = block
+        for some in (found.keys, found.values):
+            some |= {("blocks", *at): mark for at, mark in some.items() if at[:1] == ("block",)}
+    for key in ("end", "placement"):
+        found.data.pop(key, None)
+    return found
+
+
+def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], LoadedScene]) -> tuple[Plan, Followed]:
+    """The plan of all instances, and their paths at rest one after the other."""
+    for key in sorted(scene.model_fields_set & {*MACHINES}):
+        message = "a scene of several lifts has nothing else: what belongs to one of them stands there"
+        source.fault((key,), message, on_key=True)
+    raise_faults(source, source.faults)
+    alone: dict[str, LoadedScene] = {}
+    lifts: list[tuple[str, LoadedScene]] = []
+    for name in scene.lifts:
+        own = source_of(source, name, path)
+        said = json.dumps(own.data, sort_keys=True)
+        lifts.append((name, alone.get(said) or alone.setdefault(said, built(own))))
+        _check(source, name, lifts[-1][1].plan)
+    raise_faults(source, source.faults)
+    whole, acted = Plan(name=scene.name), list[Acted]()
+    rests = {name: _rests(loaded, name, (*scene.lifts[name].at, 0.0)) for name, loaded in lifts}
+    first_of_all = _together([path[0] for path, _ in rests.values() if path])
+    states: list[StaticState] = []
+    for name, loaded in lifts:
+        given, first = scene.lifts[name], len(whole.actions)
+        part = moved(loaded.plan, f"{name}-", (*given.at, 0.0))
+        wait = (Action(orders=(Wait(seconds=given.start),)),) if given.start else ()
+        actions = (*wait, *(msgspec.structs.replace(x, stage=_named(name, x.stage)) for x in part.actions))
+        whole = msgspec.structs.replace(
+            whole,
+            mechanisms=whole.mechanisms + part.mechanisms,
+            interlocks=whole.interlocks + part.interlocks,
+            limits=whole.limits + tuple(x for x in part.limits if x.subject != EVERY or x.elements),
+            actions=whole.actions + actions,
+            lists=(*whole.lists, ActionList(name=name, first=first, machines=tuple(m.name for m in part.mechanisms))),
+        )
+        shift = first + len(wait)
+        rested, begun = rests[name]
+        states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
+        acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
+    between = build_interlocks(Yard(source, scene), whole.mechanisms)
+    raise_faults(source, source.faults)
+    whole = msgspec.structs.replace(whole, interlocks=whole.interlocks + between)
+    why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")
+    notes = tuple((t, f"{name}: {told}") for name, x in lifts for t, told in x.statics.notes)
+    unstable = next((x.statics.unstable for _, x in lifts if x.statics.unstable is not None), None)
+    return whole, Followed(tuple(states), tuple(acted), notes, why, unstable, "")
+
+
+def _check(source: Source, name: str, plan: Plan) -> None:
+    """Models hear and lead by names that the scene of all lifts does not know."""
+    if plan.models:
+        source.fault(("lifts", name), "a scene with models of its own cannot be one of several lifts", on_key=True)
+
+
+def _named(name: str, stage: str) -> str:
+    return f"{name}: {stage}" if stage else ""
+
+
+def _numbered(state: StaticState, name: str, shift: int) -> StaticState:
+    number = state.action + shift if state.action else 0
+    return replace(state, stage=_named(name, state.stage), action=number)
+
+
+def _rests(loaded: LoadedScene, name: str, d: Vector) -> tuple[list[StaticState], list[Acted]]:
+    """The path of an instance in its place, and the states in which its actions began."""
+    known: dict[int, StaticState] = {}
+
+    def here(state: StaticState) -> StaticState:
+        if id(state) not in known:
+            known[id(state)] = _moved_state(state, f"{name}-", d)
+        return known[id(state)]
+
+    return [here(x) for x in loaded.statics.states], [replace(x, before=here(x.before)) for x in loaded.statics.acted]
+
+
+PARTS = ("tensions", "supports", "poses", "coordinates", "references", "speeds")
+
+
+def _together(states: list[StaticState]) -> StaticState:
+    """All that these states tell, the last one's words."""
+    whole: dict[str, Any] = {part: {k: v for x in states for k, v in getattr(x, part).items()} for part in PARTS}
+    return replace(states[-1], **whole)
+
+
+# names and places
+
+
+def moved(x: Any, prefix: str, d: Vector) -> Any:
+    """A plan or description with a prefix before all names of its parts, moved by d [m] in the world."""
+    if isinstance(x, tuple):
+        return tuple(moved(each, prefix, d) for each in x)
+    if not (is_dataclass(x) or isinstance(x, msgspec.Struct)):
+        return x
+    words = ("of",) if isinstance(x, Characteristic) else ()
+    changed = {name: value if name in words else _changed(name, value, prefix, d) for name, value in _fields(x)}
+    if isinstance(x, Point | Ball | Box | Plane) and x.body == WORLD:
+        changed["p"] = _sum(x.p, d)
+    if isinstance(x, Joint) and x.parent == WORLD:
+        free = x.kind == "free"
+        changed |= {"q0": (*_sum(x.q0[:3], d), *x.q0[3:])} if free else {"p_PJ": _sum(x.p_PJ, d)}
+    return type(x)(**changed)
+
+
+def _fields(x: Any) -> Iterator[tuple[str, Any]]:
+    names = [f.name for f in fields(x)] if is_dataclass(x) else x.__struct_fields__
+    return ((name, getattr(x, name)) for name in names)
+
+
+def _changed(name: str, value: Any, prefix: str, d: Vector) -> Any:
+    words = value if isinstance(value, tuple) else (value,)
+    if name in NAMES and (isinstance(value, dict) or all(isinstance(x, str) for x in words)):
+        return _renamed(value, prefix)
+    return moved(value, prefix, d)
+
+
+def _renamed(value: Any, prefix: str) -> Any:
+    """Names with the prefix; the ground and what is empty have none."""
+    if isinstance(value, str):
+        return value if value in ("", WORLD, EVERY) else f"{prefix}{value}"
+    if isinstance(value, dict):
+        return {_renamed(key, prefix): _renamed(x, prefix) for key, x in value.items()}
+    return tuple(_renamed(x, prefix) for x in value)
+
+
+def _sum(p: Sequence[float], d: Vector) -> Vector:
+    x, y, z = (a + b for a, b in zip(p, d, strict=True))
+    return x, y, z
+
+
+def _moved_state(x: StaticState, prefix: str, d: Vector) -> StaticState:
+    def named(given: Any) -> dict[str, Any]:
+        return {f"{prefix}{key}": value for key, value in given.items()}
+
+    poses = {f"{prefix}{body}": (_sum(p, d), R) for body, (p, R) in x.poses.items()}
+    parts: dict[str, Any] = {name: named(getattr(x, name)) for name in PARTS if name != "poses"}
+    return replace(x, poses=poses, **parts)

@@ -1,0 +1,91 @@
+"""What hangs on the hooks of machines made of parts: a tree of slings, equalisers and frames, down to lugs of a block.
+
+Ends are named by words: `jib main` is a hook, `F1` a lug of the block, `beam.west` a point of the frame `beam`, and
+`beam` alone its origin.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from heavylift.nodes.scene.keys.base import Base, Name, Place
+from heavylift.nodes.scene.text import units as u
+from pydantic import Discriminator, Field, Tag
+
+__all__ = ["Equaliser", "Frame", "Rigging", "SlingType", "Slings"]
+
+
+class SlingType(Base):
+    """The slings: 96 mm wire, design factor 5."""
+
+    EA: u.Force = u.FORCE.read("445 MN")
+    breaking: u.Force = u.FORCE.read("6.43 MN")
+    factor: u.Factor = 5.0  # breaking force over its tension at rest, EN 13414-1
+    partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 3.17 by 0027/ND 7.3.1
+    damping: u.Ratio = 0.05  # of critical, with half of its loader; assumed
+
+
+class Slings(Base):
+    """Slings that are hooked at the start, from hooks or frames to lugs of the block or frames below."""
+
+    type: Literal["slings"] = "slings"
+    on: str | Annotated[list[str], Field(min_length=1)]  # for all slings, or for each: hook, frame, point of a frame
+    to: Annotated[list[str], Field(min_length=1)]  # of each: lug, frame, point of a frame
+    length: u.Extent | list[u.Extent]  # of each sling
+    slack: u.Gap = u.LENGTH.read("0.3 m")  # of the one that is tightest at the start; those that carry a frame: none
+    sling: SlingType = SlingType()
+    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
+
+    @property
+    def holders(self) -> list[str]:
+        """What each sling hangs on."""
+        return self.on if isinstance(self.on, list) else [self.on] * len(self.to)
+
+    @property
+    def lengths(self) -> list[float]:
+        """Of each sling [m]."""
+        return self.length if isinstance(self.length, list) else [self.length] * len(self.to)
+
+
+class Equaliser(Base):
+    """One rope from a lug over a sheave to another lug: both legs carry alike, but for friction."""
+
+    type: Literal["equaliser"]
+    on: str  # where the sheave hangs: hook, frame, point of a frame
+    to: tuple[str, str]
+    length: u.Extent  # of the whole rope
+    slack: u.Gap = u.LENGTH.read("0.3 m")  # at the start
+    radius: u.Gap = 0.0  # of the sheave
+    friction: u.Ratio = 0.0  # of the rope on it
+    efficiency: u.Ratio = 1.0  # tension behind it over tension before
+    sling: SlingType = SlingType()
+    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
+
+    @property
+    def holders(self) -> list[str]:
+        """What it hangs on."""
+        return [self.on]
+
+
+class Frame(Base):
+    """A rigid body between slings above and slings below: spreader, lifting beam, master link of a bridle."""
+
+    type: Literal["spreader", "lifting beam", "link"]
+    mass: u.Mass
+    size: tuple[u.Extent, u.Extent, u.Extent]  # gives the moments of a uniform box, and is drawn
+    com: Place = (0.0, 0.0, 0.0)  # from its middle
+    points: dict[Name, Place] = Field(default_factory=dict)  # from its middle, where slings are
+    capacity: u.Mass | None = None  # of what hangs below it; left out: it is not judged
+    lug_capacity: u.Mass | None = None  # of each point; left out: they are not judged
+
+
+def _type(given: object) -> str:
+    """Which model reads an entry."""
+    word = given.get("type", "slings") if isinstance(given, dict) else getattr(given, "type", "slings")
+    return "frame" if word in ("spreader", "lifting beam", "link") else str(word)
+
+
+Rigging = Annotated[
+    Annotated[Slings, Tag("slings")] | Annotated[Equaliser, Tag("equaliser")] | Annotated[Frame, Tag("frame")],
+    Discriminator(_type),
+]

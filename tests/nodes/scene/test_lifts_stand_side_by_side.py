@@ -1,0 +1,131 @@
+"""`lifts:` puts scenes beside each other: each moves as it does alone, at its place, by its own action list."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator.live.command_queue import STOP
+from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.replay import RecordedRun, verify
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.devs import Tag, encode, ns
+from heavylift.nodes.models.parts.messages import OperatorCommand
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene import check, load, parse
+from heavylift.nodes.scene.operator_command import spoken
+from heavylift.recordings import Recording, Signal
+
+TEXT = """\
+heavylift: 1
+name: two
+accuracy: 0.1 %
+samples: 5 Hz
+lifts:
+  a: {extends: hall}
+  b: {extends: hall, at: [3 m, 40 m], start: 7 s}
+"""
+
+
+def last_at(signal: Signal) -> dict[float, float]:
+    """By time its value, after what happened then."""
+    return dict(zip(signal.t.tolist(), signal.values[:, 0].tolist(), strict=True))
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
+    """Both lifts in one run, and the one alone."""
+    folder: Path = tmp_path_factory.mktemp("runs")
+    run(parse(TEXT), folder / "two.mcap", in_process=True)
+    run(parse(TEXT.split("  b:")[0]), folder / "one.mcap", in_process=True)
+    return {name: Recording(folder / f"{name}.mcap") for name in ("one", "two")}
+
+
+def test_each_moves_as_if_it_were_alone(runs: dict[str, Recording]) -> None:
+    """The first to the bit, the second 7 s later, where rounding by its place decides the rest."""
+    alone, beside = runs["one"], runs["two"]
+    own, first = last_at(alone["rope/tension/a-hall.main"]), last_at(beside["rope/tension/a-hall.main"])
+    assert len(own) > 1400
+    own.popitem()  # where it ends alone
+    assert [first[t] for t in own] == [*own.values()]
+    peaks = runs["two"].fact("peaks", {})
+    for name, peak in runs["one"].fact("peaks", {}).items():
+        assert peaks[name] == peak
+        later = peaks[f"b{name.removeprefix('a')}"]
+        assert later["tension"] == pytest.approx(peak["tension"], rel=1e-4)
+        assert later["time"] == pytest.approx(peak["time"] + 7.0, abs=2.0)
+    end, there = beside["pose/a-block"].values[-1, :3], beside["pose/b-block"].values[-1, :3]
+    assert there - end == pytest.approx((3.0, 40.0, 0.0), abs=2e-3)
+
+
+def test_a_lift_among_others_is_the_scene_that_it_extends(runs: dict[str, Recording]) -> None:
+    scene, first = load("hall"), parse(TEXT).statics.states[0]
+    for rope, tension in scene.statics.states[0].tensions.items():
+        assert first.tensions[f"a-{rope}"] == first.tensions[f"b-{rope}"] == pytest.approx(tension, rel=1e-9)
+
+
+def test_stages_have_the_names_of_their_lifts(runs: dict[str, Recording]) -> None:
+    stages = [name for _, name in runs["two"].stages()]
+    assert stages[:3] == ["a: take up", "b: take up", "a: lift off"]
+    assert len(stages) == 2 * len(runs["one"].stages())
+
+
+def test_the_plan_names_every_part_once_and_is_kept_whole() -> None:
+    scene = parse(TEXT)
+    machines = [machine.name for machine in scene.plan.machines]
+    assert machines == ["a-block", "a-hall", "b-block", "b-hall"]
+    assert [(x.name, x.first, x.machines) for x in scene.plan.lists] == [
+        ("a", 0, ("a-block", "a-hall")),
+        ("b", 7, ("b-block", "b-hall")),
+    ]
+    assert plan.decode(plan.encode(scene.plan)) == scene.plan
+    told = str(check(scene))
+    assert "b: lift off" in told
+    assert "hook load      a-hall.main (of 2)" in told
+
+
+def test_an_operator_orders_one_lift_and_ends_all(tmp_path: Path) -> None:
+    """The lift that is ordered answers; two at once are not ordered; what was said is said again in a replay."""
+    scene = parse(TEXT)
+    words = ("b-hall traversing: traverse 10 m/min by 0.5 m", "cranes: travel 10 m/min by 1 m", "")
+    given = [
+        Given(
+            Tag(ns(1.0 + i)),
+            encode(OperatorCommand(said or STOP, msgspec.msgpack.encode(spoken(scene, said)) if said else b"")),
+        )
+        for i, said in enumerate(words)
+    ]
+    run(scene, tmp_path / "run.mcap", in_process=True, commands=given)
+    recorded = RecordedRun(tmp_path / "run.mcap")
+    answers = [e.value for e in recorded.recording.events() if e.type == "OperatorAnswer"]
+    assert [(x["text"], x["refused"][:30]) for x in answers] == [
+        (words[0], ""),
+        (words[1], "it orders machines of several "),
+    ]
+    assert recorded.recording.fact("sim_s") == 3.0
+    assert verify(recorded).same
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("b: {extends: hall", "b: {extends: hull", "did you mean 'hall'"),
+        ("b: {extends: hall", "b: {extends: lift", "lifts.b: goliaths cannot be instances: take a crane made of parts"),
+        ("b: {extends: hall", "b: {extends: damper", "a scene with models of its own cannot be one of several lifts"),
+        ("at: [3 m, 40 m]", "at: [3 m, 40 m, 1 m]", "lifts.b.at: 2 values are enough here, not 3"),
+        ("at: [3 m, 40 m]", "at: 3 m", "lifts.b.at: a list"),
+        ("start: 7 s", "start: 7 m", "lifts.b.start"),
+        ("start: 7 s", "blokk: {mass: 60 t}", "unknown key 'blokk'"),
+        ("start: 7 s", "block: {mass: 160 t}", "the hook hall.main would carry 160.0 t of 100 t"),
+        ("  b: {", "  b c: {", "a name has letters"),
+        ("samples: 5 Hz", "actions: [{wait: 1 s}]", "actions: a scene of several lifts has nothing else"),
+    ],
+)
+def test_what_cannot_stand_beside_is_told_with_its_line(old: str, new: str, sentence: str) -> None:
+    assert old in TEXT
+    with pytest.raises(SceneError) as told:
+        parse(TEXT.replace(old, new), passing=True)
+    assert sentence in str(told.value)
+    assert ".yaml:" in str(told.value).splitlines()[0]

@@ -1,0 +1,90 @@
+"""Several blocks in one scene: slings go from one to the next, and each block is lifted and lands by its name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.plan.actions import Hookup, Lifted, Unhook
+from heavylift.nodes.scene import LoadedScene, check, parse
+from heavylift.recordings import Recording
+
+G = 9.80665
+LUGS = "{A: [-2 m, 2 m, 2 m], B: [2 m, 2 m, 2 m], C: [-2 m, -2 m, 2 m], D: [2 m, -2 m, 2 m]}"
+STOOLS = "{height: 0.5 m, at: [[-2 m, -2 m], [2 m, -2 m], [-2 m, 2 m], [2 m, 2 m]]}"
+TEXT = f"""\
+heavylift: 1
+name: two
+accuracy: 0.1 %
+blocks:
+  first: {{mass: 40 t, size: [6 m, 5 m, 4 m], at: [0 m, 8 m, 2.5 m], lugs: {LUGS}, supports: {STOOLS}}}
+  second: {{mass: 60 t, size: [6 m, 5 m, 4 m], at: [8 m, 8 m, 2.5 m], lugs: {LUGS}, supports: {STOOLS}}}
+cranes: {{hall: {{type: overhead-100, at: 0 m, trolley: 8 m}}}}
+rigging: {{legs: {{on: hall main, to: [first.A, first.B, first.C, first.D], length: 6 m, sling: {{EA: 120 MN}}}}}}
+actions:
+  - hall: hoist 1 m/min until first lifted
+  - hall: hoist 4 m/min by 0.5 m
+  - hall traversing: traverse 15 m/min ramp one swing by 8 m
+  - hall: lower 1 m/min until first landed and all slings slack
+  - legs: unhook
+  - hall: hoist 4 m/min by 0.4 m
+  - hall traversing: traverse 15 m/min ramp one swing by -8 m
+  - hall travelling: travel 20 m/min ramp one swing by 8 m
+  - hall: lower 4 m/min by 0.9 m
+  - legs: hook [second.A, second.B, second.C, second.D]
+  - hall: hoist 1 m/min until all slings taut
+  - hall: hoist 1 m/min until second lifted
+  - hall: hoist 4 m/min by 0.5 m
+  - wait: 5 s
+"""
+
+
+@pytest.fixture(scope="module")
+def scene() -> LoadedScene:
+    return parse(TEXT)
+
+
+def test_slings_are_other_ropes_where_they_are_hooked_next(scene: LoadedScene) -> None:
+    orders = [order for action in scene.plan.actions for order in action.orders]
+    assert [o.sling for o in orders if isinstance(o, Unhook)] == [f"legs.sling-{i}" for i in range(1, 5)]
+    hooked = [f"legs.sling-{i}.second-{lug}" for i, lug in enumerate("ABCD", 1)]
+    assert [o.sling for o in orders if isinstance(o, Hookup)] == hooked
+    untils = [getattr(o, "until", None) for o in orders]
+    assert [u.model for u in untils if isinstance(u, Lifted)] == ["first", "second"]
+    limited = {limit.subject for limit in scene.plan.limits if limit.quantity == "sling tension"}
+    assert limited >= {"legs.sling-1", "legs.sling-1.second-A"}
+
+
+def test_each_block_hangs_on_the_hook_in_its_turn(scene: LoadedScene, tmp_path: Path) -> None:
+    """40 t, then 60 t below a hook block of 2.5 t, at rest as in the run; the first stays where it was set down."""
+    lifted = [s for s in scene.statics.states if s.action in (2, 13)]
+    carried = {s.action: s.tensions["hall.main"] for s in lifted}
+    assert carried == pytest.approx({2: 42.5e3 * G, 13: 62.5e3 * G}, rel=1e-4)
+    run(scene, tmp_path / "two.mcap", in_process=True)
+    recording = Recording(tmp_path / "two.mcap")
+    first, second = (recording[f"pose/{name}"].values[-1, :3] for name in ("first", "second"))
+    assert first[:2] == pytest.approx((0.0, 16.0), abs=0.15)  # swinging is over as it lands
+    assert second[2] > 3.0
+    assert scene.findings == []
+
+
+def test_what_is_ambiguous_or_unknown_is_asked_back() -> None:
+    for old, new, sentence in (
+        ("first.A, first.B", "A, first.B", "rigging.legs.to[0]: several blocks have a lug 'A'"),
+        ("until first lifted", "until lifted", "which block? write 'first lifted' or 'second lifted'"),
+        ("until first lifted", "until third lifted", "there is no block 'third' that could be lifted"),
+        ("hook [second.A", "hook [second.E", "no block has a lug 'second.E'"),
+        ("hook [second.A, ", "hook [", "4 slings need 4 different lugs, not 3"),
+        ("  second: {", "  hall: {", "the name 'hall' is given twice: another machine has it"),
+        ("  second: {", "  all: {", "the name 'all' is reserved: choose another"),
+    ):
+        assert old in TEXT
+        with pytest.raises(SceneError) as told:
+            parse(TEXT.replace(old, new, 1), passing=True)
+        assert sentence in str(told.value)
+
+
+def test_the_report_counts_slings_once(scene: LoadedScene) -> None:
+    assert check(scene).slings == 4
