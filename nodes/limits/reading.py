@@ -64,12 +64,12 @@ def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
         return None
     dead = sum(block_mass(plan, name) for name in ropes)
     total = np.sum([signals.tensions[name] for name in ropes], axis=0) / plan.gravity - dead
-    values = np.maximum(total, 0.0)
-    if limit.over == "radius":
-        values, dead = np.where(total > EMPTY * dead, total + dead, np.nan), 0.0
+    values, least = np.maximum(total, 0.0), -np.inf
+    if limit.over == "radius":  # of an empty hook no chart is asked
+        values, least, dead = np.where(total > EMPTY * dead, total + dead, np.nan), (1.0 + EMPTY) * dead, 0.0
     exact = None
     alone = signals.peaks.get(ropes[0]) if len(ropes) == 1 else None
-    if found := alone or signals.crossings.get(_cell(limit)):
+    if (found := alone or signals.crossings.get(_cell(limit))) and found[0] / plan.gravity > least:
         peak, when = found
         exact = peak / plan.gravity - dead, when
     return Reading(values, exact)
