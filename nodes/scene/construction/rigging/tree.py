@@ -192,8 +192,9 @@ class Tree:
         yaw = float(atan2(across, along)) if abs(along) + abs(across) > SPREAD else 0.0
         c, s = float(cos(yaw)), float(sin(yaw))
         R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        mean = np.array([sum(p[i] for p, _ in ends) / n for i in range(3)])
-        x, y, _ = np.array([sum(p[i] for p in held) / n for i in range(3)]) - R @ mean
+        mean = [sum(p[i] for p, _ in ends) / n for i in (0, 1)]
+        x = sum(p[0] for p in held) / n - (c * mean[0] - s * mean[1])
+        y = sum(p[1] for p in held) / n - (s * mean[0] + c * mean[1])
         self.at[name] = np.array([x, y, 0.0]), R
         z = self.height(name, lambda p: kinematics.place(p, self.at).tolist())
         if z is not None:
@@ -291,7 +292,7 @@ class Tree:
         p, q = self._where(given.to[0]), self._where(given.to[1])
         d = norm([q[0] - p[0], q[1] - p[1]])
         axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]
-        x, y, z = (R.T @ np.array(axis)).tolist()
+        x, y, z = (sum(float(R[j][i]) * axis[j] for j in range(3)) for i in range(3))
         over = Sheave(sheave, (x, y, z), given.radius, given.friction, given.efficiency)
         return Reeving(name, a, (over,), b, given.sling.EA, Signal(given.length))
 
