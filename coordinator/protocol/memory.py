@@ -1,7 +1,7 @@
 """Coordinator and nodes in one thread, without transport: the protocol alone, for tests and trials.
 
-Every message goes through its wire form. With a random generator, DONEs are taken in random order, and
-grants can be cut at random; neither may change what the models do.
+Every message goes through its wire form, unless a run is not `wired`. With a random generator, DONEs are
+taken in random order, and grants can be cut at random; neither may change what the models do.
 """
 
 from collections.abc import Iterable, Mapping
@@ -17,7 +17,7 @@ from .node import Node
 
 
 def run_in_memory(
-    coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None, cut: bool = False
+    coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None, cut: bool = False, wired: bool = True
 ) -> Outcome:
     """Run to the end; a node that fails raises ModelError with its sentence."""
     order = order or Random(0)
@@ -27,10 +27,12 @@ def run_in_memory(
         if isinstance(hello, Fail):
             raise ModelError(hello.sentence)
         coordinator.hello(name, hello)
-    return go_on(coordinator, by_name, order, cut)
+    return go_on(coordinator, by_name, order, cut, wired)
 
 
-def go_on(coordinator: Coordinator, by_name: Mapping[str, Node], order: Random, cut: bool = False) -> Outcome:
+def go_on(
+    coordinator: Coordinator, by_name: Mapping[str, Node], order: Random, cut: bool = False, wired: bool = True
+) -> Outcome:
     """The same of nodes that have said HELLO, again if the end has been moved."""
     answers: list[tuple[str, Done]] = []
     while True:
@@ -38,7 +40,7 @@ def go_on(coordinator: Coordinator, by_name: Mapping[str, Node], order: Random, 
             node = by_name[name]
             if cut:
                 grant = _cut(grant, node, order)
-            answers.append((name, answer(node, grant, coordinator)))
+            answers.append((name, answer(node, grant, coordinator, wired)))
         outcome = coordinator.over
         if outcome is not None:
             return outcome
@@ -46,12 +48,12 @@ def go_on(coordinator: Coordinator, by_name: Mapping[str, Node], order: Random, 
         coordinator.done(name, done)
 
 
-def answer(node: Node, grant: Grant, coordinator: Coordinator) -> Done:
-    """The DONE of a node, by way of the wire; what a FAIL says is raised."""
-    said = node.handle(decode(encode(grant)))
+def answer(node: Node, grant: Grant, coordinator: Coordinator, wired: bool = True) -> Done:
+    """The DONE of a node, by way of the wire if it is `wired`; what a FAIL says is raised."""
+    said = node.handle(decode(encode(grant)) if wired else grant)
     if isinstance(said, Fail):
         raise coordinator.failed(node.name, said)
-    again = decode(encode(said)) if said is not None else None
+    again = decode(encode(said)) if wired and said is not None else said
     if not isinstance(again, Done):
         raise ProtocolError(f"{node.name} answered GRANT {grant.gseq} with {said!r}")
     return again

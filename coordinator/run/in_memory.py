@@ -198,10 +198,10 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
     nodes[KERNEL] = Node(KERNEL, kernel, kernel.finish)
     prepared, started = time.perf_counter(), time.thread_time()
     kernel.allowed, kernel.deadline = limit, prepared + limit
-    outcome = run_in_memory(core, nodes.values())
+    outcome = run_in_memory(core, nodes.values(), wired=False)
     while outcome is Outcome.BOUND and plan.end is None and (due := core.scheduled(driving(plan))) < FOREVER:
         core.extend(Tag(due.t + PATIENCE_ns))
-        outcome = go_on(core, nodes, Random(0))
+        outcome = go_on(core, nodes, Random(0), wired=False)
     reached = max(events[-1].t if events else 0, kernel.kept[-1][1][0] if kernel.kept else 0)
     ended = outcome is Outcome.QUIET and plan.end is None
     bye = nodes[KERNEL].handle(Stop(Tag(reached + 1) if ended else core.end))

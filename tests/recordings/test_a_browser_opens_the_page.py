@@ -233,6 +233,7 @@ def test_nothing_is_cut_at_the_width_of_a_phone(browser: Chromium, lift: Path) -
     assert browser.run("document.documentElement.scrollWidth") == 390
     seen = "[...document.querySelectorAll('header *, footer *, #shows *')].map(e => e.getBoundingClientRect().right)"
     assert max(browser.run(seen)) <= 390
+    assert browser.run("(x => x.scrollWidth <= x.clientWidth)(document.querySelector('#status'))"), "the verdict"
     browser("Emulation.setDeviceMetricsOverride", width=1200, height=800, deviceScaleFactor=1, mobile=False)
 
 
