@@ -47,6 +47,7 @@ class Case:
     mirrored: bool  # about the plane across the rails through its middle
     turns: bool  # the block, on its master
     askew: bool  # hooks that hold the block are moved sideways against each other
+    again: bool  # it may part from its stools once more after it has hung
     even: bool  # all winches that may lift the block go at one speed
     changes: bool  # a hook is taken from the block, or given to it, while it hangs
     flies_up: bool  # a hook, let go with more on it than it weighs itself
@@ -105,6 +106,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         mirrored=_mirrored(plan, ordered, {rope.crane for rope in ropes}),
         turns=turns,
         askew=askew(plan, followed),
+        again=any(not x.before.grounded for p in partings for x in followed.acted[: p.action]),
         even=all(len({abs(m.speed) for m in x.moves if m.actuator in loads}) <= 1 for x in partings),
         changes=changes(plan, followed),
         flies_up=flies_up(plan, followed),

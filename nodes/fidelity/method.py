@@ -33,6 +33,7 @@ SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and pl
 
 BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest
 SWUNG, FOLLOWED = 0.45, 6e-4  # part of what a swing tips that long steps damp, and tolerance from which they do
+AGAIN = 0.025  # what else long steps miss where a load is lifted again, whose loaders they have damped; measured: 0.022
 DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
 SNAPS = 150.0  # how much more lumps do as slings come taut that were slack
 DAMPS = "nothing damps what it would damp away"
@@ -151,6 +152,7 @@ def long_steps(name: str, case: Case, at: Fidelity, tolerance: float) -> Stepped
     errors["rope tension"] = max(5.0 * tolerance, min(m.most, m.damped * sqrt(tolerance)))
     if case.askew or case.swings.jumps > STRAIGHT:  # swings that no ramp has made decide a peak, and are damped
         errors["rope tension"] += SWUNG * tipped(case, 1.0) * min(1.0, sqrt(tolerance / FOLLOWED))
+    errors["rope tension"] += AGAIN if case.again else 0.0
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
     if _bare(case):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import hypot, sqrt
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -74,7 +74,7 @@ def askew(plan: Plan, followed: Following) -> bool:
         ways = [
             [y - x for x, y in zip(*(_place(s.state, *trolleys[name]) for s in (a, b)), strict=True)] for name in held
         ]
-        if any(hypot(x - ways[0][0], y - ways[0][1]) > ASKEW for x, y in ways):
+        if any(max(abs(x - ways[0][0]), abs(y - ways[0][1])) > ASKEW for x, y in ways):
             return True
     return False
 
