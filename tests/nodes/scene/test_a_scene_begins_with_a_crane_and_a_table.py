@@ -16,7 +16,11 @@ block,drawing,mass [t],size x [m],size y [m],size z [m]
 small,A-1,4,4,3,2
 large,A-2,60 +- 3 %,24,16,3
 """
-ROWS = {"goliath": "large", "mobile": "large"}  # by the first word of a type; others lift the small one
+ROWS = {
+    "goliath": "large",
+    "mobile": "large",
+    "twin": "large",
+}  # by the first word of a type; others lift the small one
 
 
 @pytest.fixture(autouse=True)

@@ -1,6 +1,7 @@
 """The keys of what is made of parts: a mechanism, or a machine as its type makes it.
 
 mechanics, joints, forces, contacts, flexible   the keys of `mechanism:`
-machines        what types make of their parameters, and what hangs on their hooks
+machines        what types make of their parameters
+rigging         what hangs on their hooks
 kinematics      where bodies are at the start
 """
