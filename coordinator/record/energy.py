@@ -41,7 +41,8 @@ class EnergyAudit:
         if self._accounts is not None and self._works:
             works = rows[:, [self._accounts.start + i for i in self._works]]
             before = works[:1] if self._last_works is None else self._last_works[None]
-            self._moved += float(np.abs(np.diff(np.vstack([before, works]), axis=0)).sum())
+            steps = np.abs(np.diff(np.vstack([before, works]), axis=0)).sum(axis=1)
+            self._moved = float(np.cumsum([self._moved, *steps])[-1])  # in order, whatever the batches
             self._last_works = works[-1]
 
     @property

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from math import ceil, hypot
+from math import ceil
 from pathlib import Path
 
+from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 from heavylift.nodes.scene.text.machine_types import GOLIATH, machine_type
@@ -79,7 +80,7 @@ def _text(name: str, crane: str, table: str) -> str:
         lugs, length = {hook: [(a - x, b - y)] for hook, (a, b) in hooks.items()}, SHORT
         if len(hooks) == 1:
             lugs = {hook: [(a * INSIDE * u, b * INSIDE * v) for a in (-1, 1) for b in (-1, 1)] for hook in hooks}
-            length = max(SHORT, ceil(2.0 * STEEP * hypot(INSIDE * u, INSIDE * v)) / 2.0)
+            length = max(SHORT, ceil(2.0 * STEEP * norm([INSIDE * u, INSIDE * v])) / 2.0)
         hung = "rigging:\n", f"  legs-{{0}}: {{{{on: crane {{0}}, to: [{{1}}], length: {length:g} m}}}}"
     if any(abs(a) > u / 2 or abs(b) > v / 2 for each in lugs.values() for a, b in each):
         raise SceneError(f"{table}: the hooks of {crane} are further apart than the block is long or wide")

@@ -58,9 +58,9 @@ WORDS = {
     ),
     "position of what has none": (
         "lift",
-        [("until lifted", "until position of crane >= 3 m")],
-        "position of crane",
-        "actions[1].all hooks: there is no 'crane' with position",
+        [("until lifted", "until position of block >= 3 m")],
+        "position of block",
+        "actions[1].all hooks: there is no 'block' with position",
     ),
     "missing unit in a phrase": (
         "lift",
