@@ -282,8 +282,11 @@ def supports(plan: Plan) -> list[dict[str, object]]:
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height} for s in found]
 
 
+ROPES = ("rope tension", "sling tension")  # limits of one rope at rest
+
+
 def rated(plan: Plan) -> dict[str, float]:
     """Tension that counts as 100 % of use, per rope [N]; ropes without one are left out."""
     ropes: list[HookRope | Sling] = [*plan.rig.hook_ropes, *plan.rig.slings]
-    slings = {x.subject: x.value for x in plan.limits if x.quantity == "sling tension" and x.value}
-    return {r.name: r.rated for r in ropes if r.rated} | slings
+    most = {q: {x.subject: x.value for x in plan.limits if x.quantity == q and x.value} for q in ROPES}
+    return most["rope tension"] | {r.name: r.rated for r in ropes if r.rated} | most["sling tension"]

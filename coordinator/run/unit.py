@@ -19,8 +19,11 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Callable
+from copy import deepcopy
 from functools import partial
 from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element
 
 import msgspec
 from heavylift.coordinator.live.commands import Given, command
@@ -49,7 +52,16 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, FmuBuilder, Rea
 __all__ = ["Stepped", "Unit", "export"]
 
 KEPT = "scene.heavylift"
-CODE = "from heavylift.coordinator.run.unit import Unit\n\n\nclass {name}(Unit):\n    pass\n"
+CODE = """import ctypes
+
+from heavylift.coordinator.run.unit import Unit
+
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))  # pythonfmu gives back one that it has not taken, each time
+
+
+class {name}(Unit):
+    pass
+"""
 
 
 class _Kept(msgspec.Struct):
@@ -67,7 +79,7 @@ class Stepped:
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
         """`words` makes an OperatorCommand's action of a command."""
         models, wires = build(plan), wiring(plan)
-        self._words, self.now, self.refused = words, 0, ""
+        self._words, self.now, self.refused, self._over = words, 0, "", False
         self._kernel = KernelNode(configured(plan, models), lambda batch: None)
         most = plan.microsteps
         self._nodes = {n: Node(n, Simulator(m, microsteps=most, wires=wires.all)) for n, m in models.items()}
@@ -111,12 +123,15 @@ class Stepped:
                 break
             self._core.done(*answers.pop())
         self.now = to_ns
+        if self._core.over is not None and not self._over:
+            self._kernel.finish(self._core.end)
+            self._over = True
         self._look()
 
     def _look(self) -> None:
-        """What there is to see now, or when the run ended."""
+        """What there is to see now, or at the last instant of a run that is over."""
         simulation = self._kernel.simulation
-        shown = simulation.shown(max(min(self.now, self._core.end.t), simulation.epoch))
+        shown = simulation.shown(simulation.epoch if self._over else max(self.now, simulation.epoch))
         self._row = published(simulation.method, shown[None])[0]
         _, _, most = self._kernel.said
         for rope, known in self.peaks.items():
@@ -157,6 +172,15 @@ class Unit(Fmi2Slave):  # type: ignore[misc]
     def _register(self, name: str, unit: str, getter: Callable[[], float]) -> None:
         told = Real(name, causality=Fmi2Causality.output, description=unit, getter=getter)
         self.register_variable(told, nested=False)
+
+    def to_xml(self, *given: Any, **more: Any) -> Element:
+        """The description: names have hyphens, and outputs are unknown at the start, which pythonfmu omits."""
+        root: Element = super().to_xml(*given, **more)
+        root.set("variableNamingConvention", "flat")
+        for structure in root.iter("ModelStructure"):
+            structure.extend([deepcopy(node) for node in structure])
+            structure[-1].tag = "InitialUnknowns"
+        return root
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """One communication step [s]."""

@@ -181,7 +181,8 @@ def _at_once(plan: Plan, said: Conduct) -> Iterator[Finding]:
 
 
 def _moves(action: Action) -> bool:
-    return any(isinstance(order, Move | Turn) for order in action.orders)
+    """Whether something must move."""
+    return any(isinstance(order, Turn) or (isinstance(order, Move) and not order.trims) for order in action.orders)
 
 
 def _until(order: object) -> str:

@@ -15,8 +15,8 @@ class Signal:
 
     "height"        of `point` in the world [m]; "height difference": above `origin` [m]
     "radius"        of `point`: its horizontal distance from `origin` [m]
-    "gap"           between the boxes about `point` and `origin`, of half edges `numbers` (6) [m]: by their faces, so
-                    that they are never nearer; negative where they overlap
+    "gap"           between the boxes about `point` and `origin`, of half edges `numbers` (6) [m]: never more than
+                    their distance, of long ones a fifth less; negative where they overlap
     "tension"       sum over `ropes` [N]; "length": unstretched length of ropes[0] [m]
     "load"          their tension times numbers[0], less numbers[1] [kg]
     "moment"        their tension over what a chart by the radius of `point` allows: of the next longer radius;

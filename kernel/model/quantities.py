@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.compiler.symbol import Scalar, Scalars, maximum, select, sqrt
+from heavylift.kernel.compiler.symbol import Scalar, Scalars, maximum, minimum, select, sqrt
 from heavylift.kernel.description.mechanics import Line, Point, System, Threshold
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.errors import KernelError
@@ -21,6 +21,8 @@ __all__ = ["check_signal", "names", "numbers", "points", "scalar"]
 Watched: TypeAlias = Signal | Threshold
 Places: TypeAlias = Sequence[Scalars]  # of points, each x, y, z
 BEYOND = 1e-3  # of the last tension of a chart: what may hang beyond its last radius
+PROJECTIONS = 10  # by which nearest points are found
+TOUCH = 1e-9  # [m] between them where boxes touch
 BOX = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # middle, and tips of the axes
 
 
@@ -92,20 +94,51 @@ def _off_lead(x: Given) -> Any:
 
 
 def _gap(x: Given) -> Any:
-    """The largest distance along a normal of a face: what separates boxes is no more than their distance (the theorem
-    of separating axes; Gottschalk, Lin, Manocha, OBBTree, 1996)."""
-    a, b = ([[p[i] - box[0][i] for i in range(3)] for p in box[1:]] for box in (x.places[:4], x.places[4:]))
-    d = [x.places[4][i] - x.places[0][i] for i in range(3)]
-    edges = [*zip(a, x.numbers[:3], strict=True), *zip(b, x.numbers[3:], strict=True)]
-    gaps = []
-    for n in (*a, *b):
-        reach: Scalar = 0.0
-        for axis, half in edges:
-            reach += half * abs(_dot(axis, n))
-        gaps.append(abs(_dot(d, n)) - reach)
-    gap = gaps[0]
-    for other in gaps[1:]:
-        gap = maximum(gap, other)
+    """The largest distance along a normal of a face, or along the way between the nearest points: what separates boxes
+    is no more than their distance (the theorem of separating axes; Gottschalk, Lin, Manocha, OBBTree, 1996).  These
+    points are found by alternating projections (von Neumann 1950; Bauschke, Borwein 1993).
+    """
+    boxes = [_box(x.places[4 * i : 4 * i + 4], x.numbers[3 * i : 3 * i + 3]) for i in (0, 1)]
+    gap = _apart(boxes, boxes[0].axes[0])
+    for n in (*boxes[0].axes[1:], *boxes[1].axes):
+        gap = maximum(gap, _apart(boxes, n))
+    p = boxes[1].middle
+    q = boxes[0].nearest(p)
+    for _ in range(PROJECTIONS):
+        p = boxes[1].nearest(q)
+        q = boxes[0].nearest(p)
+    way = [b - a for a, b in zip(q, p, strict=True)]
+    length = sqrt(_dot(way, way))
+    some = 1.0 / maximum(length, TOUCH)
+    return select(length > TOUCH, maximum(gap, _apart(boxes, [some * w for w in way])), gap)
+
+
+@dataclass(frozen=True)
+class _Box:
+    middle: Scalars
+    axes: Sequence[Scalars]
+    halves: Scalars
+
+    def nearest(self, p: Scalars) -> Scalars:
+        """The point of the box that is nearest to another one."""
+        found, away = list(self.middle), [a - b for a, b in zip(p, self.middle, strict=True)]
+        for axis, half in zip(self.axes, self.halves, strict=True):
+            far = minimum(maximum(_dot(away, axis), -half), half)
+            found = [a + far * b for a, b in zip(found, axis, strict=True)]
+        return found
+
+
+def _box(places: Places, halves: Scalars) -> _Box:
+    o = places[0]
+    return _Box(o, [[tip[i] - o[i] for i in range(3)] for tip in places[1:]], halves)
+
+
+def _apart(boxes: list[_Box], n: Scalars) -> Any:
+    """The distance between two boxes along a direction; negative where they overlap in it."""
+    gap = abs(_dot([b - a for a, b in zip(boxes[0].middle, boxes[1].middle, strict=True)], n))
+    for box in boxes:
+        for axis, half in zip(box.axes, box.halves, strict=True):
+            gap = gap - half * abs(_dot(axis, n))
     return gap
 
 

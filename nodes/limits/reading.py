@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.description.forces import Signal, Wind
-from heavylift.kernel.description.mechanics import Point
+from heavylift.kernel.description.mechanics import Point, Rope, System
+from heavylift.kernel.model.quantities import names, numbers, points, scalar
 from heavylift.nodes.plan.limit import Limit
 
 from .reeving import drum_end_factor, lead_factor
@@ -63,12 +64,12 @@ def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
         return None
     dead = sum(block_mass(plan, name) for name in ropes)
     total = np.sum([signals.tensions[name] for name in ropes], axis=0) / plan.gravity - dead
-    values = np.maximum(total, 0.0)
-    if limit.over == "radius":
-        values, dead = np.where(total > EMPTY * dead, total + dead, np.nan), 0.0
+    values, least = np.maximum(total, 0.0), -np.inf
+    if limit.over == "radius":  # of an empty hook no chart is asked
+        values, least, dead = np.where(total > EMPTY * dead, total + dead, np.nan), (1.0 + EMPTY) * dead, 0.0
     exact = None
     alone = signals.peaks.get(ropes[0]) if len(ropes) == 1 else None
-    if found := alone or signals.crossings.get(_cell(limit)):
+    if (found := alone or signals.crossings.get(_cell(limit))) and found[0] / plan.gravity > least:
         peak, when = found
         exact = peak / plan.gravity - dead, when
     return Reading(values, exact)
@@ -230,6 +231,30 @@ def _strongest(winds: list[Signal], t: Column) -> Column:
     return np.asarray(np.max(speeds, axis=0))
 
 
+# signals of the one table, by its formulas
+
+
+def _signal(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """A signal at each instant, in its unit of SI; of a rope that is on no record nothing."""
+    x = limit.signal
+    assert x is not None
+    ropes = [Rope(r.name, r.lines, r.EA, r.L0, r.damping) for r in plan.rig.hook_ropes]
+    ropes += [Rope(s.name, (), s.EA, s.L0, s.damping) for s in plan.rig.slings]
+    own = tuple(rope for machine in plan.mechanisms for rope in machine.system.ropes)
+    places = [place(signals, point) for point in points(x, System(ropes=(*ropes, *own)))]
+    values = [signals.tensions.get(name) for name in names(x)]
+    if x.quantity == "wind":
+        winds = [f.signal for m in plan.mechanisms for f in m.system.forces if f.name == x.of and isinstance(f, Wind)]
+        values = [_strongest(winds, signals.t)]
+    known_places, known = [p for p in places if p is not None], [v for v in values if v is not None]
+    if len(known_places) < len(places) or len(known) < len(values):
+        return None
+    given = numbers(x, System(ropes=(*ropes, *own)))
+    rows = ([p[k].tolist() for p in known_places] for k in range(len(signals.t)))
+    at = zip(rows, *(v.tolist() for v in known), strict=True)
+    return Reading(np.array([float(scalar(x, row, given, list(each))) for row, *each in at]))
+
+
 READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "hook load": _load,
     "trolley load": _load,
@@ -254,6 +279,7 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "rails": _coordinate(ALONG),
     "girder": _coordinate(ACROSS),
     "wind": _wind,
+    "signal": _signal,
 }
 
 

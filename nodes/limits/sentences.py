@@ -164,6 +164,12 @@ def _blown(use: Use, ran: bool) -> str:
     return f"the wind {verb} {shown(use.limit, use.value)}, lifting is allowed up to {shown(use.limit, bound(use))}"
 
 
+def _measured(use: Use, ran: bool) -> str:
+    limit, verb = use.limit, "was" if ran else "would be"
+    most = "at least" if limit.least else "at most"
+    return f"{limit.subject} {verb} {shown(limit, use.value)}, {most} {shown(limit, bound(use))} is allowed"
+
+
 WORDS: dict[str, Words] = {
     "hook load": Words("overload", _carries(lambda hook: f"the hook {hook}"), refused=True),
     "trolley load": Words("overload", _carries(_trolley), refused=True),
@@ -188,4 +194,5 @@ WORDS: dict[str, Words] = {
     "rails": Words("end", _ends("rails", "x"), refused=True),
     "girder": Words("end", _ends("girder", "y"), refused=True),
     "wind": Words("wind", _blown),
+    "signal": Words("signal", _measured),
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from heavylift.nodes.plan.finding import Finding
@@ -75,7 +76,9 @@ def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
 
 def _row(group: list[Use]) -> tuple[str, ...]:
     sizes = [_size(use) for use in group]
-    worst = next(use for use, size in zip(group, sizes, strict=True) if size >= max(sizes) - SAME * abs(max(sizes)))
+    most = max(sizes)
+    least = most - SAME * abs(most) if isfinite(most) else most  # beyond a chart nothing may hang: infinite
+    worst = next(use for use, size in zip(group, sizes, strict=True) if size >= least)
     limit = worst.limit
     many = len({use.limit.subject for use in group})
     subject = limit.subject if many == 1 else f"{limit.subject} (of {many})"

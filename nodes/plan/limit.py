@@ -12,6 +12,7 @@ from math import inf
 from typing import Literal, TypeAlias
 
 import msgspec
+from heavylift.kernel.description.signals import Signal
 
 __all__ = ["Limit", "Quantity", "Use"]
 
@@ -42,6 +43,7 @@ Quantity: TypeAlias = Literal[
     "girder",
     "clearance",
     "wind",
+    "signal",
 ]
 
 
@@ -67,6 +69,7 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     factor: float = 1.0
     breaking: float = 0.0
     elements: tuple[str, ...] = ()
+    signal: Signal | None = None  # that is judged, of the quantity "signal"
     source: str = ""
     note: str = ""  # what a planner must know to read the row: assumptions, what a value was reduced for
     where: str = ""

@@ -11,9 +11,10 @@ from typing import Literal
 __all__ = ["MOTIONS", "VERBS", "Kind", "Verb"]
 
 Kind = Literal[
-    "gantry", "trolley", "hook", "block", "drive", "winch", "sling", "rope", "brake", "lock", "interlock", "none"
+    "gantry", "trolley", "hook", "block", "load", "drive", "winch", "sling", "rope", "brake", "lock", "interlock",
+    "none",
 ]  # fmt: skip
-Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "wait"]
+Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "level", "wait"]
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ VERBS: dict[str, Verb] = {
         Verb("lower", ("hook", "winch"), "move", sign=1, speeds=HOISTING),
         Verb("drive", ("drive",), "move", units="either"),
         Verb("turn", ("block",), "turn", units="turning"),
+        Verb("level", ("block", "load"), "level"),
         Verb("hook", ("hook", "sling", "rope"), "hook"),
         Verb("unhook", ("hook", "sling", "rope"), "unhook"),
         Verb("lock", ("hook", "lock"), "brake", engages=True),
@@ -65,6 +67,7 @@ VERBS: dict[str, Verb] = {
         Verb("bypass", ("interlock",), "brake"),
         Verb("restore", ("interlock",), "brake", engages=True),
         Verb("stop", ("gantry", "trolley", "hook", "drive", "winch"), "stop", units="either"),
+        Verb("hold", ("gantry", "trolley", "hook", "drive", "winch"), "stop", units="either", engages=True),
         Verb("wait", ("none",), "wait"),
     )
 }

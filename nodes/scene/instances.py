@@ -18,6 +18,8 @@ from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Wait
 from heavylift.nodes.plan.plan import ActionList, Plan
+from heavylift.nodes.scene.construction.signals import build_interlocks
+from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.extending import over
 from heavylift.nodes.scene.text.faults import raise_faults
@@ -33,7 +35,7 @@ COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
-     "elements", "subject", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock")
+     "elements", "subject", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together")
 )  # fmt: skip
 MACHINES = (
     "cranes",
@@ -114,6 +116,9 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
+    between = build_interlocks(Yard(source, scene), whole.mechanisms)
+    raise_faults(source, source.faults)
+    whole = msgspec.structs.replace(whole, interlocks=whole.interlocks + between)
     why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")
     notes = tuple((t, f"{name}: {told}") for name, x in lifts for t, told in x.statics.notes)
     unstable = next((x.statics.unstable for _, x in lifts if x.statics.unstable is not None), None)

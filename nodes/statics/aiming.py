@@ -24,7 +24,7 @@ DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
     """The plan with the places of its moves to above lugs, and (where, sentence) of moves that find none."""
     for i, action in enumerate(built.actions):
-        moves = [x for x in action.orders if isinstance(x, Move) and x.above]
+        moves = [x for x in action.orders if isinstance(x, Move) and x.above and x.to is None]
         if not moves:
             continue
         state, why = _before(built, i)

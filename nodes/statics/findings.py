@@ -50,6 +50,8 @@ def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
         action = built.actions[number - 1]
         waits = [o.until for o in action.orders if isinstance(o, Move | Turn) and o.until is not None]
         tight = all(isinstance(term, Slings) and term.state == "taut" for until in waits for term in terms(until))
+        if any(isinstance(o, Move) and o.trims for o in action.orders):
+            continue
         if waits and end == begin and len(waits) == len(action.orders) and not (tight and begin == 0.0):
             words = " and ".join(dict.fromkeys(term.text for until in waits for term in terms(until)))
             sentence = f"the stage '{action.stage or number}' ends at once: '{words}' holds already as it begins"

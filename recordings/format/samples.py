@@ -20,6 +20,7 @@ import numpy as np
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 from numpy.typing import NDArray
 
+REEVING = "reeving/tension"  # of each part of a rope over sheaves, called rope.1, rope.2 ...
 POSE = "pose/"
 MEASURED, ERROR = "measured/", "error/"  # before the name of a signal: as measured, and the run's less that
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.samples import REEVING
 from heavylift.recordings.read.container import guarded
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
@@ -98,8 +99,7 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
         raise RecordingError(f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` tells its results")
     plan = _plan(rec)
     borne = loads_of(rec, plan)  # the first, for its pass through the file reads tensions, too
-    empty = Signal(np.zeros(0), np.zeros((0, 0)), [], "N")
-    tension = rec.signal("rope/tension") if "rope/tension" in rec.signals() else empty
+    tension = _tensions(rec)
     rated: dict[str, float] = rec.fact("rated", {})
     spans = _stages(rec, tension.t[-1] if len(tension.t) else 0.0)
     hooks = {c["name"]: _hooks(plan, c["name"], tension.names) for c in plan.get("cranes", [])}
@@ -124,6 +124,18 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
     lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
     told = scene_table(rec, plan), float(lifted), rec.notes(), block_table(plan)
     return Facts(*tables, *told, borne.slings, borne.lugs, borne.stools, borne.portals)
+
+
+def _tensions(rec: Recording) -> Signal:
+    """The tension of every rope; over sheaves that of its most loaded part."""
+    signals = [rec.signal(name) for name in ("rope/tension", REEVING) if name in rec.signals()]
+    found: dict[str, Floats] = {}
+    for signal in signals:
+        for i, column in enumerate(signal.names):
+            name, x = column.rpartition(".")[0] if signal.name == REEVING else column, signal.values[:, i]
+            found[name] = np.maximum(found[name], x) if name in found else x
+    t = signals[0].t if signals else np.zeros(0)
+    return Signal(t, np.column_stack([*found.values()]) if found else np.zeros((len(t), 0)), [*found], "N")
 
 
 def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[LoadUse]:

@@ -11,7 +11,7 @@ from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped
 from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.columns import Columns
-from heavylift.recordings.format.samples import POSE_UNIT, SampleLayout
+from heavylift.recordings.format.samples import POSE_UNIT, REEVING, SampleLayout
 from heavylift.recordings.format.schema import samples_descriptor, samples_template
 from heavylift.recordings.format.viewer_messages import (
     WORLD,
@@ -129,14 +129,13 @@ class Rows:
 
 
 def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-    """Keep each rope's largest tension, of all accepted steps if the rows have them."""
-    tension = layout.find("rope/peak") or layout.find("rope/tension")
+    """Keep each rope's largest tension, of all accepted steps if the rows have them; over sheaves that of samples, of
+    its most loaded part."""
     when = layout.find("rope/peak_time")
-    if tension is None:
-        return
-    values = rows[:, tension.start : tension.stop]
-    for i, k in enumerate(values.argmax(axis=0).tolist()):
-        name = tension.names[i]
-        if name not in peaks or values[k, i] > peaks[name].tension:
-            at = rows[k, when.start + i] if when else times[k] / 1e9
-            peaks[name] = Peak(float(values[k, i]), float(at))
+    for tension in (layout.find("rope/peak") or layout.find("rope/tension"), layout.find(REEVING)):
+        values = rows[:, tension.start : tension.stop] if tension else rows[:, :0]
+        for i, k in enumerate(values.argmax(axis=0).tolist()):
+            name = tension.names[i] if tension.topic != REEVING else tension.names[i].rpartition(".")[0]
+            if name not in peaks or values[k, i] > peaks[name].tension:
+                at = rows[k, when.start + i] if when and tension.topic != REEVING else times[k] / 1e9
+                peaks[name] = Peak(float(values[k, i]), float(at))

@@ -119,7 +119,7 @@ def degrees_at(radius: float) -> float:
         ("jib: slew 1 m/min by 1 m", "'1 m/min' is no angular rate"),
         ("jib mian: hoist 1 m/min by 1 m", "did you mean 'jib main'?"),
         ("leg: unhook", "did you mean 'legs'?"),
-        ("block: turn 1 deg/s to 30 deg", "there is no 'block' to give an order to"),
+        ("block: turn 1 deg/s to 30 deg", "'block' cannot turn"),
     ],
 )
 def test_orders_that_the_machine_cannot_carry_out(order: str, told: str) -> None:

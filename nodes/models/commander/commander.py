@@ -305,7 +305,10 @@ class Commander(Atomic):
 
     def _part(self, actor: str, accel: float | None) -> None:
         """Stop what moves together with an actor that has been stopped, as fast as that was."""
-        for job in partners(self.jobs, actor):
+        others = partners(self.jobs, actor)
+        for job in (job for job in self.jobs if job.actor == actor and others):
+            job.halting = True
+        for job in others:
             assert job.move is not None
             self._stop(job.actor, accel or job.move.accel, job.at)
 

@@ -6,5 +6,5 @@ machines, loaders, stools    cranes, loaders, block and rig; the fidelity of the
 limiting                     the table of limits
 mechanisms, mechanism, ropes, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
 rigging                      hooks of machines made of parts, and what hangs on them
-targets, resolve             the action list with its names resolved
+targets, resolve, levelling  the action list with its names resolved
 """

@@ -16,6 +16,7 @@ from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
+from .levelling import Levelling
 from .rigging.tree import Sling, lugs_of, slings_of
 from .signals import Conditions, wrong_units
 from .targets import Actor, targets
@@ -28,7 +29,7 @@ TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 def build_actions(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[plan.Action, ...]:
     """The action list of the plan; what is wrong is added to the faults of the scene."""
     resolver = _Resolver(yard, mechanisms)
-    return tuple(resolver.action(i, action) for i, action in enumerate(yard.scene.actions))
+    return tuple(x for i, action in enumerate(yard.scene.actions) for x in resolver.listed(i, action))
 
 
 def build_orders(
@@ -48,9 +49,35 @@ class _Resolver:
         self.targets = targets(yard, mechanisms)
         self.words = lugs_of(yard.scene)
         self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
-        self.condition = Conditions(yard, mechanisms).read
+        self.conditions = Conditions(yard, mechanisms)
+        self.condition = self.conditions.read
+        self.levelling = Levelling(yard, mechanisms, self.conditions)
         self.rigged = {x: slings for name in yard.scene.rigging for x, slings in self._entries(name).items()}
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
+
+    def listed(self, index: int, action: Action) -> list[plan.Action]:
+        """An action, with those that it becomes after it."""
+        first, after = self.action(index, action), list[tuple[actions.Order, ...]]()
+        for target, phrase in action.orders.items():
+            path: Path = ("actions", index, target)
+            match VERBS[phrase.verb].becomes:
+                case "level" if self._actors(path, target, phrase):
+                    hooks = [actor for hook in phrase.hooks for actor in self.targets.get(hook, ())]
+                    now, *later = self.levelling.moves(path, phrase, hooks) or [()]
+                    first = msgspec.structs.replace(first, orders=(*first.orders, *now))
+                    after += later
+                case "stop" if VERBS[phrase.verb].engages:
+                    after.append(self._brakes(path, self._actors(path, target, phrase)))
+        return [first, *(plan.Action(orders=orders, where=first.where) for orders in after if orders)]
+
+    def _brakes(self, path: Path, found: tuple[Actor, ...]) -> tuple[actions.Order, ...]:
+        """The brakes of what is to be held, as they are engaged once it stands."""
+        systems = [(machine.name, machine.system) for machine in self.conditions.mechanisms]
+        names = {actor.name for actor in found}
+        joints = {drive.joint for _, system in systems for drive in system.drives if drive.name in names}
+        brakes = [(name, brake.name) for name, system in systems for brake in system.brakes if brake.joint in joints]
+        where = self.source.where(path)
+        return tuple(actions.Brake(model=m, brake=b, engaged=True, where=where) for m, b in brakes)
 
     def action(self, index: int, action: Action) -> plan.Action:
         path: Path = ("actions", index)
@@ -115,6 +142,8 @@ class _Resolver:
                 return self._hookups(path, found, phrase, where)
             case "unhook":
                 return [actions.Unhook(sling=s, where=where) for a in found for s in self._slings_of(a)]
+            case "level":
+                return []
             case "stop":
                 return self._stops(path, found, phrase, where)
             case "brake" | "release":

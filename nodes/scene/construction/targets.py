@@ -34,7 +34,7 @@ class Actor:
 
     def obeys(self, verb: Verb) -> bool:
         """Whether it can be given the verb."""
-        own = self.verb in ("", verb.name) or self.kind == "winch" or verb.name in ("drive", "stop")
+        own = self.verb in ("", verb.name) or self.kind == "winch" or verb.name == "drive" or verb.becomes == "stop"
         fits = self.kind != "drive" or verb.units == ("turning" if self.turns else "sliding") or verb.units == "either"
         return self.kind in verb.kinds and own and fits
 
@@ -69,6 +69,8 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
         table[sling.name] = (Actor("sling", sling.loader, sling.name, loader=sling.loader),)
     if yard.block and yard.cranes:
         table["block"] = (Actor("block", "block", "turn"),)
+    elif yard.block:
+        table["block"] = (Actor("load", "block", "level"),)
     for mechanism in mechanisms:
         _of_machine(table, mechanism)
     for interlock in yard.interlocks:

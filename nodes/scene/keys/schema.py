@@ -15,7 +15,7 @@ from heavylift.nodes.plan.question import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
-from .actions import Action
+from .actions import Action, Condition
 from .base import Base, Name, Place, keys_of
 from .interlocks import Interlock
 from .nodes import OwnModel, Process
@@ -209,6 +209,7 @@ class LiftLimits(Base):
     bridle_warning: u.Swing = u.ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are reported
     bridle: u.Swing = u.ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
     wind: u.Speed | None = None  # in which is lifted; left out: not judged
+    signals: list[Condition] = Field(default_factory=list)  # what must hold: `gap west east >= 3 m`
     ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too
 
 

@@ -151,7 +151,9 @@ def _order(r: _Reader) -> OrderPhrase:
             return OrderPhrase(name, seconds=r.quantity(units.DURATION))
         case "hook":
             return OrderPhrase(name, lugs=_lugs(r) if r.next else ())
-        case "stop" if r.take("ramp"):
+        case "level":
+            return _level(r, name)
+        case "stop" if not verb.engages and r.take("ramp"):
             turning = r.turning
             return OrderPhrase(name, turning=turning, ramp=r.positive(units.STROKE_RAMP))
         case "move" | "turn":
@@ -185,6 +187,17 @@ def _motion(r: _Reader, verb: Verb) -> OrderPhrase:
         order = replace(order, to=to, of_rope=of_rope, until=_or_until(r))
     r.take(",")
     return replace(order, together=verb.becomes == "move" and bool(r.take("together")))
+
+
+def _level(r: _Reader, name: str) -> OrderPhrase:
+    speed = r.positive(units.SPEED)
+    r.expect("within", after="after the speed")
+    within = r.positive(units.ANGLE)
+    r.expect("with", after="after the angle")
+    hooks = [_names(r)]
+    while r.take(","):
+        hooks.append(_names(r))
+    return OrderPhrase(name, speed, within=within, hooks=tuple(hooks))
 
 
 def _ramp(r: _Reader, dimension: Dimension) -> float | SwingRamp:
@@ -314,6 +327,6 @@ def _names(r: _Reader) -> str:
     names = [r.name("a name")] if r.next not in {"slings", "ropes"} else []
     if noun := r.take("slings", "ropes"):
         return " ".join([*names, noun])
-    if r.next not in {">=", "<=", "==", "=", ">", "<", ""}:
+    if r.next not in {">=", "<=", "==", "=", ">", "<", ",", ""}:
         names.append(r.name("a name"))
     return " ".join(names)

@@ -1,13 +1,14 @@
 """The phrase language of the action list: what is written to the right of `target:`, `when:` and `until`.
 
-    order      = motion | turn | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
-               | "engage" | "release" | "stop" ["ramp" acceleration] | "bypass" | "restore" | "wait" time
+    order      = motion | turn | level | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
+               | "engage" | "release" | "stop" ["ramp" acceleration] | "hold" | "bypass" | "restore" | "wait" time
     motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
                  | "to" (position ["of rope"] | "above" "[" lug {"," lug} "]") ["or" "until" condition]
                  | "until" condition ) ["together"]
     ramp       = acceleration ["in two pulses"] | "one swing"
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
+    level      = "level" speed "within" angle "with" hook {"," hook}
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
                | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | "after" time
@@ -23,7 +24,9 @@ speed up and to slow down; `check` tells the accelerations.  A ramp in two pulse
 overlap, each has half of the acceleration.
 
 Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
-middle of these lugs, where the block rests as the move begins.
+middle of these lugs, where the block rests as the move begins.  `level` hoists, then lowers these hooks until the block
+lies as level as at the start, along the way on which they are apart from the others.  What is to `hold` stops; then the
+brakes of its joint engage, if there are any.
 
 What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` an interlock watches each.
 
@@ -104,6 +107,8 @@ class OrderPhrase:
     to: float | None = None
     of_rope: bool = False
     above: tuple[str, ...] = ()
+    within: float = 0.0
+    hooks: tuple[str, ...] = ()
     together: bool = False
     until: ConditionPhrase | None = None
     lugs: tuple[str, ...] = ()

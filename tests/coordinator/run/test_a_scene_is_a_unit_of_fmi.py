@@ -7,9 +7,11 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 from heavylift.coordinator.commands import app
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.run.in_memory import Played, play
+from heavylift.coordinator.run.unit import Stepped, export
 from heavylift.nodes.devs import Tag, encode, ns
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.scene import load
@@ -66,20 +68,38 @@ def test_it_is_the_native_run(tmp_path: Path, orders: dict[int, str]) -> None:
     file = tmp_path / "lift.fmu"
     sets = [word for setting in SETS for word in ("--set", setting)]
     told = CliRunner().invoke(app, ["export-fmu", "lift", "-o", str(file), *sets])
-    assert told.output == f"wrote {file}\n"
-    assert not fmpy.validation.validate_fmu(str(file))
+    assert told.output == f"wrote {file}\n", told.exception
+    assert validate_fmu(str(file)) == []
     found, answers = played(file, {**orders, 9: "crane H9: hoist 3 m/min by 1 m"})
     run, wanted = native(orders)
     for name, values in wanted.items():
-        assert found[name][:-1] == values.tolist(), name
+        apart = [k + 1 for k in range(23) if found[name][k] != values[k]]
+        assert {*apart} <= {*orders}, "the native run ends a step where a command is given"
+        assert found[name][:-1] == pytest.approx(values.tolist(), rel=1e-9, abs=1e-9)
     assert found["peak.crane.H1"][-1] == run.peaks["crane.H1"].tension
     assert not any(answers[:9])
     assert answers[9].startswith("command: there is no 'crane H9' to give an order to")
 
 
-def test_it_stays_as_it_was_when_the_run_is_over() -> None:
-    from heavylift.coordinator.run.unit import Stepped
+def test_fmpy_finds_no_fault_with_it_and_has_one_after_the_other(tmp_path: Path) -> None:
+    file = str(export(load("arm", ("end=1 s",)), tmp_path / "arm.fmu"))
+    assert validate_fmu(file) == []
+    told, folder = fmpy.read_model_description(file), fmpy.extract(file)
+    z = next(v.valueReference for v in told.modelVariables if v.name == "pose.link-4.z")
+    found = []
+    for _ in range(3):
+        unit = fmpy.instantiate_fmu(folder, told, "CoSimulation")
+        unit.setupExperiment(startTime=0.0)
+        unit.enterInitializationMode()
+        unit.exitInitializationMode()
+        unit.doStep(0.0, 0.5)
+        found += unit.getReal([z])
+        unit.terminate()
+        unit.freeInstance()
+    assert found == [found[0]] * 3 != [0.0] * 3
 
+
+def test_it_stays_as_it_was_when_the_run_is_over() -> None:
     run = Stepped(load("pendulum", ("end=1 s",)).plan, lambda text: b"")
     run.go(ns(1))
     last = run["pose/load/qy"]

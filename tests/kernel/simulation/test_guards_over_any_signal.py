@@ -11,7 +11,10 @@ from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, System
 from heavylift.kernel.description.signals import Signal, guard_of
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.quantities import scalar
 from heavylift.kernel.simulation.native.signals import reader
+from scipy.optimize import lsq_linear
+from scipy.spatial.transform import Rotation
 from small_scenes import EA, SECOND, G, X, Z, cube, hung, started
 
 FINE = {"tolerance": 1e-10, "h_max": 0.01}
@@ -66,6 +69,27 @@ def test_a_gap_between_turned_boxes_is_never_more_than_their_distance():
     when = fired(stick, gap, 2.0, rising=False)
     angle = pi / 2 - 0.5 * when
     assert 2.0 * cos(angle) + 1.0 * sin(angle) == pytest.approx(2.0, abs=1e-8)
+
+
+@pytest.mark.parametrize("shape", ["any", "booms"])
+def test_a_gap_is_the_distance_of_boxes_by_independent_code(shape):
+    """Least squares within bounds (SciPy) find the nearest points of two boxes as they stand at random."""
+    rng = np.random.default_rng(1)
+    for _ in range(60):
+        halves = [np.array([20.0, 0.75, 0.75]) if shape == "booms" else rng.uniform(0.2, 3.0, 3) for _ in (0, 1)]
+        turned = [Rotation.from_quat(rng.normal(size=4)).as_matrix() for _ in (0, 1)]
+        middles = [np.zeros(3), rng.normal(size=3) * (30.0 if shape == "booms" else 6.0)]
+        places = [p for c, R in zip(middles, turned, strict=True) for p in ([*c], *(c + R[:, i] for i in range(3)))]
+        signal = Signal("gap", point=Point("a"), origin=Point("b"))
+        gap = scalar(signal, places, [*halves[0], *halves[1]], [])
+        both = np.concatenate(halves)
+        nearest = lsq_linear(np.hstack([turned[0], -turned[1]]), middles[1] - middles[0], bounds=(-both, both))
+        distance = sqrt(2.0 * nearest.cost)
+        if distance > 1e-6:
+            assert gap <= distance + 1e-9
+            assert gap == pytest.approx(distance, rel=0.25 if shape == "booms" else 0.02)
+        else:
+            assert gap < 1e-6
 
 
 def test_off_lead_and_swing_of_a_pendulum():

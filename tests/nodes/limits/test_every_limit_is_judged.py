@@ -21,6 +21,7 @@ SIDE = "cranes.crane.{}=1 MN"
 LIFT = (
     "block.lugs.P1=[-9 m, -6 m, 4.3 m]",  # its sling leads aside
     "cranes.crane.drum pull=1 MN",
+    "limits={signals: [load of crane H1 <= 1 t]}",
     *(SIDE.format(key) for key in ("gantry drive", "gantry brake", "trolley drive", "trolley brake")),
 )
 SCENES = {"lift": LIFT, "tandem": (), "tackle": ("limits={ropes: {fall: {breaking: 1 MN, factor: 2}}}",)}

@@ -65,7 +65,7 @@ def test_a_new_verb_is_read_resolved_run_and_waited_for(tmp_path: Path) -> None:
     [
         ("swivel 3 m/min by 30 deg", "'3 m/min' is no angular rate"),
         ("swvel 3 deg/s by 30 deg", "did you mean 'swivel'"),
-        ("hoist 3 m/min by 1 m", "it can: slew, luff, drive, stop, swivel"),
+        ("hoist 3 m/min by 1 m", "it can: slew, luff, drive, stop, hold, swivel"),
     ],
 )
 def test_mistakes_name_it(written: str, told: str) -> None:

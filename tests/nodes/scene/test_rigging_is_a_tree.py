@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 import pytest
+from heavylift.coordinator.run import run
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import LoadedScene, bundled, load, parse
+from heavylift.recordings import Recording, report
 
 G = 9.80665
 TEXT = bundled()["spreader"].read_text(encoding="utf-8")
@@ -46,6 +49,19 @@ def test_an_equalised_pair_makes_three_hooks_determinate() -> None:
     assert last.tensions["rear.sling-1"] == pytest.approx((W - pair) / 2 / slant, rel=5e-3)
     hooks = sum(last.tensions[f"crane.H{i}"] for i in (1, 2, 3))
     assert hooks == pytest.approx(W + (3 * 12e3 + 18e3) * G, rel=1e-5)
+
+
+def test_the_pair_stands_among_the_ropes_of_a_run(tmp_path: Path) -> None:
+    """Its peak is that of its more loaded leg, its use that of the sling; the summary and the report tell both."""
+    result = run(spreader(), tmp_path / "run.mcap", in_process=True)
+    legs = Recording(result.recording).signal("reeving/tension").values
+    assert result.peaks["rear.sling-1"][0] == pytest.approx(legs.max(), rel=1e-9)
+    rated = Recording(result.recording).fact("rated", {})
+    assert {name for name in result.peaks if name not in rated} == set()
+    assert rated["rear.sling-1"] == pytest.approx(4e6 / 5)
+    report(result.recording, tmp_path / "run.html")
+    use = f"{100 * legs.max() / 8e5:.0f} %"
+    assert use in (tmp_path / "run.html").read_text().split("rear.sling-1", 1)[1][:300]
 
 
 def test_a_bridle_of_four_legs_hangs_by_its_master_link() -> None:

@@ -1,7 +1,8 @@
 """Every quantity of the table is a signal of what has it: in conditions, and in the models that listen."""
 
 import pytest
-from heavylift.nodes.scene import load
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import load, parse
 from heavylift.nodes.scene.construction.machines import build_machines
 from heavylift.nodes.scene.construction.signals import Conditions
 from heavylift.nodes.scene.language.grammar import read_condition
@@ -90,3 +91,47 @@ def test_no_wind_is_told(read):
 def test_what_is_misspelt_is_told(words, sentence):
     with pytest.raises(PhraseError, match=sentence):
         read_condition(words)
+
+
+LIMITED = "limits: {{signals: [{}]}}\n"
+
+
+def limited(*signals):
+    text = f"extends: wind-tandem\nname: limited\n{LIMITED.format(', '.join(signals))}"
+    return parse(text, "scene.yaml", passing=True)
+
+
+def test_limits_are_over_the_same_signals():
+    """What the scene limits by the table's words comes to the values of the rows that are always judged."""
+    scene = limited(
+        "load of east H2 <= 100 t", "off-lead of west H1 <= 0.01 deg", "wind <= 9 m/s", "gap west east >= 3 m",
+        "height difference west.H1 east.H1 <= 0.5 m",
+    )  # fmt: skip
+    signals = {use.limit.subject: use for use in scene.uses if use.limit.quantity == "signal"}
+    others = {(use.limit.quantity, use.limit.subject): use for use in scene.uses}
+    assert signals["load of east H2"].value == pytest.approx(others["hook load", "east.H2"].value, rel=1e-12)
+    assert signals["wind"].value == pytest.approx(max(f.value for f in (others["wind", "all"],)), rel=0.05)
+    along, across = (others[f"off-lead {way}", "west.H1"].value for way in ("along", "across"))
+    assert max(along, across) <= signals["off-lead of west H1"].value <= along + across
+    west, east = (scene.scene.cranes[name] for name in ("west", "east"))
+    assert signals["gap west east"].value == pytest.approx(east.at - west.at - (east.width + west.width) / 2, abs=1e-3)
+    told = [f.sentence for f in scene.findings if f.kind == "signal"]
+    assert "gap west east would be 2.00 m, at least 3.00 m is allowed" in told
+    assert "load of east H2 would be 171.5 t, at most 100.0 t is allowed" in told
+    assert len(told) == 4, "the hooks are level"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("angle <= 3 deg", "a limit is one of places, ropes, hooks or the wind"),
+        ("all slings taut", "a limit is one of places, ropes, hooks or the wind"),
+        ("gap west nord >= 1 m", "there is no 'nord' with gap"),
+        ("load of west H1 <= 3 m", "'3 m' is no mass"),
+    ],
+)
+def test_what_cannot_be_limited_is_told(words, sentence):
+    with pytest.raises(SceneError) as error:
+        limited(words)
+    assert sentence in str(error.value)
+    assert "scene.yaml:3:" in str(error.value)

@@ -67,7 +67,7 @@ def test_a_machine_made_of_parts_lifts_a_block(name: str) -> None:
 
 
 def test_every_type_is_tested_here() -> None:
-    others = {"goliath-840", "goliath-900", "goliath-1200", "goliath-1600", "mobile-gantry-600"}
+    others = {"goliath-840", "goliath-900", "goliath-1200", "goliath-1600", "mobile-gantry-600", "twin-hook-600"}
     assert {*LIFTS, *others} == {*library()}
 
 

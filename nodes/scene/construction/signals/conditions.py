@@ -39,6 +39,15 @@ class Conditions:
         where, text = self.source.where(path), " and ".join(test.text for test in phrase)
         return parts[0] if len(parts) == 1 else actions.And(all=parts, where=where, text=text)
 
+    def crossing(
+        self, path: Path, signal: Signal, model: str, value: float, rising: bool, text: str
+    ) -> actions.Crossing:
+        """A crossing of a signal, whose threshold has a name of its own."""
+        self.thresholds += 1
+        guard = guard_of(f"{signal.quantity.replace(' ', '-')}-{self.thresholds}", signal)
+        where = self.source.where(path)
+        return actions.Crossing(model=model, threshold=guard, value=value, rising=rising, text=text, where=where)
+
     def _term(self, path: Path, test: phrases.Test) -> actions.Condition:
         named = {"where": self.source.where(path), "text": test.text}
         match test:
@@ -49,11 +58,8 @@ class Conditions:
                 names = self._ropes(path, test.of, test.noun, test.column)
                 return actions.Slings(names=names, each=test.each, state=test.state, **named)
             case phrases.CrossTest():
-                self.thresholds += 1
-                name = f"{test.quantity.replace(' ', '-')}-{self.thresholds}"
                 model, signal = self.signal(path, test) or ("", Signal("height"))
-                guard = guard_of(name, signal)
-                return actions.Crossing(model=model, threshold=guard, value=test.value, rising=test.rising, **named)
+                return self.crossing(path, signal, model, test.value, test.rising, test.text)
         return msgspec.structs.replace(test, where=named["where"])
 
     def _ropes(self, path: Path, of: str, noun: str, column: int) -> tuple[str, ...]:
@@ -113,6 +119,10 @@ class Conditions:
             return self._rope_signal(path, test, "tension" if quantity == "tension" else "length")
         if quantity in ("position", "speed"):
             along = {words: (m.name, *x) for m in self.mechanisms for words, x in _coordinates(m.system).items()}
+            for crane in self.yard.cranes:
+                joints = {x: f"{crane.name}.{x}" for x in ("gantry", "upper-slide", "lower-slide")}
+                along |= {joint: (crane.name, joint, "", False) for joint in joints.values()}
+                along[crane.name] = along[joints["gantry"]]
             known = [*along]
             if of in along:
                 at, joint, coordinate, turns = along[of]

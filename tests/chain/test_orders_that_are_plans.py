@@ -1,0 +1,153 @@
+"""Orders that stand for several: moves together, moves to above lugs, a block that is levelled."""
+
+from __future__ import annotations
+
+from math import asin, atan2, degrees, hypot
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import LoadedScene, parse
+from heavylift.recordings import Recording
+
+WAIT = "{when: moves stopped, wait: 20 s}"
+UP = (
+    "all hooks: hoist 0.3 m/min until all slings taut",
+    "all hooks: hoist 0.3 m/min until lifted",
+    "all hooks: hoist 3 m/min by 1 m",
+)
+
+
+def scene(base: str, *actions: str, more: str = "") -> LoadedScene:
+    listed = "".join(f"  - {action}\n" for action in actions)
+    return parse(f"extends: {base}\nname: made\n{more}actions:\n{listed}", "scene.yaml", passing=True)
+
+
+def said(rec: Recording, kind: str) -> list[dict[str, object]]:
+    return [e.value for e in rec.events() if e.type == kind]
+
+
+# together
+
+
+@pytest.mark.parametrize(("first", "trips"), [("west", 44.0), ("east", 80.0)])
+def test_cranes_that_travel_together_stop_together(tmp_path: Path, first: str, trips: float) -> None:
+    """An interlock of one crane trips where it stands; the other one stops with it, as fast, and their gap stays."""
+    limit = f"interlocks: {{end: {{when: position of {first} >= {trips} m, stops: [travel forward], on: {first}}}}}\n"
+    more = f"{limit}cranes: {{{first}: {{emergency: 0.2 m/s2}}}}\n"
+    made = scene("tandem", *UP, "cranes: travel 20 m/min ramp 0.1 m/s2 by 15 m together", WAIT, more=more)
+    run(made, tmp_path / "run.mcap", in_process=True)
+    rec = Recording(tmp_path / "run.mcap")
+    west, east = (rec[f"pose/{name}.main"].values[:, 0] for name in ("west", "east"))
+    assert np.ptp(east - west) < 5e-3, "servos of two drives that are moved alike"
+    way = (20 / 60) ** 2 / (2 * 0.2)
+    assert west[-1] - west[0] == pytest.approx(4.0 + way, abs=0.02)
+    assert [v["actor"] for v in said(rec, "Limit")] == [f"{first}.gantry.drive"]
+
+
+# above
+
+
+def test_a_trolley_ends_above_the_middle_of_lugs() -> None:
+    away, back = (f"crane lower trolley: traverse 20 m/min {to}" for to in ("by 3 m", "to above [R1, R2]"))
+    made = scene("lift", "crane H3: unhook", away, back, more="end: 200 s\n")
+    ends = {s.action: s.poses["crane.lower"][0][1] for s in made.statics.states}
+    assert ends[2] == pytest.approx(84.0)
+    assert ends[3] == pytest.approx(75.0 + 6.0, abs=2e-5)
+
+
+@pytest.mark.parametrize("lugs", [("N1",), ("N1", "N3"), ("N2", "N4"), ("N1", "N2", "N3", "N4")])
+def test_a_boom_slews_and_luffs_to_above_lugs(lugs: tuple[str, ...]) -> None:
+    """After both, the hook hangs above the middle: its azimuth and its radius are those of the lugs."""
+    listed = ", ".join(lugs)
+    made = scene(
+        "jib", "legs: unhook", "jib main: hoist 10 m/min by 20 m", "jib: slew 2 deg/s by -60 deg",
+        f"jib: slew 2 deg/s to above [{listed}]", f"jib: luff 1 deg/s to above [{listed}]",
+    )  # fmt: skip
+    places = {"N1": (-2.5, 1.5), "N2": (2.5, 1.5), "N3": (-2.5, -1.5), "N4": (2.5, -1.5)}
+    x, y = (20.0 * (i == 0) + sum(places[lug][i] for lug in lugs) / len(lugs) for i in (0, 1))
+    hook = made.statics.states[-1].poses["jib.main"][0]
+    assert atan2(hook[1], hook[0]) == pytest.approx(atan2(y, x), abs=2e-5)
+    assert hypot(hook[0], hook[1]) == pytest.approx(hypot(x, y), abs=1e-3)
+
+
+# level
+
+
+def tilt(made: LoadedScene, action: int) -> float:
+    """About the rails, of the rest in which an action ends [deg]."""
+    state = next(s for s in reversed(made.statics.states) if s.action <= action)
+    return degrees(asin(state.poses["block"][1][1][2]))
+
+
+@pytest.mark.parametrize(("verb", "hook"), [("hoist", "H3"), ("lower", "H3"), ("hoist", "H1"), ("lower", "H1")])
+def test_a_hook_levels_the_block(verb: str, hook: str) -> None:
+    hooks = ["crane H3"] if hook == "H3" else ["crane H1", "crane H2"]
+    level = f"block: level 0.3 m/min within 0.1 deg with {', '.join(hooks)}"
+    off = "{" + ", ".join(f"{each}: {verb} 1 m/min by 0.4 m" for each in hooks) + "}"
+    made = scene("lift", *UP, off, level, "wait: 1 s", more="end: 200 s\n")
+    assert abs(tilt(made, 4)) > 1.0
+    assert abs(tilt(made, 7)) <= 0.1
+    assert not [f for f in made.findings if f.severity == "red"]
+
+
+@pytest.mark.parametrize(
+    ("order", "told"),
+    [
+        ("block: level 0.3 m/min within 0.1 deg with crane H9", "crane H9 cannot level the block"),
+        ("block: level 0.3 m/min with crane H3", "after the speed 'within' must follow"),
+        ("block: level 0.3 m/min within 1 m with crane H3", "'1 m' is no angle"),
+        ("crane H3: level 1 m/min within 1 deg with crane H3", "'crane H3' cannot level"),
+        ("crane: travel 10 m/min by 1 m together", "several drives or winches move together"),
+        ("trolleys: traverse 10 m/min to 70 m together", "several drives or winches move together"),
+        ("crane: travel 10 m/min to above [X9]", "the block has no lug 'X9'"),
+        ("crane H1: hoist 10 m/min to above [P1]", "'above' is no length"),
+        ("crane: travel 10 m/min to above P1", "after 'above' '[' must follow"),
+    ],
+)
+def test_what_cannot_be_meant_is_told(order: str, told: str) -> None:
+    with pytest.raises(SceneError) as error:
+        scene("lift", order)
+    assert told in str(error.value)
+    assert "scene.yaml:4:" in str(error.value)
+
+
+def test_lugs_beyond_its_reach_are_told() -> None:
+    with pytest.raises(SceneError, match=r"jib\.luffer does not come above N2"):
+        scene(
+            "jib",
+            "jib: luff 1 deg/s to above [N2]",
+            more="block: {at: [18.5 m, 0 m, 2 m], lugs: {N2: [2.9 m, 1.5 m, 1.6 m]}}\n"
+            "cranes: {jib: {boom: 19 m, radius: 18.5 m}}\n",
+        )
+
+
+# hold
+
+
+def test_what_holds_stops_and_then_its_brake_engages() -> None:
+    """A cart that runs stops with its emergency deceleration; the brake closes when it stands."""
+    text = """\
+heavylift: 1
+name: cart
+end: 30 s
+mechanism:
+  bodies: {cart: {mass: 4 t}}
+  joints: {rail: {type: prismatic, child: cart, axis: [1, 0, 0]}}
+  drives: {motor: {joint: rail, type: prescribed, ramp: 0.1 m/s2, emergency: 0.5 m/s2}}
+  brakes: {parking: {joint: rail, holds: 10 kN, stiffness: 1 MN/m, damping: 10 kN s/m}}
+actions:
+  - motor: drive 1 m/s by 20 m
+  - {when: after 12 s, motor: hold}
+  - wait: 1 s
+"""
+    made = parse(text, "scene.yaml", passing=True)
+    assert [type(order).__name__ for action in made.plan.actions for order in action.orders] == [
+        "Move", "Stop", "Brake", "Wait",
+    ]  # fmt: skip
+    last = made.statics.states[-1]
+    assert last.coordinates["rail"] == pytest.approx(1.0 / (2 * 0.1) + 2.0 + 1.0 / (2 * 0.5), abs=1e-6)
+    brake = next(acted.t for i, acted in enumerate(made.statics.acted) if i == 2)
+    assert brake == pytest.approx(12.0 + 1.0 / 0.5, abs=1e-6)

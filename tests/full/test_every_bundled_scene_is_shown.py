@@ -1,0 +1,20 @@
+"""Each scene that comes with heavylift has its page, its figures and, where something is lifted, its report."""
+
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.nodes.scene import bundled, load
+from heavylift.recordings import Recording, plot, report, view
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_a_scene_is_shown(name: str, tmp_path: Path) -> None:
+    scene = load(name)
+    recording = run(scene, tmp_path / "run.mcap", in_process=True).recording
+    view(recording, tmp_path / "page.html")
+    if {"rope/tension", "joint/position"} & {*Recording(recording).signals()}:  # not of one free body
+        plot(recording, tmp_path / "plot.png")
+    report(recording, tmp_path / "report.html")
+    told = (tmp_path / "report.html").read_text()
+    assert [rope for rope in Recording(recording).fact("peaks", {}) if rope not in told] == []
