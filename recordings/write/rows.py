@@ -131,11 +131,13 @@ class Rows:
 def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int], rows: NDArray[np.float64]) -> None:
     """Keep each rope's largest tension, of all accepted steps if the rows have them; over sheaves that of samples, of
     its most loaded part."""
+    found = [x for x in (layout.find("rope/peak") or layout.find("rope/tension"), layout.find(REEVING)) if x]
     when = layout.find("rope/peak_time")
-    for tension in (layout.find("rope/peak") or layout.find("rope/tension"), layout.find(REEVING)):
-        values = rows[:, tension.start : tension.stop] if tension else rows[:, :0]
+    for tension in found:
+        over = tension.topic == REEVING
+        values = rows[:, tension.start : tension.stop]
         for i, k in enumerate(values.argmax(axis=0).tolist()):
-            name = tension.names[i] if tension.topic != REEVING else tension.names[i].rpartition(".")[0]
+            name = tension.names[i].rpartition(".")[0] if over else tension.names[i]
             if name not in peaks or values[k, i] > peaks[name].tension:
-                at = rows[k, when.start + i] if when and tension.topic != REEVING else times[k] / 1e9
+                at = rows[k, when.start + i] if when and not over else times[k] / 1e9
                 peaks[name] = Peak(float(values[k, i]), float(at))
