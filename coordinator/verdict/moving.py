@@ -30,6 +30,7 @@ Indices = NDArray[np.intp]
 SHORTEST = 1e-9  # [m] of a strand that has a direction
 DOUBT = 2.0  # on accelerations that are known from samples alone
 STILL = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class Frame:
@@ -201,9 +202,6 @@ class Moving:
         if len(self.turn) == 1:
             return frame.strays
         return (_bend(self.t, self.centre) if any(p) else frame.strays) + 2.0 * self.reach * frame.turn_strays[0]
-
-
-IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def size(p: Vector) -> float:

@@ -12,8 +12,9 @@ from heavylift.nodes.plan import actions
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.machines import build_machines
 from heavylift.nodes.scene.construction.resolve import build_orders
-from heavylift.nodes.scene.language.grammar import LONGEST, read_order
+from heavylift.nodes.scene.language.grammar import read_order
 from heavylift.nodes.scene.language.phrases import PhraseError
+from heavylift.nodes.scene.language.words import LONGEST
 from heavylift.nodes.scene.text.source import Mark, Path, Source
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from mcap.reader import SeekingReader
 from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 
-__all__ = ["BROKEN", "LIMIT", "RATIO", "RECORD", "Container", "Raw", "guarded", "records", "unpacked"]
+__all__ = ["BROKEN", "LIMIT", "RATIO", "RECORD", "Container", "Raw", "Topic", "guarded", "records", "unpacked"]
 
 FOOTER = struct.Struct("<BQQQI")
 LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
@@ -57,6 +57,16 @@ BROKEN = (
     MemoryError,
     RecursionError,
 )
+
+
+class Topic(NamedTuple):
+    """A channel of the file: topic, schema name, message encoding, its metadata, number of messages."""
+
+    name: str
+    schema: str
+    encoding: str
+    metadata: dict[str, str]
+    messages: int
 
 
 class Raw(NamedTuple):

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -27,7 +27,7 @@ from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of,
 from heavylift.recordings.write.sink import CHECKPOINT, FORMAT
 from numpy.typing import NDArray
 
-from .container import LIMIT, Container, Raw
+from .container import LIMIT, Container, Raw, Topic
 from .decoding import Form, decoded
 from .notebook import drawing, recording_html
 from .part import Part, chosen
@@ -37,16 +37,6 @@ __all__ = ["RecordedEvent", "Recording", "Topic"]
 
 NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 Floats = NDArray[np.float64]
-
-
-class Topic(NamedTuple):
-    """A channel of the file: topic, schema name, message encoding, its metadata, number of messages."""
-
-    name: str
-    schema: str
-    encoding: str
-    metadata: dict[str, str]
-    messages: int
 
 
 class Recording:

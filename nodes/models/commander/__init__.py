@@ -1,6 +1,6 @@
 """The commander: carries out the action list.
 
-commander             the atomic model
+commander, orders     the atomic model: its list; what it tells actors and hears of them
 conditions            whether they hold, what they wait for
 jobs, order_checks    orders in progress; orders that cannot be carried out
 actuator_registry     which machine owns which actuator, and the state at the start

@@ -8,58 +8,27 @@ what a stalled run waits for.  Its messages number actions and orders; sentences
 
 from __future__ import annotations
 
-from math import isfinite
-from typing import Any
-
 import msgspec
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
-from heavylift.nodes.models.own import aim_port
+from heavylift.nodes.devs import Bag, ns
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan import actions as scene
-from heavylift.nodes.plan.own import Led
-from heavylift.nodes.plan.places import ASIDE, LED, WHEN, located, numbered, place
-from heavylift.nodes.plan.plan import Plan, driven
+from heavylift.nodes.plan.places import ASIDE, WHEN, located, place
+from heavylift.nodes.plan.plan import driven
 
-from .actuator_registry import TURN, first_lugs, first_picture, machines, owners, turns
-from .conditions import Moment, crossings, holds, next_time, words
-from .jobs import Job, addressed, barred, make_way, partners, seconds, still_open
-from .order_checks import check, check_led
+from .conditions import Moment, next_time, words
+from .jobs import addressed, seconds, still_open
+from .orders import Orders
 from .refused import Refused
-from .turn_law import Follower, followers
-
-ROUNDING = 1e-9  # of a speed
 
 
-class Commander(Atomic):
+class Commander(Orders):
     """Carries out the action list of a plan."""
-
-    report, command = In(m.Report), In(m.OperatorCommand)
-    stage = Out(m.Stage)
-    skipped = Out(m.Skipped)
-    finished = Out(m.Finished)
-    answer = Out(m.OperatorAnswer)
-
-    def __init__(self, name: str, plan: Plan, part: tuple[int, int] | None = None) -> None:
-        super().__init__(name)
-        self.first, self.end = part or (0, len(plan.actions))  # of the actions of its list
-        self.plan, self.owners = plan, owners(plan)
-        self.own = next((each.machines for each in plan.lists if each.name == name), ())  # machines, of several lists
-        self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
-        targets = [*machines(plan), *([TURN] if turns(plan) else [])]
-        self.aims = {
-            self.add_in(aim_port(own.name, led.port), m.SetPoint): led for own in plan.models for led in own.leads
-        }
-        self.to: dict[str, OutPort[m.Order]] = {name: self.add_out(f"order_{name}", m.Order) for name in targets}
 
     def start(self) -> None:
         """Begin with the first action if its condition holds."""
-        self.picture, self.lugs, self.theta = first_picture(self.plan), first_lugs(self.plan), self.plan.start
-        self.jobs: list[Job] = []
-        self.led: dict[str, float] = {}  # speed that models ask of actuators
-        self.index, self.ids, self.since = self.first, 0, 0
-        self.over = False
-        self.outbox: list[tuple[OutPort[Any], Message]] = []
+        self._clear()
+        self.index, self.since, self.over = self.first, 0, False
         self._expect()
         self._settle()
 
@@ -188,161 +157,7 @@ class Commander(Atomic):
             answer = m.OperatorAnswer(command.text, self.now.t, str(error), error.by)
         self.outbox.append((self.answer, answer))
 
-    def _aim(self, led: Led, speed: float) -> None:
-        """Lead the actuator of a model to a speed, unless it is asked for that already."""
-        move, who = led.move, self.plan.leader(led.move.actuator)
-        if not isfinite(speed):
-            raise ModelError(f"{who}: {led.port} says {speed}, which is no speed; say a finite number")
-        if move.speed and abs(speed) > move.speed * (1.0 + ROUNDING):
-            most = f"{move.speed:g} m/s or rad/s"
-            raise ModelError(
-                f"{who}: {led.port} asks {move.actuator} for {abs(speed):g}, and it can {most}; limit what it says"
-            )
-        try:
-            check(move, self.plan, self.owners, self.picture, self.lugs)
-        except Refused as error:
-            raise ModelError(f"{who}: {error}") from None
-        if speed != self.led.get(move.actuator, 0.0):
-            self.led[move.actuator] = speed
-            self.ids += 1
-            self._send(move.actuator, m.Aim(move.actuator, self.ids, (LED,), speed, move.accel))
-
-    def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
-        """Turn an order of the scene into orders to actors; `at` are the numbers of its action and of itself."""
-        check(order, self.plan, self.owners, self.picture, self.lugs)
-        check_led(order, self.plan, self.lugs)
-        match order:
-            case scene.Wait():
-                self._job(at, "wait", "", ends_ns=self.now.t + ns(order.seconds))
-            case scene.Move():
-                if order.until is None or not self._holds(order.until, at[0], self.now.t):
-                    job = self._job(at, order.verb, order.actuator, order.until)
-                    job.move = order
-                    asked = job.actor, job.id, at, order.speed, order.accel, order.by, order.to
-                    run = m.RunInPulses(*asked, order.pulses, order.periods) if order.pulses else m.Run(*asked)
-                    self._send(job.actor, run)
-                elif at[0] != ASIDE:
-                    self.outbox.append((self.skipped, m.Skipped(at[0], order.actuator)))
-            case scene.Turn():
-                found = followers(self.plan, self.lugs)
-                for f in found:
-                    make_way(self.jobs, f.actuator)
-                job = self._job(at, "turn", TURN, order.until, followers=tuple(found))
-                for f in found:
-                    follow = m.Follow(f.actuator, job.id, at, TURN, self.theta, f.kc, f.ks)
-                    self._send(f.actuator, follow)
-                self._send(TURN, m.Run(TURN, job.id, at, order.rate, order.accel, to=order.to))
-            case scene.Hookup():
-                job = self._job(at, "hook", order.sling)
-                lug = self.lug_places.get(order.lug)
-                self._send(order.sling, m.HookOrder(order.sling, job.id, at, order.lug, lug))
-            case scene.Unhook():
-                job = self._job(at, "release" if order.parted else "unhook", order.sling)
-                self.picture.parted |= {order.sling} if order.parted else set()
-                self._send(order.sling, m.UnhookOrder(order.sling, job.id, at))
-            case scene.Stop():
-                self._stop(order.actuator, order.accel, at)
-            case scene.Brake():
-                job = self._job(at, "brake", order.brake)
-                self._send(order.brake, m.BrakeOrder(order.brake, job.id, at, order.engaged))
-
-    def _stop(self, actor: str, accel: float | None, at: tuple[int, int]) -> None:
-        """Stop an actuator, what moves together with it, and a turn that it follows; what they did ends with it."""
-        for job in (job for job in self.jobs if actor in (f.actuator for f in job.followers)):
-            if not job.halting:
-                job.halting, job.at = True, at
-                self._send(job.actor, m.Halt(job.actor, job.id, at))
-            return
-        if not any(job.verb == "stop" and job.actor == actor for job in self.jobs):
-            others = partners(self.jobs, actor)
-            self.jobs = [job for job in self.jobs if job.actor != actor or not job.limit]
-            self.ids += 1
-            self.jobs.append(Job(self.ids, at, "stop", actor, self.now.t, halting=True))
-            self._send(actor, m.StopMotion(actor, self.ids, at, accel))
-            for job in others:
-                self._stop(job.actor, accel, at)
-
-    def _job(
-        self,
-        at: tuple[int, int],
-        verb: str,
-        actor: str,
-        until: scene.Condition | None = None,
-        *,
-        ends_ns: int | None = None,
-        followers: tuple[Follower, ...] = (),
-    ) -> Job:
-        """Open a job and have the thresholds of its `until` watched."""
-        if actor:
-            make_way(self.jobs, actor)
-        self.ids += 1
-        job = Job(self.ids, at, verb, actor, self.now.t, until, ends_ns, followers)
-        self.jobs.append(job)
-        self._watch(until, at)
-        return job
-
-    def _hear(self, report: m.Report) -> None:
-        """Bring the picture up to date."""
-        match report:
-            case m.Done():
-                for job in [job for job in self.jobs if job.id == report.id]:
-                    self._close(job, report.position)
-            case m.Limit():
-                self._part(report.actor, None)
-                for job in self.jobs:
-                    job.limit = report.limit if job.actor == report.actor else job.limit
-                    if any(f.actuator == report.actor for f in job.followers):
-                        self._stop(report.actor, None, job.at)  # what one cannot follow is over for all
-            case m.Tripped() if report.over and not report.bypassed:
-                stops = next(x.stops for x in self.plan.interlocks if x.name == report.actor)
-                for actor, accel in barred(self.jobs, stops):
-                    self._part(actor, accel)
-            case m.Hooked() if report.lug:
-                self.lugs[report.actor] = report.lug
-            case m.Unhooked():
-                self.lugs.pop(report.actor, None)
-        self.picture.note(report)
-
-    def _part(self, actor: str, accel: float | None) -> None:
-        """Stop what moves together with an actor that has been stopped, as fast as that was."""
-        others = partners(self.jobs, actor)
-        for job in (job for job in self.jobs if job.actor == actor and others):
-            job.halting = True
-        for job in others:
-            assert job.move is not None
-            self._stop(job.actor, accel or job.move.accel, job.at)
-
-    def _close(self, job: Job, position: float) -> None:
-        """An order is done; after a turn the followers hold their places."""
-        self.jobs.remove(job)
-        if job.until is not None:
-            self._forget(job.until, job.at)
-        if job.actor == TURN:
-            self.theta = position
-        for f in job.followers:
-            self._send(f.actuator, m.Follow(f.actuator, job.id, job.at, "", position))
-
     def _expect(self) -> None:
         """Have the thresholds of the next action's condition watched."""
         if self.index < self.end:
             self._watch(self.plan.actions[self.index].when, (self.index, WHEN))
-
-    def _watch(self, condition: scene.Condition | None, at: tuple[int, int]) -> None:
-        for i, c in crossings(condition):
-            self.outbox.append((self.to[c.model], m.WatchOrder(c.threshold.name, 0, (*at, i), c.value, c.rising)))
-
-    def _forget(self, condition: scene.Condition, at: tuple[int, int]) -> None:
-        for i, c in crossings(condition):
-            if c.threshold.name not in self.picture.reached:
-                self.outbox.append((self.to[c.model], m.UnwatchOrder(c.threshold.name, 0, (*at, i))))
-
-    def _send(self, actor: str, order: m.Order) -> None:
-        self.outbox.append((self.to[TURN if actor == TURN else self.owners[actor]], order))
-
-    def _holds(self, condition: scene.Condition, action: int, since_ns: int) -> bool:
-        try:
-            return holds(condition, self.picture, Moment(self.now.t, since_ns, still_open(self.jobs, action - 1)))
-        except Refused as error:
-            if action == ASIDE:
-                raise
-            raise ModelError(f"{condition.where or numbered((action,))}: {error}") from None

@@ -13,7 +13,8 @@ from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.action_preview import at_rest
 
 from .mechanism import build_mechanism
-from .rigging.tree import Tree, slings_of
+from .rigging.slings import slings_of
+from .rigging.tree import Tree
 from .stools import block_machine
 from .yard import Yard
 

@@ -17,7 +17,7 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .levelling import Levelling
-from .rigging.tree import Sling, lugs_of, slings_of
+from .rigging.slings import Sling, lugs_of, slings_of
 from .signals import Conditions, wrong_units
 from .targets import Actor, targets
 from .yard import Yard, by_beam, ramp_of

@@ -2,5 +2,5 @@
 
 phrases      what is written to the right of `target:`, `when:`, ...
 quantities   what conditions measure
-grammar      reads it
+grammar      reads it, by words
 """

@@ -18,19 +18,12 @@ from heavylift.nodes.scene.text.units import Dimension
 
 from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest, State, SwingRamp, Test
 from .quantities import QUANTITIES
-
-_UNIT = "|".join(
-    re.escape(u).replace(r"\ ", r"\s+")
-    for u in sorted({u for d in units.DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
-)
-_PUNCTUATED = re.compile(rf"\d+(?:[:,]\d+)+(?:\.\d+)?(?:\s*(?:{_UNIT})(?![\w/%]))?")  # told by the dimension
-LONGEST = 10_000  # characters of a phrase
-_TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
+from .words import Reader
 
 
 def read_order(text: str) -> OrderPhrase:
     """The order of a phrase; raises PhraseError."""
-    reader = _Reader(text)
+    reader = Reader(text)
     order = _order(reader)
     reader.end()
     return order
@@ -40,7 +33,7 @@ def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
     """An acceleration, or a ramp without swing; raises ValueError."""
     if not isinstance(text, str) or not {"one", "in"} & set(text.split()):
         return dimension.read(text)
-    reader = _Reader(text)
+    reader = Reader(text)
     ramp = _ramp(reader, dimension)
     reader.end()
     return ramp
@@ -48,99 +41,13 @@ def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
 
 def read_condition(text: str) -> ConditionPhrase:
     """The condition of a phrase; raises PhraseError."""
-    reader = _Reader(text)
+    reader = Reader(text)
     condition = _condition(reader)
     reader.end()
     return condition
 
 
-class _Reader:
-    """The unread rest of a phrase."""
-
-    def __init__(self, text: str) -> None:
-        self.text, self.at = text, 0
-        if len(text) > LONGEST:
-            raise self.error(f"a phrase has at most {LONGEST} characters, this one has {len(text)}")
-        self._skip()
-
-    @property
-    def next(self) -> str:
-        match = _TOKEN.match(self.text, self.at)
-        return match[0] if match else ""
-
-    def take(self, *words: str) -> str:
-        """The next word if it is one of these, else ''."""
-        word = self.next
-        if word not in words:
-            return ""
-        self.at += len(word)
-        self._skip()
-        return word
-
-    def expect(self, *words: str, after: str) -> str:
-        found = self.take(*words)
-        if not found:
-            wanted = " or ".join(f"'{w}'" for w in words)
-            raise self.error(f"{after} {wanted} must follow, not {self._found()}", closest(self.next, words))
-        return found
-
-    def name(self, what: str) -> str:
-        word = self.next
-        if not word or not (word[0].isalnum() or word[0] == "_"):
-            raise self.error(f"{what} must stand here, not {self._found()}")
-        self.at += len(word)
-        self._skip()
-        return word
-
-    def quantity(self, dimension: Dimension) -> float:
-        """A number with a unit of this dimension."""
-        match = _PUNCTUATED.match(self.text, self.at)
-        match = match or re.compile(rf"({units.NUMBER})\s*({_UNIT})?(?![\w/%])").match(self.text, self.at)
-        if match:
-            text = match[0]
-        else:
-            text = self.next
-            rest = re.compile(rf"{units.NUMBER}\s*[^\s\[\],<>=]*").match(self.text, self.at)
-            text = rest[0] if rest else text
-        if not text:
-            raise self.error(f"the phrase ends where {dimension.article} must stand")
-        try:
-            number = dimension.read(text)
-        except ValueError as error:
-            raise self.error(str(error)) from None
-        self.at += len(text)
-        self._skip()
-        return number
-
-    @property
-    def turning(self) -> bool:
-        """Whether the next quantity is written as one of an angle."""
-        return bool(re.match(rf"{units.NUMBER}\s*(?:deg|rad)", self.text[self.at :]))
-
-    def positive(self, dimension: Dimension) -> float:
-        at = self.at
-        number = self.quantity(dimension)
-        if number <= 0:
-            message = f"{dimension.article} must be greater than zero: the verb says the direction"
-            raise PhraseError(message, "", at)
-        return number
-
-    def end(self) -> None:
-        if self.at < len(self.text):
-            raise self.error(f"the phrase should end before {self._found()}")
-
-    def error(self, sentence: str, hint: str = "") -> PhraseError:
-        return PhraseError(sentence, hint, self.at)
-
-    def _found(self) -> str:
-        return f"'{self.next}'" if self.next else "the end of the phrase"
-
-    def _skip(self) -> None:
-        while self.at < len(self.text) and self.text[self.at].isspace():
-            self.at += 1
-
-
-def _order(r: _Reader) -> OrderPhrase:
+def _order(r: Reader) -> OrderPhrase:
     column = r.at
     name = r.take(*VERBS)
     if not name:
@@ -163,7 +70,7 @@ def _order(r: _Reader) -> OrderPhrase:
     return OrderPhrase(name)
 
 
-def _motion(r: _Reader, verb: Verb) -> OrderPhrase:
+def _motion(r: Reader, verb: Verb) -> OrderPhrase:
     turning = verb.units == "turning" or (verb.units == "either" and r.turning)
     speed = r.positive(units.RATE if turning else units.SPEED)
     stroke = units.ANGLE if turning else units.LENGTH
@@ -189,7 +96,7 @@ def _motion(r: _Reader, verb: Verb) -> OrderPhrase:
     return replace(order, together=verb.becomes == "move" and bool(r.take("together")))
 
 
-def _level(r: _Reader, name: str) -> OrderPhrase:
+def _level(r: Reader, name: str) -> OrderPhrase:
     speed = r.positive(units.SPEED)
     r.expect("within", after="after the speed")
     within = r.positive(units.ANGLE)
@@ -200,7 +107,7 @@ def _level(r: _Reader, name: str) -> OrderPhrase:
     return OrderPhrase(name, speed, within=within, hooks=tuple(hooks))
 
 
-def _ramp(r: _Reader, dimension: Dimension) -> float | SwingRamp:
+def _ramp(r: Reader, dimension: Dimension) -> float | SwingRamp:
     if r.take("one"):
         r.expect("swing", after="after 'ramp one'")
         return SwingRamp()
@@ -212,14 +119,14 @@ def _ramp(r: _Reader, dimension: Dimension) -> float | SwingRamp:
     return SwingRamp(2, accel)
 
 
-def _or_until(r: _Reader) -> ConditionPhrase | None:
+def _or_until(r: Reader) -> ConditionPhrase | None:
     if not r.take("or"):
         return None
     r.expect("until", after="after 'or'")
     return _condition(r)
 
 
-def _lugs(r: _Reader, after: str = "hook") -> tuple[str, ...]:
+def _lugs(r: Reader, after: str = "hook") -> tuple[str, ...]:
     r.expect("[", after=f"after '{after}'")
     lugs = [r.name("the name of a lug")]
     while r.expect(",", "]", after="after a lug") == ",":
@@ -227,20 +134,20 @@ def _lugs(r: _Reader, after: str = "hook") -> tuple[str, ...]:
     return tuple(lugs)
 
 
-def _condition(r: _Reader) -> ConditionPhrase:
+def _condition(r: Reader) -> ConditionPhrase:
     tests = [_worded(r)]
     while r.take("and"):
         tests.append(_worded(r))
     return tuple(tests)
 
 
-def _worded(r: _Reader) -> Test:
+def _worded(r: Reader) -> Test:
     start = r.at
     test = _test(r)
     return msgspec.structs.replace(test, text=r.text[start : r.at].strip())
 
 
-def _test(r: _Reader) -> Test:
+def _test(r: Reader) -> Test:
     column = r.at
     if r.take("after"):
         return After(seconds=r.quantity(units.DURATION))
@@ -257,7 +164,7 @@ def _test(r: _Reader) -> Test:
     return _tension_state(r)
 
 
-def _tension_state(r: _Reader) -> SlingTest:
+def _tension_state(r: Reader) -> SlingTest:
     column = r.at
     if r.next in {"taut", "slack"}:
         message = f"'{r.next}' needs to know of what"
@@ -286,7 +193,7 @@ def _tension_state(r: _Reader) -> SlingTest:
     )
 
 
-def _crossing(r: _Reader) -> CrossTest:
+def _crossing(r: Reader) -> CrossTest:
     column = r.at
     quantity = _quantity(r)
     row, of = QUANTITIES[quantity], ""
@@ -311,7 +218,7 @@ def _crossing(r: _Reader) -> CrossTest:
     return CrossTest(quantity, of, sign == ">=", r.quantity(row.dimension), turning, column)
 
 
-def _quantity(r: _Reader) -> str:
+def _quantity(r: Reader) -> str:
     """The words of a quantity, the longest that stand there."""
     words = r.take(*{quantity.split()[0] for quantity in QUANTITIES})
     seconds = [quantity.split()[1] for quantity in QUANTITIES if quantity.startswith(f"{words} ")]
@@ -319,7 +226,7 @@ def _quantity(r: _Reader) -> str:
     return f"{words} {more}".strip()
 
 
-def _names(r: _Reader) -> str:
+def _names(r: Reader) -> str:
     """A name, one word or two ("west H1"), or a set of slings or ropes."""
     if r.take("all", "any") == "any":
         r.expect("hook", after="after 'any'")

@@ -5,7 +5,8 @@ source, files   the text with the place of every key and value; how files are re
 extending       a scene over those that it extends
 tables          a block's row and its lugs out of a table beside the scene
 overlay         one scene over another, settings of the command line
-machine_types   types of cranes as files; expressions: arithmetic over their parameters
+machine_types   types of cranes as files; type_expansion: a crane made of the parts of its type
+expressions     arithmetic over their parameters
 rewriting       other values in the text, all else as it was written
 faults          every error, with file, line and column
 units           quantities with units, and the pydantic types that read them

@@ -1,5 +1,6 @@
 """What hangs on machines made of parts.
 
+slings     what entries are called: ropes of slings, lugs of blocks
 tree       all rigging of a scene: slings, equalisers, frames, and where they are at the start
 hooks      hook blocks on the ropes of a machine, and slings from one of them to lugs
 ratings    the limits of hooks, slings, shackles, frames and lugs

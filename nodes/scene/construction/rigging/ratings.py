@@ -14,7 +14,7 @@ from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingType
 from heavylift.nodes.scene.text.source import Path
 
-from .tree import lugs_of, slings_of
+from .slings import lugs_of, slings_of
 
 __all__ = ["hook_limits", "lug_limits", "rigging_limits", "sling_limits"]
 

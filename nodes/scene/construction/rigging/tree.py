@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
@@ -25,45 +24,12 @@ from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-__all__ = ["Sling", "Tree", "lugs_of", "slings_of"]
+from .slings import lugs_of, slings_of
+
+__all__ = ["Tree"]
 
 SPREAD = 1e-6  # [m] less: what holds a frame tells nothing of where it points
 HALVINGS = 60
-
-
-class Sling(NamedTuple):
-    """A rope of an entry: number of its sling, what it holds, whether it does at the start.
-
-    A sling that is hooked elsewhere later is another rope, `legs.sling-1.B-N1`, which hangs there only then.
-    """
-
-    number: int
-    holds: str
-    hooked: bool = True
-
-
-def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
-    """The ropes of an entry, by name; none of a frame."""
-    given = scene.rigging[name]
-    if isinstance(given, Frame):
-        return {}
-    names = [f"{name}.sling-{i + 1}" for i in range(len(given.to) if isinstance(given, Slings) else 1)]
-    found = {sling: Sling(i, given.to[i]) for i, sling in enumerate(names)}
-    for action in scene.actions if isinstance(given, Slings) else ():
-        for target, phrase in action.orders.items():
-            asked = names if target == name else [target] if target in names else []
-            for sling, lug in zip(asked, phrase.lugs, strict=False):
-                if lug != found[sling].holds:
-                    found[f"{sling}.{lug.replace('.', '-')}"] = Sling(found[sling].number, lug, hooked=False)
-    return found
-
-
-def lugs_of(scene: Scene) -> dict[str, k.Point]:
-    """The lugs of all blocks by the words for them: `N1` where one block has it, and `B.N1`."""
-    blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
-    named = [lug for block in blocks.values() for lug in block.lugs]
-    found = {lug: k.Point(name, p) for name, x in blocks.items() for lug, p in x.lugs.items() if named.count(lug) == 1}
-    return found | {f"{name}.{lug}": k.Point(name, p) for name, x in scene.blocks.items() for lug, p in x.lugs.items()}
 
 
 class Tree:
@@ -295,8 +261,6 @@ class Tree:
         x, y, z = (sum(float(R[j][i]) * axis[j] for j in range(3)) for i in range(3))
         over = Sheave(sheave, (x, y, z), given.radius, given.friction, given.efficiency)
         return Reeving(name, a, (over,), b, given.sling.EA, Signal(given.length))
-
-    # ---- machines -----------------------------------------------------------------------------------------
 
     def made(self, name: str, around: k.System) -> mechanics.Mechanism:
         """An entry as the keys of a machine, beside all that there is."""

@@ -1,0 +1,107 @@
+"""The words of a phrase, taken one after the other; what is wrong is told with its place among them."""
+
+from __future__ import annotations
+
+import re
+
+from heavylift.nodes.scene.text import units
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.units import Dimension
+
+from .phrases import PhraseError
+
+__all__ = ["LONGEST", "Reader"]
+
+_UNIT = "|".join(
+    re.escape(u).replace(r"\ ", r"\s+")
+    for u in sorted({u for d in units.DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
+)
+_PUNCTUATED = re.compile(rf"\d+(?:[:,]\d+)+(?:\.\d+)?(?:\s*(?:{_UNIT})(?![\w/%]))?")  # told by the dimension
+LONGEST = 10_000  # characters of a phrase
+_TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
+
+
+class Reader:
+    """The unread rest of a phrase."""
+
+    def __init__(self, text: str) -> None:
+        self.text, self.at = text, 0
+        if len(text) > LONGEST:
+            raise self.error(f"a phrase has at most {LONGEST} characters, this one has {len(text)}")
+        self._skip()
+
+    @property
+    def next(self) -> str:
+        match = _TOKEN.match(self.text, self.at)
+        return match[0] if match else ""
+
+    def take(self, *words: str) -> str:
+        """The next word if it is one of these, else ''."""
+        word = self.next
+        if word not in words:
+            return ""
+        self.at += len(word)
+        self._skip()
+        return word
+
+    def expect(self, *words: str, after: str) -> str:
+        found = self.take(*words)
+        if not found:
+            wanted = " or ".join(f"'{w}'" for w in words)
+            raise self.error(f"{after} {wanted} must follow, not {self._found()}", closest(self.next, words))
+        return found
+
+    def name(self, what: str) -> str:
+        word = self.next
+        if not word or not (word[0].isalnum() or word[0] == "_"):
+            raise self.error(f"{what} must stand here, not {self._found()}")
+        self.at += len(word)
+        self._skip()
+        return word
+
+    def quantity(self, dimension: Dimension) -> float:
+        """A number with a unit of this dimension."""
+        match = _PUNCTUATED.match(self.text, self.at)
+        match = match or re.compile(rf"({units.NUMBER})\s*({_UNIT})?(?![\w/%])").match(self.text, self.at)
+        if match:
+            text = match[0]
+        else:
+            text = self.next
+            rest = re.compile(rf"{units.NUMBER}\s*[^\s\[\],<>=]*").match(self.text, self.at)
+            text = rest[0] if rest else text
+        if not text:
+            raise self.error(f"the phrase ends where {dimension.article} must stand")
+        try:
+            number = dimension.read(text)
+        except ValueError as error:
+            raise self.error(str(error)) from None
+        self.at += len(text)
+        self._skip()
+        return number
+
+    @property
+    def turning(self) -> bool:
+        """Whether the next quantity is written as one of an angle."""
+        return bool(re.match(rf"{units.NUMBER}\s*(?:deg|rad)", self.text[self.at :]))
+
+    def positive(self, dimension: Dimension) -> float:
+        at = self.at
+        number = self.quantity(dimension)
+        if number <= 0:
+            message = f"{dimension.article} must be greater than zero: the verb says the direction"
+            raise PhraseError(message, "", at)
+        return number
+
+    def end(self) -> None:
+        if self.at < len(self.text):
+            raise self.error(f"the phrase should end before {self._found()}")
+
+    def error(self, sentence: str, hint: str = "") -> PhraseError:
+        return PhraseError(sentence, hint, self.at)
+
+    def _found(self) -> str:
+        return f"'{self.next}'" if self.next else "the end of the phrase"
+
+    def _skip(self) -> None:
+        while self.at < len(self.text) and self.text[self.at].isspace():
+            self.at += 1

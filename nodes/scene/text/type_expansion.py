@@ -1,0 +1,203 @@
+"""One crane made of the parts of its type: parameters put in, arithmetic done, names with the crane's in front."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from .expressions import ExpressionError, Value, evaluated, shown_as, value_of
+from .faults import closest
+from .source import Data, Path, Source
+
+__all__ = ["Expansion", "MachineType"]
+
+HEADER = {"machine type", "family", "name", "about", "capacity", "source", "parameters", "interlocks"}
+NAMED = (  # sections whose keys are names of parts
+    *("bodies", "joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts"),
+    "hooks",
+)
+BODIES, JOINTS = ("parent", "child", "body", "on", "radius from"), ("joint",)  # keys whose values name a body, a joint
+AXES = {"x": 0, "y": 1, "z": 2}
+
+
+@dataclass(frozen=True)
+class MachineType:
+    """A type file: what it says of itself, its parameters, and its data with their marks."""
+
+    name: str
+    source: Source
+
+    @property
+    def data(self) -> Mapping[str, Data]:
+        """All of it."""
+        return self.source.data
+
+    @property
+    def parameters(self) -> Mapping[str, Data]:
+        """What a scene may override, with its values."""
+        found = self.data.get("parameters")
+        return found if isinstance(found, dict) else {}
+
+    def about(self, key: str) -> str:
+        """What it says of itself: its `about`, its `capacity`, its `source`."""
+        return " ".join(str(self.data.get(key, "")).split())
+
+
+class Expansion:
+    """One crane and its type."""
+
+    def __init__(self, source: Source, name: str, crane: Mapping[str, Data], kind: MachineType) -> None:
+        self.source, self.name, self.kind = source, name, kind
+        self.given = {key: value for key, value in crane.items() if key != "type"}
+        self.base: Path = ("machines", name)
+        self.prefix = f"{name}."
+        self.bodies: set[str] = set()
+        self.joints: set[str] = set()
+        self.computed = True
+        self.known: dict[str, Value | None] = {}
+        self.busy: list[str] = []
+
+    def run(self) -> None:
+        """The machine, below `machines` of the scene's data."""
+        known = self.kind.parameters
+        for key, value in self.given.items():
+            if key not in known:
+                message = f"the type {self.kind.name} has no parameter '{key}'"
+                self.source.fault(("cranes", self.name, key), message, closest(key, known), on_key=True)
+            elif not _fits(value, known[key]):
+                told = f"'{value}' does not fit"
+                self.source.fault(("cranes", self.name, key), told, f"in the type: {known[key]}")
+        self.given = {key: x for key, x in self.given.items() if key in known and _fits(x, known[key])}
+        local = {section: self._names(section) for section in NAMED}
+        self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}
+        machine: dict[str, Data] = {}
+        for section, data in self.kind.data.items():
+            if section not in HEADER:
+                machine[section] = self._made(data, (section,), (section,))
+        self._interlocks()
+        machines = self.source.data.setdefault("machines", {})
+        cranes = self.source.data["cranes"]
+        if not isinstance(machines, dict) or not isinstance(cranes, dict):
+            return  # which is reported elsewhere
+        if self.name in machines:
+            told = f"the name '{self.name}' is given twice: a machine has it, too"
+            self.source.fault(("cranes", self.name), told, on_key=True)
+        machines[self.name] = machine
+        del cranes[self.name]
+        self.source.keys[self.base] = self.source.mark(("cranes", self.name), on_key=True)
+        self.source.values[self.base] = self.source.mark(("cranes", self.name))
+
+    def lay_under(self, crane: dict[str, Data]) -> None:
+        """Parameters of a goliath's type and what it makes of them, below the keys of the crane."""
+        self.base, self.prefix = ("cranes", self.name, "parts"), ""
+        theirs = self.kind.parameters
+        for key in {"parameters", "parts"} & {*crane}:
+            self.source.fault(("cranes", self.name, key), f"unknown key '{key}'", on_key=True)
+        written = {key.replace("_", " "): value for key, value in self.given.items()}  # Python's names are keys, too
+        self.given = {key: x for key, x in written.items() if key in theirs and _alike(x, theirs[key])}
+        parts: dict[str, Data] = {}
+        for section, data in self.kind.data.items():
+            if section not in HEADER:
+                parts[section] = self._made(data, (section,), (section,))
+        self._interlocks()
+        crane["parameters"] = {key: value for key, value in theirs.items() if key not in written}
+        crane["parts"] = parts
+        for key in theirs:
+            if key not in written and (mark := self.kind.source.values.get(("parameters", key))):
+                self.source.values["cranes", self.name, key] = mark
+
+    def _interlocks(self) -> None:
+        """Those of the type, among the scene's."""
+        own, base = self.kind.data.get("interlocks"), self.base
+        given = self.source.data.setdefault("interlocks", {}) if own else None
+        if not isinstance(own, dict) or not isinstance(given, dict):
+            return
+        self.base = ()
+        for key, data in own.items():
+            name = f"{self.name}.{key}"
+            made = self._made(data, ("interlocks", key), ("interlocks", name))
+            given[name] = {"on": self.name, **made} if isinstance(made, dict) else made
+        self.base = base
+
+    def _names(self, section: str) -> list[str]:
+        found = self.kind.data.get(section)
+        return list(found) if isinstance(found, dict) else []
+
+    def _made(self, data: Data, path: Path, to: Path) -> Data:
+        """Data of the type at `path`, as they stand at `to` of the machine."""
+        self._mark(path, to)
+        if isinstance(data, dict):
+            prefix = self.prefix if len(path) == 1 and path[0] in NAMED else ""
+            made: dict[str, Data] = {}
+            for key, value in data.items():
+                name = f"{prefix}{key}"
+                made[name] = self._made(self._resolved(key, value), (*path, key), (*to, name))
+            return made
+        if isinstance(data, list):
+            return [self._made(each, (*path, i), (*to, i)) for i, each in enumerate(data)]
+        if isinstance(data, str) and data.startswith("="):
+            return self._computed(data, path, to)
+        return data
+
+    def _resolved(self, key: str, value: Data) -> Data:
+        """A reference to a part of the machine, by its whole name."""
+        local = self.bodies if key in BODIES else self.joints if key in JOINTS else ()
+        return f"{self.prefix}{value}" if isinstance(value, str) and value in local else value
+
+    def _computed(self, text: str, path: Path, to: Path) -> Data:
+        word = " ".join(text[1:].split())
+        if word in self.kind.parameters:
+            raw = self._raw(word)
+            if value_of(raw) is None and not (isinstance(raw, str) and raw.startswith("=")):
+                return raw  # a word, a list or a place, as it is
+        try:
+            return shown_as(evaluated(text[1:], self._parameter))
+        except ExpressionError as error:
+            blank = len(text[1:]) - len(text[1:].lstrip())
+            own = f"in the crane '{self.name}' of type {self.kind.name}"
+            column = 1 + max(error.column, blank)
+            self.source.fault((*self.base, *to), str(error), own, column=column)
+            self.computed = False
+            return None
+
+    def _raw(self, word: str) -> Data:
+        return self.given.get(word, self.kind.parameters[word])
+
+    def _parameter(self, word: str) -> Value | None:
+        """A parameter, or a number of a place."""
+        if word not in self.known:
+            name, _, axis = word.rpartition(".")
+            whole = word if word in self.kind.parameters else name
+            if whole not in self.kind.parameters:
+                return None
+            if whole in self.busy:
+                raise ExpressionError(f"the parameter '{whole}' depends on itself")
+            raw = self._raw(whole)
+            if whole != word:
+                raw = raw[AXES[axis]] if isinstance(raw, list) and len(raw) == len(AXES) else None
+            self.busy.append(whole)
+            computed = isinstance(raw, str) and raw.startswith("=") and whole not in self.given
+            self.known[word] = evaluated(str(raw)[1:], self._parameter) if computed else value_of(raw)
+            self.busy.pop()
+        return self.known[word]
+
+    def _mark(self, path: Path, to: Path) -> None:
+        """Where the text at `path` stands: in the type, or in the scene if it is a parameter that is given there."""
+        here, theirs = (*self.base, *to), self.kind.source
+        if path in theirs.keys:
+            self.source.keys[here] = theirs.keys[path]
+        if path in theirs.values:
+            self.source.values[here] = theirs.values[path]
+
+
+def _fits(given: Data, default: Data) -> bool:
+    """Whether a value can stand for a parameter's own; what is computed there tells nothing of it."""
+    return value_of(default) is None or _alike(given, default)
+
+
+def _alike(given: Data, default: Data) -> bool:
+    """Whether a value is of the kind of another one, so that arithmetic can be done with it."""
+    if isinstance(given, list) and isinstance(default, list):
+        return len(given) == len(default) and all(map(_alike, given, default))
+    one, two = value_of(given), value_of(default)
+    return one is not None and two is not None and one.exponents == two.exponents
