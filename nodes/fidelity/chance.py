@@ -13,6 +13,8 @@ __all__ = ["FARTHEST", "chance", "unsure"]
 
 CHANCE: Errors = {"rope tension": 2.5e-3, "swing": 0.0, "position": 5e-4, "lift-off time": 2e-3}  # measured
 ASIDE: Errors = {"rope tension": 6e-3, "swing": 0.04, "position": 0.01, "lift-off time": 0.02}  # light or undamped
+CORNERS = 4e-4, 8e-4  # [m] of excursion and place: corners on more than three hooks part one after the other; measured
+PARTS = 0.015  # of the excursion, where such a block comes aside as they do; measured
 UNEVEN = 0.003, 0.007  # [m] of place and excursion where corners part at different speeds; measured
 LANDED: Errors = {
     "position": 3.5e-3,
@@ -45,6 +47,9 @@ def chance(case: Case) -> Errors:
     errors["swing"] += LET_GO if case.changes else 0.0
     if case.awaits > AWAITED:
         errors = {q: errors.get(q, 0.0) + e * case.awaits for q, e in SWINGING.items()}
+    if not case.determinate:
+        errors["swing"] += CORNERS[0] / case.swings.least + PARTS * min(1.0, case.swings.jumps / case.swings.least)
+        errors["position"] += CORNERS[1] / case.way
     if not case.even and len(case.hooks) > 2:
         errors["position"] += UNEVEN[0] / case.way
         errors["swing"] += UNEVEN[1] / case.swings.least

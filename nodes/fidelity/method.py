@@ -35,7 +35,7 @@ BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest
 SWUNG, FOLLOWED = 0.45, 6e-4  # part of what a swing tips that long steps damp, and tolerance from which they do
 AGAIN = 0.025  # what else long steps miss where a load is lifted again, whose loaders they have damped; measured: 0.022
 DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
-SNAPS = 150.0  # how much more lumps do as slings come taut that were slack
+SNAPS = 10.0  # times the fourth power of their number: how much more lumps do as slack slings come taut; measured
 DAMPS = "nothing damps what it would damp away"
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
@@ -223,6 +223,7 @@ def _errors(
     turned = [h.omega(bends) / often for h in case.hooks]
     missed = (overshoot(case, h, bends) * min(1.0, x * x / 12.0) for h, x in zip(case.hooks, turned, strict=True))
     stretch = min(h.stretch(case.gravity, bends) for h in case.hooks)
-    rattle *= max(SNAPS if at.ropes == "massive" else 1.0, 1.0 / (_damping(case) / DAMPED + 1.0 / RATTLES))
+    snaps = SNAPS * at.lumps * at.lumps * at.lumps * at.lumps if at.ropes == "massive" else 1.0
+    rattle *= max(snaps, 1.0 / (_damping(case) / DAMPED + 1.0 / RATTLES))
     errors["rope tension"] = max(missed) / max(1.0, resolved) + rattle / stretch
     return errors

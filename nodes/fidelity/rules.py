@@ -25,6 +25,7 @@ __all__ = [
 
 Errors = dict[Asked, float]
 COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
+LANDING = 0.01  # of the way: where a block lands again below ropes whose mass is lumped; measured
 ONE_BY_ONE = 2.0  # of a load that comes aside as its corners part one after the other
 SHAKEN = (2.0, 1.0, 0.45), (1.0, 2.0, 0.15)  # of what strings shake: swing, place, inclination; without, out of phase
 VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show
@@ -86,17 +87,19 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
     errors = slower(case, 2)
     errors["swing"] += coupled
-    errors["position"] += coupled * case.swings.most / case.way
+    landing = LANDING * (1.0 if case.damped else ONE_BY_ONE) if case.swings.lands else 0.0
+    errors["position"] += coupled * case.swings.most / case.way + landing
     inclined = shaken(case, errors, SHAKEN[0])
     waves = dynamic * heavy / (2.0 if case.determinate else 1.0)
     errors["rope tension"] = _peak(case, waves, errors["swing"], inclined)
     errors["lift-off time"] = 0.4 * _wave(case)
     chains = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
-    return Choice(
-        "lumped ropes", "ropes", {"ropes": "elastic"}, STATES * degrees * chains, errors,
-        f"a rope weighs {heavy:.2%} of its load",
-    )  # fmt: skip
+    pulled = case.swings.jumps > 0.0 and any(h.light for h in case.hooks)
+    why = f"a rope weighs {heavy:.2%} of its load"
+    why += "; but it is more than its hook weighs, which a load that comes aside pulls along" if pulled else ""
+    saved = STATES * degrees * chains
+    return Choice("lumped ropes", "ropes", {"ropes": "elastic"}, saved, errors, why, not pulled)
 
 
 def girder(case: Case, at: Fidelity) -> Choice:

@@ -68,7 +68,7 @@ def test_the_phases_of_undamped_bounces_are_nobodys_promise(seed):
 def test_corners_under_light_hooks_part_in_an_order_of_their_own():
     """That moves the swing of a load that comes aside as it parts, by more than a finer rung mends."""
     (heavy, _), (light, _) = altered(ASIDE, *LIGHT)
-    assert chance(heavy)["swing"] < 0.01 < 0.04 < chance(light)["swing"]
+    assert 0.015 < chance(heavy)["swing"] < 0.02 < 0.055 < chance(light)["swing"]
     (_, _), (level, _) = altered(LEVEL, *LIGHT)
     assert chance(level)["swing"] < 0.01
 
