@@ -13,13 +13,17 @@ __all__ = ["FARTHEST", "chance", "unsure"]
 
 CHANCE: Errors = {"rope tension": 2.5e-3, "swing": 0.0, "position": 5e-4, "lift-off time": 2e-3}  # measured
 ASIDE: Errors = {"rope tension": 6e-3, "swing": 0.04, "position": 0.01, "lift-off time": 0.02}  # light or undamped
-CORNERS = 4e-4, 8e-4  # [m] of excursion and place: corners on more than three hooks part one after the other; measured
+CORNERS = (
+    4e-4,
+    1.3e-3,
+)  # [m] of excursion and place: corners on more than three hooks part one after the other; measured
 PARTS = 0.015  # of the excursion, where such a block comes aside as they do; measured
 UNEVEN = 0.003, 0.007  # [m] of place and excursion where corners part at different speeds; measured
 LANDED: Errors = {
     "position": 3.5e-3,
     "lift-off time": 4e-3,
 }  # slings that were slack come taut in another order; measured
+RINGING = 0.015  # of the position, besides, where nothing damps the ropes of a block that lands; measured
 SWINGING: Errors = {
     "rope tension": 0.013,
     "swing": 0.007,
@@ -55,6 +59,7 @@ def chance(case: Case) -> Errors:
         errors["swing"] += UNEVEN[1] / case.swings.least
     if case.swings.lands:
         errors |= {q: errors.get(q, 0.0) + e for q, e in LANDED.items()}
+        errors["position"] += 0.0 if case.damped else RINGING
     jumps = case.swings.jumps > 0.0
     if not case.damped:
         rings = UNDAMPED * (1.0 + jumps)

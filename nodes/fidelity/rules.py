@@ -25,6 +25,7 @@ __all__ = [
 
 Errors = dict[Asked, float]
 COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
+PULLED = 0.5  # of the mass between rope and slings: a rope so heavy swings with its hook; measured
 LANDING = 0.01  # of the way: where a block lands again below ropes whose mass is lumped; measured
 ONE_BY_ONE = 2.0  # of a load that comes aside as its corners part one after the other
 SHAKEN = (2.0, 1.0, 0.45), (1.0, 2.0, 0.15)  # of what strings shake: swing, place, inclination; without, out of phase
@@ -95,9 +96,9 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     errors["lift-off time"] = 0.4 * _wave(case)
     chains = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
-    pulled = case.swings.jumps > 0.0 and any(h.light for h in case.hooks)
+    pulled = case.swings.jumps > 0.0 and any(h.rope_mass > PULLED * (h.load - h.share) for h in case.hooks)
     why = f"a rope weighs {heavy:.2%} of its load"
-    why += "; but it is more than its hook weighs, which a load that comes aside pulls along" if pulled else ""
+    why += "; but that is half of what its hook does, which a load that comes aside pulls along" if pulled else ""
     saved = STATES * degrees * chains
     return Choice("lumped ropes", "ropes", {"ropes": "elastic"}, saved, errors, why, not pulled)
 
