@@ -114,7 +114,7 @@ class Collector:
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
         tensions, lengths, parts, speeds = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions | _most(parts), lengths, self.rigs, speeds)
+        return History(t, poses, tensions | _most(parts), _whole(lengths), self.rigs, speeds)
 
 
 def history_of(rec: Recording) -> Collector:
@@ -137,4 +137,13 @@ def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:
     for part, tension in parts.items():
         rope = reeved(part)
         found[rope] = np.maximum(found[rope], tension) if rope in found else tension
+    return found
+
+
+def _whole(lengths: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Of ropes with mass, which are chains of pieces `rope~1`, ..., `rope`, the length of all pieces."""
+    found: dict[str, Floats] = {}
+    for piece, length in lengths.items():
+        rope = piece.partition("~")[0]
+        found[rope] = found[rope] + length if rope in found else length
     return found

@@ -22,6 +22,7 @@ from shared.rows import SHORT, options, row
 
 SCENE, TIMES = ("lift", 1) if SHORT else ("turnover", 3)
 KERNEL = {"5 %": 0.10, "1 %": 0.15, "0.3 %": 0.3}  # of the plain run's seconds
+LEAST_s = 6.0  # that --within is given: a start on a busy machine, predicted before it is over
 WHOLE_s = {"5 %": 2.0, "1 %": 2.2, "0.3 %": 3.0, "": 3.5}
 PLAIN = ["method=dopri5"]
 TRUE = [*PLAIN, "tolerance=1e-8"]
@@ -82,7 +83,7 @@ def main() -> None:
         for accuracy in LEVELS:
             seconds = median(whole(asking(accuracy), folder) for _ in range(TIMES))
             row(f"{SCENE}, {accuracy or 'nothing'} asked, start to exit", seconds, "s", at_most=WHOLE_s[accuracy])
-        given = 2.0 * whole(asking("5 %"), folder)
+        given = max(LEAST_s, 2.0 * whole(asking("5 %"), folder))
         taken = median(within(given, folder) for _ in range(1 if SHORT else 5))
         row(f"{SCENE}, --within {given:.2g} s", taken, "s", "what was given", given, at_most=1.2)
 

@@ -211,3 +211,9 @@ def test_info_and_report_tell_it_and_call_the_tolerance_what_it_is(tmp_path: Pat
     verdict(tmp_path, LIFT, "ask=[rope tension]", "accuracy=2 %")
     asked = info(tmp_path / "run.mcap")
     assert "rope tension to 2 %" in asked
+
+
+def test_a_rope_with_mass_is_as_long_as_all_its_pieces(tmp_path: Path) -> None:
+    """None of the pieces is as long as the shortest rope of its winch, 8 m; together they are."""
+    found = verdict(tmp_path, LIFT, "fidelity={ropes: massive, lumps: 4}")
+    assert found.line == "green: nothing is beyond its limits"
