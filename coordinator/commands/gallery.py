@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["draw", "page"]
 
 SEE = "See it:"
-WIDTH, COLOURS = 900, 48  # [px], and of the palette: a picture of some kB
+WIDTH, COLOURS = 900, 255  # [px], and of the palette: a picture of some kB
 HEAD = """# Scenes, and what they show
 
 Each of these comes with heavylift: run it by its name, or begin your own as a copy (`heavylift new mine --like NAME`).
@@ -100,4 +100,4 @@ def _shrunk(drawn: Path, out: BinaryIO) -> None:
     with Image.open(drawn) as picture:
         small = picture.convert("RGB")
         small.thumbnail((WIDTH, WIDTH))
-        small.quantize(COLOURS).save(out, "png", optimize=True, pnginfo=told)
+        small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(out, "png", optimize=True, pnginfo=told)

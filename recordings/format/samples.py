@@ -52,6 +52,11 @@ class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=
 _decode_batch = msgspec.msgpack.Decoder(_Wire).decode
 
 
+def reeved(part: str) -> str:
+    """The rope over sheaves that a part is of."""
+    return part.rpartition(".")[0]
+
+
 def unit_of(unit: str, column: str) -> str:
     """The unit of one column of a signal that has places and angles, or their rates, side by side."""
     along, turning = _PAIRS.get(unit, (unit, unit))

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.samples import REEVING
+from heavylift.recordings.format.samples import REEVING, reeved
 from heavylift.recordings.read.container import guarded
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
@@ -132,7 +132,7 @@ def _tensions(rec: Recording) -> Signal:
     found: dict[str, Floats] = {}
     for signal in signals:
         for i, column in enumerate(signal.names):
-            name, x = column.rpartition(".")[0] if signal.name == REEVING else column, signal.values[:, i]
+            name, x = reeved(column) if signal.name == REEVING else column, signal.values[:, i]
             found[name] = np.maximum(found[name], x) if name in found else x
     t = signals[0].t if signals else np.zeros(0)
     return Signal(t, np.column_stack([*found.values()]) if found else np.zeros((len(t), 0)), [*found], "N")

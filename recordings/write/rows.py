@@ -11,7 +11,7 @@ from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped
 from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.columns import Columns
-from heavylift.recordings.format.samples import POSE_UNIT, REEVING, SampleLayout
+from heavylift.recordings.format.samples import POSE_UNIT, REEVING, SampleLayout, reeved
 from heavylift.recordings.format.schema import samples_descriptor, samples_template
 from heavylift.recordings.format.viewer_messages import (
     WORLD,
@@ -137,7 +137,7 @@ def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int
         over = tension.topic == REEVING
         values = rows[:, tension.start : tension.stop]
         for i, k in enumerate(values.argmax(axis=0).tolist()):
-            name = tension.names[i].rpartition(".")[0] if over else tension.names[i]
+            name = reeved(tension.names[i]) if over else tension.names[i]
             if name not in peaks or values[k, i] > peaks[name].tension:
                 at = rows[k, when.start + i] if when and not over else times[k] / 1e9
                 peaks[name] = Peak(float(values[k, i]), float(at))
