@@ -180,7 +180,7 @@ class ReevingLaw(ForceLaw[Reeving]):
     def switch(self, f: Reeving, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         n = len(f.sheaves)
         lengths, kept = shown[n + 1 : 3 * n + 3].reshape(2, n + 1)
-        modes, own, limp, lies = np.split(p[3 : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
+        modes, own, limp, lies = np.split(p[ReevingAt.HEAD : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
         even = (lengths * (kept.sum() / lengths.sum()))[1:]
         if guard == "taut":
             p[ReevingAt.TAUT] = 1.0 - p[ReevingAt.TAUT]
@@ -217,6 +217,19 @@ class ReevingLaw(ForceLaw[Reeving]):
         own[:] = kept[1:] if strained or not sticks else even  # rounding decides nothing where there is no tension
         modes[i] = 0.0 if sticks else float(np.sign(strain[i + 1] - strain[i]))
         return "slip" if modes[i] else "stick", float(number)
+
+    def take_off(self, f: Reeving, p: np.ndarray) -> None:
+        """Nothing holds the rope any more, and it lies nowhere."""
+        n = len(f.sheaves)
+        modes, own, limp, lies = np.split(p[ReevingAt.HEAD : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
+        p[ReevingAt.TAUT], modes[:], own[:], limp[:] = -1.0, FREE, 0.0, 0.0
+        lies[leavable(f)] = 0.0
+
+    def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
+        """Hang the rope, slack, from a to b as they are; by how much it is too short for that [m]."""
+        p[ReevingAt.HEAD :] = self.numbers(f, poses)[ReevingAt.HEAD :]
+        p[ReevingAt.TAUT] = 0.0
+        return self.start_length(f, poses) - L0
 
     def shows(self, f: Reeving) -> list[Shown]:
         names = [f"{f.name}.{i + 1}" for i in range(len(f.sheaves) + 1)]
