@@ -21,7 +21,7 @@ from .interlocks import Interlock
 from .nodes import OwnModel, Process
 from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
-from .parts.rigging import Rigging, SlingType
+from .parts.rigging import Edge, Rigging, SlingType
 from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -261,6 +261,7 @@ class Scene(Base):
     wind: Wind | None = None
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    edges: dict[Name, Edge] = Field(default_factory=dict)  # that ropes bend over
     lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side, of machines in parts
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
