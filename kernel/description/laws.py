@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from .forces import Force
+from .forces import Force, Wave
 from .points import Line, Point
 
 __all__ = ["Brake", "Drive", "JointSpring", "Law", "Lock", "RigidRope", "Rope", "Stop", "Support"]
@@ -87,6 +87,7 @@ class Drive(AlongJoint):
 
     prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
     speed: force = kv (ref' - v).
+    A `wave` is added to the reference of a prescribed one.
     """
 
     name: str
@@ -95,6 +96,7 @@ class Drive(AlongJoint):
     kp: float = 0.0
     kv: float = 0.0
     coordinate: str = ""  # of a joint that has several
+    wave: Wave | None = None
 
 
 class Straight:
