@@ -150,7 +150,7 @@ class RigidRope(Straight):
 
 @dataclass(frozen=True)
 class Support:
-    """A point of a body that a horizontal pad at `height` (world) can push up and rub, never pull.
+    """A point of a body that a pad at `height` can push up and rub, never pull; it lies in the world, or on a body `on`.
 
     N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N.
     """
@@ -163,12 +163,13 @@ class Support:
     mu: float = 0.0
     kt: float = 0.0
     dt: float = 0.0
+    on: str = ""
 
     along = None
 
     @property
     def points(self) -> tuple[Point, ...]:
-        return (self.point,)
+        return (self.point, Point(self.on)) if self.on else (self.point,)
 
 
 Law = Rope | Support | JointSpring | Stop | Brake | Force
