@@ -150,9 +150,10 @@ class RigidRope(Straight):
 
 @dataclass(frozen=True)
 class Support:
-    """A point of a body that a pad at `height` can push up and rub, never pull; it lies in the world, or on a body `on`.
+    """A point of a body that a pad at `height` can push up and rub, never pull; it lies in the world or on a body.
 
     N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N.
+    `on`: the body in whose frame the height counts and whose z the pad pushes along; "": the world.
     """
 
     name: str

@@ -79,9 +79,7 @@ class Vessel(Base):
     """A vessel, whose motion in the wave is `given` by its responses, or follows from `forces` on a free body."""
 
     mass: u.Mass  # without what stands on it
-    size: tuple[
-        u.Extent, u.Extent, u.Extent
-    ]  # of its hull, a uniform box unless `inertia` is given
+    size: tuple[u.Extent, u.Extent, u.Extent]  # of its hull, a uniform box unless `inertia` is given
     draught: u.Extent
     at: Place = (0.0, 0.0, 0.0)  # its origin
     com: Place = (0.0, 0.0, 0.0)
