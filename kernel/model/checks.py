@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields
+from itertools import chain
 from math import degrees, isfinite, sqrt
 from typing import Any
 from weakref import WeakValueDictionary
@@ -73,10 +74,17 @@ def check_description(system: System) -> System:
         if b.name == WORLD:
             raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
         check_inertia(b)
+        if b.added and any(
+            abs(x - y) > UNIT * abs(x) for x, y in zip(chain(*b.added), chain(*zip(*b.added, strict=True)), strict=True)
+        ):
+            raise KernelError(f"body '{b.name}': its added mass must be a symmetric matrix")
         if b.flexible:
             check_flexible(b.name, b.flexible)
     for j in system.joints:
         check_joint(j)
+    for d in system.drives:
+        if d.wave and not (d.kind == "prescribed" and d.wave.ramp > 0.0):
+            raise KernelError(f"drive '{d.name}': only a prescribed one follows a wave, with a ramp longer than 0 s")
     for r in system.straight_ropes:
         if not r.lines:
             raise KernelError(f"rope '{r.name}': it has no line; give it at least one")

@@ -22,6 +22,7 @@ from .nodes import OwnModel, Process
 from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
 from .parts.rigging import Rigging, SlingType
+from .vessels import Vessel, Waves
 from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -158,6 +159,7 @@ class Block(Base):
     lugs: dict[Name, Place]
     lug_capacity: u.Mass | None = None  # of each lug; left out: they are not judged
     supports: Supports
+    on: str = "world"  # vessel on whose deck it stands: `at` and the height of its supports are in that one's frame
 
 
 class Loader(Base):
@@ -259,6 +261,8 @@ class Scene(Base):
     limits: LiftLimits = LiftLimits()
     mechanism: Mechanism | None = None
     wind: Wind | None = None
+    waves: Waves | None = None
+    vessels: dict[Name, Vessel] = Field(default_factory=dict)
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
     lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side, of machines in parts
