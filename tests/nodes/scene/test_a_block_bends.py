@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from heavylift.kernel.multibody.flexible.modes import modes_of
 from heavylift.kernel.multibody.flexible.reduction import reduced
 from heavylift.nodes.models.parts.bending import block_body
 from heavylift.nodes.plan.plan import Inertia
-from heavylift.nodes.scene import LoadedScene, parse
+from heavylift.nodes.scene import LoadedScene, load, parse
 
 L, MASS, EI, G = 40.0, 150e3, 6e9, 9.80665
 SLING, FALLS = 445e6, 12 * 38.3e6  # EA of a sling and of all falls of a hook [N]
@@ -43,8 +44,7 @@ actions:
 BEAM = "beam: {EI y: 6 GN m2, modes: 4, damping: 2 %, loads: [-12 m, 12 m]}"
 
 
-@cache
-def hung(bends: str = BEAM, places: tuple[float, ...] = (-12.0, 12.0)) -> LoadedScene:
+def written(bends: str, places: tuple[float, ...] = (-12.0, 12.0)) -> str:
     """The block on a hall crane above each of these places along it."""
     lugs, cranes, rigging = ({} for _ in range(3))
     for i, x in enumerate(places):
@@ -53,7 +53,13 @@ def hung(bends: str = BEAM, places: tuple[float, ...] = (-12.0, 12.0)) -> Loaded
         rigging[f"r{i}"] = f"{{on: c{i} main, to: [L{i}], length: 4 m, slack: 0.1 m}}"
     words = (f"{{{', '.join(f'{k}: {v}' for k, v in x.items())}}}" for x in (lugs, cranes, rigging))
     lugs, cranes, rigging = words
-    return parse(SCENE.format(lugs=lugs, cranes=cranes, rigging=rigging, bends=bends))
+    return SCENE.format(lugs=lugs, cranes=cranes, rigging=rigging, bends=bends)
+
+
+@cache
+def hung(bends: str = BEAM, places: tuple[float, ...] = (-12.0, 12.0)) -> LoadedScene:
+    """That scene."""
+    return parse(written(bends, places))
 
 
 def sagged(at: tuple[float, ...], places: tuple[float, ...], forces: Sequence[float], weighs: bool) -> np.ndarray:
@@ -142,6 +148,22 @@ def test_modes_of_a_table_give_way_as_their_numbers_say() -> None:
     (eta,) = scene.statics.states[-1].modes["block"]  # of a shape of largest displacement 1
     stiffness = 37.5e3 * (2.0 * pi * 1.5) ** 2
     assert abs(eta) == pytest.approx(MASS * G * phi * phi / stiffness, rel=1e-6)
+
+
+def test_modes_come_from_a_table(tmp_path: Path) -> None:
+    rows = "block,mode,place,x,y,z,frequency [Hz],mass [t],damping [%]\n"
+    rows += (
+        "B17,sag,L0,0,0,1,1.5,37.5,2\nB17,sag,L1,0,0,0.9,,,\nB17,twist,lower-1,0,0.1,1,4,20,\nB18,sag,L0,0,0,1,9,9,\n"
+    )
+    (tmp_path / "modes.csv").write_text(rows)
+    (tmp_path / "scene.yaml").write_text(written("modes from: modes.csv#B17"))
+    modal = load(tmp_path / "scene.yaml").plan.block.flexible.modal
+    assert modal.nodes == ((-12.0, 0.0, 0.0), (12.0, 0.0, 0.0), (-14.0, -2.0, -1.5))
+    assert modal.shapes == (((0, 0, 1), (0, 0, 0.9), (0, 0, 0)), ((0, 0, 0), (0, 0, 0), (0, 0.1, 1)))
+    assert (modal.frequency, modal.mass, modal.damping) == ((1.5, 4.0), (37.5e3, 20e3), (0.02, 0.0))
+    (tmp_path / "modes.csv").write_text(rows.replace("0.9,,,", "0.9,1.6,,"))
+    with pytest.raises(SceneError, match=r"modes.csv:3:.*a mode has one frequency, and 'sag' has 1.5 Hz, too"):
+        load(tmp_path / "scene.yaml")
 
 
 def test_a_beam_without_modes_is_the_rigid_block() -> None:
