@@ -6,8 +6,8 @@ and so each of `blocks`.
 
 The head names keys with their units, `mass [t]`, `com x [m]`; a column without a unit is a remark, if it is no axis.
 The first column names the row; in a table of lugs it names the block, the second one the lug, and without `#B17` the
-first one the lug.  `modes from` alike names a table of block, mode, place (lug or stool), its displacement x, y, z, and
-in some row of each mode its frequency, mass and damping.  What the same file writes wins over the row, and so do
+first one the lug.  `modes from` alike names a table of block, mode, place (lug or stool), its displacement x, y, z and
+in some row of each mode the frequency, mass and damping.  What the same file writes wins over the row, and so do
 files and settings laid over it; the row wins over what that file extends.  An empty cell is as if nothing were written.
 """
 
