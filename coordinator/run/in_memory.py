@@ -120,9 +120,13 @@ class Played:
     @cached_property
     def judged(self) -> tuple[Judged, Sequence[Use]]:
         """The verdict, and the worst of each limit."""
+        return self.judging()
+
+    def judging(self, **options: int) -> tuple[Judged, Sequence[Use]]:
+        """The same, with options of `judged_with_uses`."""
         from heavylift.coordinator.verdict.judging import judged_with_uses  # with the library of collisions
 
-        return judged_with_uses(self.plan, self.past, self.conduct)
+        return judged_with_uses(self.plan, self.past, self.conduct, **options)
 
     @cached_property
     def past(self) -> Collector:

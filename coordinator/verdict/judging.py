@@ -16,7 +16,7 @@ from heavylift.nodes.plan.shapes import untouched
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
 
-from .clearances import LIMIT, clearances
+from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing
 from .history import Past, blocks, history_of
@@ -38,6 +38,7 @@ class Bench:
     findings: list[Finding] = field(default_factory=list)
     not_looked_at: list[str] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
+    smallest: int = SMALLEST
     limits: LimitTable | None = None
     uses: Sequence[Use] = ()
 
@@ -68,7 +69,8 @@ def _limits(bench: Bench) -> None:
 def _clearances(bench: Bench) -> None:
     """What came too near to what."""
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
-    bench.clearances += clearances(bench.plan, bench.history, limit, landing(bench.plan, bench.conduct))
+    lands = landing(bench.plan, bench.conduct)
+    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest)
     bench.findings += too_near(bench.clearances)
     bench.not_looked_at += untouched(bench.plan)
 
@@ -88,9 +90,12 @@ def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
     return judged_with_uses(plan, history, conduct)[0]
 
 
-def judged_with_uses(plan: Plan, history: Past, conduct: Conduct) -> tuple[Judged, Sequence[Use]]:
-    """The verdict of a run, and the worst of each limit that it is made of."""
-    bench = Bench(plan, history, conduct)
+def judged_with_uses(
+    plan: Plan, history: Past, conduct: Conduct, smallest: int = SMALLEST
+) -> tuple[Judged, Sequence[Use]]:
+    """The verdict of a run, and the worst of each limit; `smallest`: clearances that are told though nothing is too
+    near."""
+    bench = Bench(plan, history, conduct, smallest=smallest)
     for one in JUDGES:
         one(bench)
     findings = [_placed(f, conduct) for f in _in_order(bench.findings)]
