@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.models import system
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.plan import Plan
@@ -37,16 +38,21 @@ THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
 
 def clearances(
-    plan: Plan, history: Past, limit: float = LIMIT, landing: Spans = (), smallest: int = SMALLEST
+    plan: Plan,
+    history: Past,
+    limit: float = LIMIT,
+    landing: Spans = (),
+    smallest: int = SMALLEST,
+    mechanics: System | None = None,
 ) -> list[Clearance]:
     """All that are below their limit and, if those are fewer, the smallest ones, so many; smallest first.
 
-    `landing`: from when to when [s] orders to land are carried out.
+    `landing`: from when to when [s] orders to land are carried out; `mechanics`: those of the plan, if they are known.
     """
     known, nearest = Known(smallest, limit), dict[int, Clearance]()
     things, ground = _Things(plan, limit), Ground(plan, limit)
     lowest: dict[tuple[str, bool], Clearance] = {}
-    joints = system(plan).joints if plan.cranes else ()
+    joints = (mechanics or system(plan)).joints if plan.cranes else ()
     for part, between in thinned(history):
         ground.survey(part, between)
     ground.settle(landing)

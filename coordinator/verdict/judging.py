@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import msgspec
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.telling import likewise
@@ -39,6 +40,7 @@ class Bench:
     not_looked_at: list[str] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
     smallest: int = SMALLEST
+    mechanics: System | None = None
     limits: LimitTable | None = None
     uses: Sequence[Use] = ()
 
@@ -70,7 +72,7 @@ def _clearances(bench: Bench) -> None:
     """What came too near to what."""
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
     lands = landing(bench.plan, bench.conduct)
-    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest)
+    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics)
     bench.findings += too_near(bench.clearances)
     bench.not_looked_at += untouched(bench.plan)
 
@@ -91,11 +93,11 @@ def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
 
 
 def judged_with_uses(
-    plan: Plan, history: Past, conduct: Conduct, smallest: int = SMALLEST
+    plan: Plan, history: Past, conduct: Conduct, smallest: int = SMALLEST, mechanics: System | None = None
 ) -> tuple[Judged, Sequence[Use]]:
     """The verdict of a run, and the worst of each limit; `smallest`: clearances that are told though nothing is too
-    near."""
-    bench = Bench(plan, history, conduct, smallest=smallest)
+    near; `mechanics`: those of the plan, if they are known."""
+    bench = Bench(plan, history, conduct, smallest=smallest, mechanics=mechanics)
     for one in JUDGES:
         one(bench)
     findings = [_placed(f, conduct) for f in _in_order(bench.findings)]
