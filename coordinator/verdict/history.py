@@ -24,7 +24,7 @@ __all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
 
 Floats = NDArray[np.float64]
 SPEED = "joint/velocity"
-NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED, "edge/force", "edge/place")
+NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED, "deflection", "edge/force", "edge/place")
 BLOCK = 4096  # samples that are looked at together
 
 
@@ -43,7 +43,8 @@ class Past(Protocol):
 class History:
     """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,), of its most
     loaded part [N]; unstretched lengths: rope -> (n,) [m]; rigs: the lines that hang, each from its time on; speeds of
-    joints: joint.component -> (n,) [m/s, rad/s]; what edges bear and where: rope.edge -> (n,) [N], [m]."""
+    joints: joint.component -> (n,) [m/s, rad/s]; bent: body.place.axis -> (n,) displacements within bodies [m]; what
+    edges bear and where: rope.edge -> (n,) [N], [m]."""
 
     t: Floats
     poses: Mapping[str, Floats]
@@ -51,6 +52,7 @@ class History:
     lengths: Mapping[str, Floats]
     rigs: Sequence[Rig]
     speeds: Mapping[str, Floats] = field(default_factory=dict)
+    bent: Mapping[str, Floats] = field(default_factory=dict)
     borne: Mapping[str, Floats] = field(default_factory=dict)
     places: Mapping[str, Floats] = field(default_factory=dict)
 
@@ -62,9 +64,9 @@ class History:
         """Some of the samples."""
         if len(kept) == len(self.t):
             return self
+        columns = self.poses, self.tensions, self.lengths, self.speeds, self.bent, self.borne, self.places
         poses, tensions, lengths, *more = (
-            {name: np.take(x.T, kept, axis=-1).T for name, x in columns.items()}
-            for columns in (self.poses, self.tensions, self.lengths, self.speeds, self.borne, self.places)
+            {name: np.take(x.T, kept, axis=-1).T for name, x in each.items()} for each in columns
         )
         return History(self.t[kept], poses, tensions, lengths, self.rigs, *more)
 

@@ -6,6 +6,7 @@ winches may follow measured ones as well.  A reference is a profile plus f(s) = 
 
 from __future__ import annotations
 
+from operator import add
 from types import SimpleNamespace
 
 import numpy as np
@@ -37,6 +38,8 @@ def prescribe_joints(x: Evaluation) -> None:
     for d in x.program.system.drives:
         if d.kind == "prescribed":
             x.references[d.name] = x.reference(d.name)
+            if d.wave:
+                x.references[d.name] = tuple(map(add, x.references[d.name], x.wave(d.name)))
             i, k = x.program.driven(d)
             x.q[i], x.v[k], _ = x.references[d.name]
 

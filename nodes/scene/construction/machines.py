@@ -44,13 +44,13 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
     parts = {"cranes": bool(scene.cranes), "block": block, "rig": scene.rig is not None}
     missing = [key for key, there in parts.items() if not there]
     if len(missing) == len(parts):
-        if scene.mechanism is None and not scene.machines:
+        if scene.mechanism is None and not scene.machines and not scene.vessels:
             source.fault((), "a scene needs cranes, a block and a rig, or a mechanism")
     elif missing and not (missing == ["cranes", "rig"] and scene.machines):
         there = " and ".join(key for key in parts if key not in missing)
         source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
     names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
-    for key in ("machines", "blocks"):
+    for key in ("machines", "blocks", "vessels"):
         for name in getattr(scene, key):
             if name in names:
                 source.fault((key, name), f"the name '{name}' is given twice: another machine has it", on_key=True)

@@ -16,6 +16,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "dock": (8, 12, 1, 4, 4, 6),
     "edge": (9, 24, 3, 4, 4, 7),
     "emergency-stop": (10, 30, 3, 6, 6, 6),
+    "floating": (11, 12, 1, 4, 4, 7),
     "girder": (4, 3, 0, 0, 2, 3),
     "gust": (1, 6, 1, 0, 2, 0),
     "hall": (4, 12, 1, 4, 3, 7),
