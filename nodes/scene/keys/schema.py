@@ -20,6 +20,7 @@ from .base import Base, Name, Place, keys_of
 from .interlocks import Interlock
 from .nodes import OwnModel, Process
 from .obstacles import Floor, Obstacle
+from .parts.flexible import Hull, Mode
 from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
 from .parts.rigging import Rigging, SlingType
@@ -158,9 +159,16 @@ class Block(Base):
     com: Place = (0.0, 0.0, 0.0)
     inertia: tuple[u.Inertia, u.Inertia, u.Inertia] | None = None  # left out: a uniform box
     lugs: dict[Name, Place]
+    beam: Hull | None = None  # left out, as `modes`: it is rigid
+    modes: dict[Name, Mode] = Field(default_factory=dict)  # instead: those of a table
     lug_capacity: u.Mass | None = None  # of each lug; left out: they are not judged
     supports: Supports
     on: str = "world"  # vessel on whose deck it stands: `at` and the height of its supports are in that one's frame
+
+    @property
+    def flexible(self) -> bool:
+        """Whether it bends."""
+        return bool(self.beam or self.modes)
 
 
 class Loader(Base):

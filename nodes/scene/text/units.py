@@ -12,6 +12,7 @@ import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Annotated, Literal
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -35,7 +36,7 @@ _MINUTE, _KILO, _MILLI = Fraction(60), Fraction(1000), Fraction(1, 1000)
 _ONE, _MEGA, _GIGA = Fraction(1), _KILO**2, _KILO**3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # told apart by identity, so that what was read before is known
 class Dimension:
     """A kind of quantity: its units with their factors to SI; the first two units stand in its messages."""
 
@@ -55,6 +56,10 @@ class Dimension:
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
             return self._bare(float(str(value)), f"{value:.12g}" if isinstance(value, float) else str(value))
+        return self._of_text(value)
+
+    @lru_cache(4096)  # noqa: B019 - dimensions stay, and variants of a scene share nearly all texts
+    def _of_text(self, value: str) -> float:
         if meant := self._punctuated(value):
             raise ValueError(f"'{value}' is no {self.name}: {meant}")
         match = re.fullmatch(rf"\s*({NUMBER}|[+-]?(?:nan|inf))\s*(.*?)\s*", value)
@@ -122,7 +127,7 @@ class Dimension:
         return f"'{text or format(number, '.10g')} {first[0]}' or '{other:.10g} {second[0]}'"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Limited(Dimension):
     """A quantity that makes sense between two ends only, written as a user writes them."""
 
@@ -248,6 +253,7 @@ Extent = Annotated[float, Quantity(LENGTH, "positive")]
 Gap = Annotated[float, Quantity(LENGTH, "zero")]
 Swing = Annotated[float, Quantity(ANGLE, "positive")]
 Mass = Annotated[float, Quantity(MASS, "positive")]
+AnyMass = Annotated[float, Quantity(MASS, "zero")]
 Force = Annotated[float, Quantity(FORCE, "positive")]
 Moment = Annotated[float, Quantity(MOMENT, "positive")]
 Speed = Annotated[float, Quantity(SPEED, "positive")]
