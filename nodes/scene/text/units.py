@@ -202,7 +202,7 @@ DIMENSIONS: tuple[Dimension, ...] = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Either(Dimension):
     """A dimension that reads two, such as a length of a sliding or an angle of a turning joint."""
 
