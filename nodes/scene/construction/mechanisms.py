@@ -13,6 +13,7 @@ from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.action_preview import at_rest
 
 from .mechanism import build_mechanism
+from .obstacles import obstacles_machine
 from .rigging.slings import slings_of
 from .rigging.tree import Tree
 from .stools import block_machine
@@ -31,7 +32,8 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     bases: dict[Path, Mechanism] = {("machines", name): machine for name, machine in scene.machines.items()}
     if scene.mechanism is not None:
         bases["mechanism",] = scene.mechanism
-    if not bases and scene.wind is None and not (scene.rigging or scene.blocks or scene.vessels):
+    fixed = bool(scene.obstacles or scene.floor)
+    if not bases and scene.wind is None and not (scene.rigging or scene.blocks or scene.vessels or fixed):
         return ()
     check_decks(yard)
     if lift.machines:
@@ -43,6 +45,11 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     if source.faults:
         return tuple(built)
     around = merge([around, *(block.system for block in built)], scene.gravity) if built else around
+    if fixed:
+        built.append(obstacles_machine(yard, around))
+        around = merge([around, built[-1].system], scene.gravity)
+    if source.faults:
+        return tuple(built)
     tree = Tree(source, scene, around) if scene.rigging else None
     for base, given in bases.items():
         built.append(build_mechanism(source, given, scene.gravity, around, base, tree, scene.edges))

@@ -19,6 +19,7 @@ from .actions import Action, Condition
 from .base import Base, Name, Place, keys_of
 from .interlocks import Interlock
 from .nodes import OwnModel, Process
+from .obstacles import Floor, Obstacle
 from .parts.flexible import Hull, Mode
 from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
@@ -270,6 +271,8 @@ class Scene(Base):
     mechanism: Mechanism | None = None
     wind: Wind | None = None
     waves: Waves | None = None
+    floor: Floor | None = None
+    obstacles: dict[Name, Obstacle] = Field(default_factory=dict)
     vessels: dict[Name, Vessel] = Field(default_factory=dict)
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
