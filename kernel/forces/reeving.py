@@ -21,6 +21,7 @@ from itertools import pairwise
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
 from heavylift.kernel.description.forces import Reeving, Signal
+from msgspec import structs
 
 from .edges import Unrolled
 from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
@@ -84,7 +85,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         given, lies = placed(f, poses, partial(self.demand, f))
         lengths = [0.0] * n  # of a rope that sticks; set when it comes taut
         limp = [0.0] * (n + 1)
-        on = [float(x is not False) for x in lies[1:-1]]
+        on = [float(x is None or (x and f.hooked)) for x in lies[1:-1]]
         head = [f.EA, f.damping * f.signal.value, 0.0 if f.hooked else -1.0]
         return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
@@ -227,7 +228,7 @@ class ReevingLaw(ForceLaw[Reeving]):
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
         """Hang the rope, slack, from a to b as they are; by how much it is too short for that [m]."""
-        p[ReevingAt.HEAD :] = self.numbers(f, poses)[ReevingAt.HEAD :]
+        p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0
 
