@@ -19,14 +19,15 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
+from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
 from heavylift.kernel.description.forces import Reeving, Signal
+from heavylift.kernel.forces.force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
 from msgspec import structs
 
 from .edges import Unrolled
-from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
-from .rope_groups import FREE, Groups, slip_ratio
-from .rope_nodes import NODE, all_nodes, laid, leavable, lost, node_of, placed, turning, way_over
+from .groups import FREE, Groups, slip_ratio
+from .nodes import NODE, all_nodes, laid, leavable, lost, node_of, placed, turning, way_over
 from .sheaves import Way
 
 __all__ = ["ReevingAt", "ReevingLaw"]
@@ -58,7 +59,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         for i, s in enumerate(f.sheaves, 1):
             self.demand(f, f"sheave {i}", min(s.radius, s.friction) >= 0.0, "has a negative radius or friction")
             self.demand(f, f"sheave {i}", 0.0 < s.efficiency <= 1.0, "has an efficiency outside (0, 1]")
-            size = float(np.linalg.norm(s.axis))
+            size = norm(list(s.axis))
             self.demand(f, f"sheave {i}", abs(size - 1.0) < UNIT, f"has an axis of length {size:g}; it must be 1")
         self._check_edges(f)
 
