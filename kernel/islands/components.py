@@ -78,7 +78,7 @@ def _island(system: System, of: dict[tuple[str, int], int], k: int, led: set[int
     own = {WORLD, *(b.name for b in parts["bodies"])}
 
     def here(p: Point) -> Point:
-        return p if p.body in own else Point(WORLD)
+        return p if p.body in own else Point(WORLD, p.p)
 
     for group in ("ropes", "rigid_ropes"):
         parts[group] = tuple(

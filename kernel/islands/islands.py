@@ -21,7 +21,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.model.checks import accepted, check_description
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import ROPES, StateEvent
 from heavylift.kernel.multibody.joint_locking import lock_of
 from heavylift.kernel.simulation.call_order import (
     GOING,
@@ -247,10 +247,9 @@ class Islands(Commanded):
     def _addressed(self, what: str, kind: str, name: str) -> Commands:
         """Of the island that has a law of this name; raises KernelError if none has."""
         self.order.command(what, self.epoch)
-        if kind == "rope" and ("rigid", name) in self.program.parameters.at:
-            kind = "rigid"
+        kinds = ROPES if kind == "rope" else (kind,)
         for p in self.parts:
-            if (kind, name) in p.program.parameters.at:
+            if any((k, name) in p.program.parameters.at for k in kinds):
                 return self._stop(p).commands
         raise KernelError(f"'{name}': no {kind} of this name")
 
