@@ -64,7 +64,7 @@ def solids(plan: Plan) -> tuple[Solid, ...]:
     for loader in plan.loaders:
         found += _loader(loader, plan)
     if plan.block:
-        found += [_block(plan.block), *_stools(plan.block)]
+        found += [*_block(plan.block), *_stools(plan.block)]
     return (*found, *(shape for mechanism in plan.mechanisms for shape in _contacts(mechanism)))
 
 
@@ -124,11 +124,12 @@ def _loader(loader: Loader, plan: Plan) -> Iterator[Solid]:
     yield Solid(loader.name, "beam", "loader", f"{loader.name}.lower", (mid[0], mid[1], mid[2] / 2), size)
 
 
-def _block(block: Block) -> Solid:
-    """The box that the scene gives; of a plan without one, that of its mass and inertia."""
-    if any(block.size):
-        return Solid(block.name, "", "block", block.name, (0.0, 0.0, 0.0), block.size)
-    return Solid(block.name, "", "block", block.name, block.body.com, edges(block.body.mass, block.body.moments))
+def _block(block: Block) -> Iterator[Solid]:
+    """The slices or the box that the scene gives; of a plan without one, that of its mass and inertia."""
+    size = (0.0, 0.0, 0.0), block.size
+    own = size if any(block.size) else (block.body.com, edges(block.body.mass, block.body.moments))
+    for centre, sides in block.slices or (own,):
+        yield Solid(block.name, "", "block", block.name, centre, sides)
 
 
 def _stools(block: Block) -> Iterator[Solid]:
