@@ -7,7 +7,7 @@ stiffness.  Solids and strands of one `thing` make up what a planner names: the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import TYPE_CHECKING, Literal
@@ -17,7 +17,19 @@ if TYPE_CHECKING:
 
     from .plan import Block, Crane, Loader, Mechanism, Plan
 
-__all__ = ["GROUND", "STOOLS", "Kind", "Relation", "Solid", "Strand", "relation", "solids", "strands", "untouched"]
+__all__ = [
+    "GROUND",
+    "STOOLS",
+    "Kind",
+    "Relation",
+    "Solid",
+    "Strand",
+    "around",
+    "relation",
+    "solids",
+    "strands",
+    "untouched",
+]
 
 Kind = Literal["block", "portal", "trolley", "loader", "rope", "sling", "stools", "mechanism"]
 Relation = Literal["apart", "through", "joined"]
@@ -154,6 +166,17 @@ def _contacts(mechanism: Mechanism) -> Iterator[Solid]:
             case Ball() if shape.radius > 0.0:
                 size = (2.0 * shape.radius,) * 3
                 yield Solid(shape.body, "", "mechanism", shape.body, shape.p, size, form="ball")
+
+
+def around(boxes: Sequence[tuple[Vector, Vector]]) -> tuple[Vector, Vector]:
+    """Middle and edges of the box around boxes that lie alike [m]."""
+    if len(boxes) == 1:
+        return boxes[0]
+    low = [min(c[i] - s[i] / 2 for c, s in boxes) for i in range(3)]
+    high = [max(c[i] + s[i] / 2 for c, s in boxes) for i in range(3)]
+    x, y, z = ((p + q) / 2 for p, q in zip(low, high, strict=True))
+    a, b, c = (q - p for p, q in zip(low, high, strict=True))
+    return (x, y, z), (a, b, c)
 
 
 def edges(mass: float, moments: Vector) -> Vector:

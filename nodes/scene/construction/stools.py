@@ -75,9 +75,10 @@ def block_machine(yard: Yard, name: str) -> plan.Mechanism:
         supports=tuple(pad.support for pad in pads),
         gravity=yard.scene.gravity,
     )
-    shape = plan.Shape(body=name, centre=(0.0, 0.0, 0.0), size=block.size)
+    boxes = block.slices or (((0.0, 0.0, 0.0), block.size),)
+    shapes = tuple(plan.Shape(body=name, centre=centre, size=size) for centre, size in boxes)
     closed = tuple(pad.support.name for pad in pads)
-    return plan.Mechanism(name=name, system=system, closed=closed, shapes=(shape,), where=block.where)
+    return plan.Mechanism(name=name, system=system, closed=closed, shapes=shapes, where=block.where)
 
 
 def _resting(block: schema.Block, origin: Vector) -> tuple[float, float, float, float, float, float, float]:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models import system
-from heavylift.nodes.plan.shapes import solids
+from heavylift.nodes.plan.shapes import around, solids
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.text.meshes import slices, solid
 
@@ -147,3 +147,16 @@ def test_without_the_library_it_is_told_how_to_have_it(tmp_path: Path, monkeypat
     (tmp_path / "shaped.yaml").write_text(SCENE % ("hull.stl", "mass: 60 t"))
     with pytest.raises(SceneError, match=r"a shape needs trimesh: pip install 'heavylift\[shapes\]'"):
         load(tmp_path / "shaped.yaml")
+
+
+def test_one_of_several_blocks_has_a_shape_too(tmp_path: Path) -> None:
+    """Its slices are drawn, and the box around them is what gaps are measured from."""
+    mesh = hull()
+    mesh.export(tmp_path / "hull.stl")
+    text = SCENE.replace("block:", "blocks:\n ship:").replace("\n  ", "\n    ") % ("hull.stl", "mass: 60 t")
+    (tmp_path / "shaped.yaml").write_text(text)
+    machine = next(m for m in load(tmp_path / "shaped.yaml").plan.mechanisms if m.name == "ship")
+    assert len(machine.shapes) == 12
+    centre, size = around([(x.centre, x.size) for x in machine.shapes])
+    assert centre == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    assert size == pytest.approx(mesh.extents, rel=1e-6)
