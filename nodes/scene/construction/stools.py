@@ -43,13 +43,17 @@ def build_block(yard: Yard, block: schema.Block, base: Path = ("block",)) -> pla
             )
             where = yard.source.where((*base, "supports", "at", i))
             pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
-    if block.inertia:
-        _check_moments(yard, block, base)
-    body = plan.Inertia(mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size))
+    xx, yy, zz, xy, xz, yz = (*(block.inertia or box(block.mass, block.size)), 0.0, 0.0, 0.0)[:6]
+    body = plan.Inertia(mass=block.mass, com=block.com, moments=(xx, yy, zz), products=(xy, xz, yz))
+    try:
+        check_inertia(Body(name, block.mass, inertia=body.matrix))
+    except KernelError as error:
+        yard.source.fault((*base, "inertia"), str(error))
     return plan.Block(
         name=name,
         body=body,
         size=block.size,
+        slices=tuple(block.shape.slices) if block.shape else (),
         pose=_resting(block, yard.scene.vessels[block.on].at if block.on in yard.scene.vessels else (0.0, 0.0, 0.0)),
         lugs=tuple(
             plan.Lug(name=lug, p=p, where=yard.source.where((*base, "lugs", lug))) for lug, p in block.lugs.items()
@@ -71,19 +75,10 @@ def block_machine(yard: Yard, name: str) -> plan.Mechanism:
         supports=tuple(pad.support for pad in pads),
         gravity=yard.scene.gravity,
     )
-    shape = plan.Shape(body=name, centre=(0.0, 0.0, 0.0), size=block.size)
+    boxes = block.slices or (((0.0, 0.0, 0.0), block.size),)
+    shapes = tuple(plan.Shape(body=name, centre=centre, size=size) for centre, size in boxes)
     closed = tuple(pad.support.name for pad in pads)
-    return plan.Mechanism(name=name, system=system, closed=closed, shapes=(shape,), where=block.where)
-
-
-def _check_moments(yard: Yard, block: schema.Block, base: Path) -> None:
-    """Some body must be able to have them."""
-    assert block.inertia is not None
-    x, y, z = block.inertia
-    try:
-        check_inertia(Body(str(base[-1]), block.mass, inertia=((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))))
-    except KernelError as error:
-        yard.source.fault((*base, "inertia"), str(error))
+    return plan.Mechanism(name=name, system=system, closed=closed, shapes=shapes, where=block.where)
 
 
 def _resting(block: schema.Block, origin: Vector) -> tuple[float, float, float, float, float, float, float]:
