@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import msgspec
+import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.geometry import geometry_findings
@@ -77,6 +78,20 @@ def _clearances(bench: Bench) -> None:
     bench.not_looked_at += untouched(bench.plan)
 
 
+def _bending(bench: Bench) -> None:
+    """How far each flexible block is bent where that is sampled."""
+    most: dict[str, tuple[float, str, float]] = {}
+    for part in blocks(bench.history):
+        for along in (name for name in part.bent if name.endswith(".x") and len(part.t)):
+            place = along.removesuffix(".x")
+            size = np.sqrt(sum(part.bent[f"{place}.{axis}"] ** 2 for axis in "xyz"))
+            (body, _, word), i = place.partition("."), int(np.argmax(size))
+            most[body] = max(most.get(body, (-1.0, "", 0.0)), (float(size[i]), word, float(part.t[i])))
+    for body, (largest, place, t) in most.items():
+        told = f"{body} bends most at {place}, by {1e3 * largest:.3g} mm"
+        bench.findings.append(Finding(severity="note", kind="bending", subject=body, sentence=told, t=t))
+
+
 def _conduct(bench: Bench) -> None:
     """Whether it went as the action list means it."""
     told = {(f.kind, f.subject) for f in bench.findings}  # a hook beyond its height was seen there as well
@@ -84,7 +99,7 @@ def _conduct(bench: Bench) -> None:
 
 
 Judge = Callable[[Bench], None]
-JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _conduct)
+JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _bending, _conduct)
 
 
 def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:

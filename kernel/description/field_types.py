@@ -90,6 +90,8 @@ def _read(value: Any, hint: Any, where: str) -> Any:
     origin, inner = _taken_apart(hint)
     if origin in (Union, UnionType):
         found = next((h for h in inner if _is_class(h) and isinstance(value, h)), None)
+        if found is None and value is not None:
+            found = next((h for h in inner if get_origin(h) is tuple), None)
         good = found is not None or (value is None and type(None) in inner)
         if good and found is not None:
             return _read(value, found, where)

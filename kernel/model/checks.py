@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields
+from itertools import chain
 from math import degrees, isfinite, sqrt
 from typing import Any
 from weakref import WeakValueDictionary
@@ -20,7 +21,7 @@ from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.field_types import choice, field_names, item_word, plain
 from heavylift.kernel.description.flexible_checks import check_flexible
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, RigidRope, Rope, Stop, System
+from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, RigidRope, Rope, Stop, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import FORCES, check_force
 
@@ -98,6 +99,11 @@ def _check_kind(x: Any) -> None:
             if x.name == WORLD:
                 raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
             check_inertia(x)
+            if x.added and any(
+                abs(a - b) > UNIT * abs(a)
+                for a, b in zip(chain(*x.added), chain(*zip(*x.added, strict=True)), strict=True)
+            ):
+                raise KernelError(f"body '{x.name}': its added mass must be a symmetric matrix")
             if x.flexible:
                 check_flexible(x.name, x.flexible)
         case Joint():
@@ -111,6 +117,11 @@ def _check_kind(x: Any) -> None:
             if x.mass and abs(sum(line.share for line in x.lines) - 1.0) > SHARED:
                 told = "it has a mass, which its lines share; let their shares add up to 1"
                 raise KernelError(f"rope '{x.name}': {told}")
+        case Drive():
+            if x.wave and not (x.kind == "prescribed" and x.wave.ramp > 0.0):
+                raise KernelError(
+                    f"drive '{x.name}': only a prescribed one follows a wave, with a ramp longer than 0 s"
+                )
         case Stop():
             if x.lower > x.upper:
                 raise KernelError(f"stop '{x.name}': its lower limit {x.lower:g} lies above the upper one, {x.upper:g}")

@@ -185,6 +185,9 @@ RIGIDITY = Dimension("bending stiffness", {"MN m2": _MEGA, "N m2": _ONE, "kN m2"
 MODULUS = Dimension("modulus", {"GPa": _GIGA, "MPa": _MEGA, "Pa": _ONE, "N/mm2": _MEGA})
 SECOND_MOMENT = Dimension("second moment of area", {"m4": _ONE, "cm4": Fraction(1, 100) ** 4})
 RATIO = Dimension("ratio", {"": _ONE, "%": Fraction(1, 100)})
+RESPONSE = Dimension("motion per wave amplitude", {"m/m": _ONE, "": _ONE})
+TURN_RESPONSE = Dimension("angle per wave amplitude", {"deg/m": _DEGREE, "rad/m": _ONE})
+MOMENT_RESPONSE = Dimension("moment per wave amplitude", {"MN m/m": _MEGA, "kN m/m": _KILO, "N m/m": _ONE})
 
 DURATION = Limited(TIME.name, TIME.units, "0.001 ms", "100 days")
 SAMPLING = Limited(FREQUENCY.name, FREQUENCY.units, "0.001 Hz", "10 kHz")
@@ -195,10 +198,11 @@ DIMENSIONS: tuple[Dimension, ...] = (
     *(LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY),
     *(INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, AREA, DENSITY, RATIO),
     *(MASS_PER_LENGTH, ROTARY_INERTIA, RIGIDITY, MODULUS, SECOND_MOMENT),
+    *(RESPONSE, TURN_RESPONSE, MOMENT_RESPONSE),
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Either(Dimension):
     """A dimension that reads two, such as a length of a sliding or an angle of a turning joint."""
 
@@ -249,6 +253,7 @@ Extent = Annotated[float, Quantity(LENGTH, "positive")]
 Gap = Annotated[float, Quantity(LENGTH, "zero")]
 Swing = Annotated[float, Quantity(ANGLE, "positive")]
 Mass = Annotated[float, Quantity(MASS, "positive")]
+AnyMass = Annotated[float, Quantity(MASS, "zero")]
 Force = Annotated[float, Quantity(FORCE, "positive")]
 Moment = Annotated[float, Quantity(MOMENT, "positive")]
 Speed = Annotated[float, Quantity(SPEED, "positive")]
