@@ -194,9 +194,7 @@ class _Copy:
         try:
             fields = msgspec.json.decode(channel.metadata["signals"], type=list[Field])
             names = next((f.columns for f in fields if f.signal == "rope/peak"), [])
-            sent = np.array(
-                [np.frombuffer(message, np.uint8) for message in self._samples]
-            )  # ValueError: of one length
+            sent = np.array([np.frombuffer(x, np.uint8) for x in self._samples])  # ValueError if their lengths differ
             T, when = samples_template(fields).decode(sent, *(field_places(fields)[signal] for signal in PEAKS))
             found = T.argmax(axis=0)
             return {
