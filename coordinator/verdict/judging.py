@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.telling import likewise
@@ -17,7 +18,7 @@ from heavylift.nodes.plan.shapes import untouched
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
 
-from .clearances import LIMIT, clearances
+from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing
 from .history import Past, blocks, history_of
@@ -39,6 +40,8 @@ class Bench:
     findings: list[Finding] = field(default_factory=list)
     not_looked_at: list[str] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
+    smallest: int = SMALLEST
+    mechanics: System | None = None
     limits: LimitTable | None = None
     uses: Sequence[Use] = ()
 
@@ -69,7 +72,8 @@ def _limits(bench: Bench) -> None:
 def _clearances(bench: Bench) -> None:
     """What came too near to what."""
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
-    bench.clearances += clearances(bench.plan, bench.history, limit, landing(bench.plan, bench.conduct))
+    lands = landing(bench.plan, bench.conduct)
+    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics)
     bench.findings += too_near(bench.clearances)
     bench.not_looked_at += untouched(bench.plan)
 
@@ -103,9 +107,12 @@ def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
     return judged_with_uses(plan, history, conduct)[0]
 
 
-def judged_with_uses(plan: Plan, history: Past, conduct: Conduct) -> tuple[Judged, Sequence[Use]]:
-    """The verdict of a run, and the worst of each limit that it is made of."""
-    bench = Bench(plan, history, conduct)
+def judged_with_uses(
+    plan: Plan, history: Past, conduct: Conduct, smallest: int = SMALLEST, mechanics: System | None = None
+) -> tuple[Judged, Sequence[Use]]:
+    """The verdict of a run, and the worst of each limit; `smallest`: clearances that are told though nothing is too
+    near; `mechanics`: those of the plan, if they are known."""
+    bench = Bench(plan, history, conduct, smallest=smallest, mechanics=mechanics)
     for one in JUDGES:
         one(bench)
     findings = [_placed(f, conduct) for f in _in_order(bench.findings)]

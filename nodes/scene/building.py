@@ -177,11 +177,11 @@ def _impossible(source: Source, loaded: LoadedScene) -> list[Fault]:
     scene, built = loaded.scene, loaded.plan
     if not built.lift:
         judged = any(machine.hooks for machine in built.mechanisms)
-        found = overloads(built, loaded.statics, loaded.uses) if judged else []
+        found = overloads(built, loaded.statics) if judged else []
         return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]
     found = start_checks(scene, built) or held_orders(built)
     if not found:
         assert loaded.followed is not None
         found = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
-    found = found or overloads(built, loaded.statics, loaded.uses)
+    found = found or overloads(built, loaded.statics)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from heavylift.kernel.algebra.dense import dot, least_norm, singular_values
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_inertia
 from heavylift.nodes.models.parts.bending import block_body
@@ -39,6 +39,7 @@ def build_block(yard: Yard, block: schema.Block, base: Path = ("block",)) -> pla
                 stools.friction,
                 k if stools.friction else 0.0,
                 d if stools.friction else 0.0,
+                "" if block.on == WORLD else block.on,
             )
             where = yard.source.where((*base, "supports", "at", i))
             pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
@@ -49,7 +50,7 @@ def build_block(yard: Yard, block: schema.Block, base: Path = ("block",)) -> pla
         name=name,
         body=body,
         size=block.size,
-        pose=_resting(block),
+        pose=_resting(block, yard.scene.vessels[block.on].at if block.on in yard.scene.vessels else (0.0, 0.0, 0.0)),
         lugs=tuple(
             plan.Lug(name=lug, p=p, where=yard.source.where((*base, "lugs", lug))) for lug, p in block.lugs.items()
         ),
@@ -85,13 +86,14 @@ def _check_moments(yard: Yard, block: schema.Block, base: Path) -> None:
         yard.source.fault((*base, "inertia"), str(error))
 
 
-def _resting(block: schema.Block) -> tuple[float, float, float, float, float, float, float]:
-    """Pose of the block in equilibrium on its stools: k sum(depth) = weight, with depth = a + b u + c v."""
+def _resting(block: schema.Block, origin: Vector) -> tuple[float, float, float, float, float, float, float]:
+    """Pose of the block in equilibrium on its stools: k sum(depth) = weight, with depth = a + b u + c v; `origin`: from
+    which its place counts."""
     places = [(1.0, u, v) for u, v in block.supports.at]
     total = len(places) * block.supports.settlement
     load = [total, total * block.com[0], total * block.com[1]]
     A = [[dot(p, q) for q in zip(*places, strict=True)] for p in zip(*places, strict=True)]
     a, b, c = least_norm(A, load, SINGULAR * max(singular_values(A)))
-    x, y, z = block.at
+    x, y, z = (p + q for p, q in zip(block.at, origin, strict=True))
     norm = math.sqrt(1 + (b * b + c * c) / 4)
     return (x, y, z - a, -c / 2 / norm, b / 2 / norm, 0.0, 1 / norm)
