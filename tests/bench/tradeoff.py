@@ -53,17 +53,18 @@ def least(kept, n):
     return float(beta.ppf(0.05, kept, n - kept + 1)) if kept else 0.0
 
 
-def told(found):
-    """Rows of all that was judged."""
+def told(found, world):
+    """Rows of all that was judged; of a world of cranes most is not promised."""
+    few, part = ({}, {}) if world else ({"at_most": 0.25}, {"at_least": 0.05})
     promised = [j for j in found if not j.notes]
     kinds = sorted({kind for j in found for kind in j.kinds})
     lifts = {j.seed: j.kinds for j in found}
     row("lifts judged", len(lifts))
-    row("not promised, of all", 1.0 - len(promised) / len(found), at_most=0.1)
+    row("not promised, of all", 1.0 - len(promised) / len(found), **({} if world else {"at_most": 0.1}))
     for kind in kinds:
         mine = [j for j in found if kind in j.kinds]
-        row(f"part of the lifts: {kind}", sum(kind in k for k in lifts.values()) / len(lifts), at_least=0.05)
-        row(f"not promised: {kind}", sum(bool(j.notes) for j in mine) / len(mine), at_most=0.25)
+        row(f"part of the lifts: {kind}", sum(kind in k for k in lifts.values()) / len(lifts), **part)
+        row(f"not promised: {kind}", sum(bool(j.notes) for j in mine) / len(mine), **few)
     for accuracy in ACCURACIES:
         at = [j for j in promised if j.accuracy == accuracy]
         kept = sum(j.worst <= 1.0 for j in at)
@@ -135,7 +136,7 @@ def main():
         print("".join(f"{x}\n" for x in lost), end="", file=sys.stderr)
     if given.keep:
         given.keep.write_bytes(pickle.dumps(found))
-    told(found)
+    told(found, given.world)
 
 
 if __name__ == "__main__":
