@@ -15,24 +15,36 @@ from .points import IDENTITY, Line, Matrix, Point, Vector
 
 __all__ = [
     "Bushing", "Characteristic", "Force", "Load", "Matrix6", "Reeving", "Sheave", "Signal", "Spring", "Torsion",
-    "UserLaw", "Wind",
+    "UserLaw", "Wave", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[float, float, float, float, float, float]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 
 
+class Wave(Struct, frozen=True):
+    """A harmonic r amplitude cos(frequency t + phase) of the run's time t, which begins smoothly: with u = t / ramp, at
+    most 1, r = u^3 (10 - 15 u + 6 u^2).  Rests are those without it.
+    """
+
+    amplitude: float
+    frequency: float  # [rad/s]
+    ramp: float  # [s]
+    phase: float = 0.0  # [rad]
+
+
 class Signal(Struct, frozen=True):
     """A number that changes with time: `value`, or piecewise linear through (times [s], values), or driven.
 
     Before the first and after the last time the end value holds; two equal times are a jump.  `driven`: it starts at
-    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.
+    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.  A `wave` is added to it.
     """
 
     value: float = 1.0
     times: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
     driven: bool = False
+    wave: Wave | None = None
 
 
 class Element(Struct, frozen=True):

@@ -109,7 +109,7 @@ def _bodies(group: str, x: Any, child: dict[str, str], ropes: dict[str, list[str
         case "ropes" | "rigid_ropes":
             found = ropes[x.name]
         case "supports":
-            found = [x.point.body]
+            found = [p.body for p in x.points]
         case "forces":
             found = [p.body for p in x.points] + ([child[x.along[0]]] if x.along else [])
         case "contacts":

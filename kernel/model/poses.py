@@ -6,6 +6,8 @@ winches may follow measured ones as well.  A reference is a profile plus f(s) = 
 
 from __future__ import annotations
 
+from operator import add
+
 import numpy as np
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross
@@ -31,6 +33,8 @@ def prescribe_joints(x: Evaluation) -> None:
     for d in x.program.system.drives:
         if d.kind == "prescribed":
             x.references[d.name] = x.reference(d.name)
+            if d.wave:
+                x.references[d.name] = tuple(map(add, x.references[d.name], x.wave(d.name)))
             i, k = x.program.driven(d)
             x.q[i], x.v[k], _ = x.references[d.name]
 

@@ -64,13 +64,14 @@ Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValid
 
 
 class Body(Base):
-    """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz.
+    """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz; no mass at all where
+    what it carries has some.
 
     `box`: it has the moments of a uniform box of these edges, and is drawn as one.  `beam` or `matrices` make it
     flexible; mass, com and inertia are then what sits rigidly in its frame.
     """
 
-    mass: u.Mass | None = None
+    mass: u.AnyMass | None = None
     com: Place = (0.0, 0.0, 0.0)
     inertia: Moments = (0.0, 0.0, 0.0)
     box: tuple[u.Extent, u.Extent, u.Extent] | None = None
