@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 import msgspec
 import numpy as np
 from heavylift.kernel.description.mechanics import assembled
-from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
 from heavylift.kernel.islands.choice import simulate
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.model.switching import StateEvent as Switched
@@ -36,6 +36,7 @@ from .sampling import Sampling
 __all__ = ["KernelConfig", "KernelNode"]
 
 BATCH = 256  # samples in one message, but for those of a rest, which are one row
+FEW = 16  # rows of one lift alone that are worth a message
 SILENT = 2**30  # microstep of silent tags
 
 
@@ -193,7 +194,7 @@ class KernelNode:
             self.simulation.settle()
             last = rows[-1][1] if rows else self.simulation.shown(at)  # islands that stood there are on record already
             rows[:] = [*(row for row in rows[:-1] if row[0] < end.t), (end.t - 1, last)]
-        self._flush()
+        self._flush(1)
         return ""
 
     def snapshot(self) -> bytes:
@@ -222,8 +223,10 @@ class KernelNode:
             if not self._told:  # a model may answer it
                 self._ran = min(until.t, self._sampling.next_ns)
                 self.simulation.run(self._ran, self._pause)
-        finally:
-            self._flush()  # what came before an error, too
+        except HeavyliftError:
+            self._flush(1)  # what came before an error, too
+            raise
+        self._flush()
         self.foretell()
 
     def foretell(self) -> None:
@@ -236,8 +239,8 @@ class KernelNode:
         if len(self.simulation.rows) >= BATCH:
             self._flush()
 
-    def _flush(self) -> None:
-        """Batches begin where steps or grants end, which a successor repeats."""
+    def _flush(self, least: int = FEW) -> None:
+        """Batches begin where steps or grants end, which a successor repeats; `least` rows of one lift are sent."""
         rows, notes = self.simulation.rows, self.simulation.notes
         while ready := bisect_left(rows, self._before, key=lambda row: row[0]):
             same = next((i for i in range(1, ready) if rows[i][1] is not rows[0][1]), ready)
@@ -246,7 +249,7 @@ class KernelNode:
             self._batch(some, [(number, *notes[number]) for number in range(self._noted, len(notes))])
             self._sent, self._noted = self._sent + len(some), len(notes)
         for lift in self.simulation.lifts:
-            if lift.rows:
+            if len(lift.rows) >= least:
                 self._flush_apart(lift)
 
     def _flush_apart(self, lift: OwnRows) -> None:

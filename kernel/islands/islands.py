@@ -81,6 +81,7 @@ class Islands(Commanded):
         self.order = CallOrder()
         self._stopped: list[Island] = []  # those that stand at the epoch
         self._pause: Callable[[], None] = lambda: None
+        self._due = 0  # when to look for samples again [ns]
         self._soonest: tuple[int, list[Island]] | None = None  # when something happens next, and events of whom
         self._cut(loose_ropes(self.system, ties))
         self.lifts = [LiftRows(name, self._method_of(own)) for name, own in untied(self.system, lifts or {}).items()]
@@ -188,7 +189,8 @@ class Islands(Commanded):
             if not behind:
                 return end
             refused = all(p.refused for p in behind)
-            for p in behind:
+            soon = end + self._sample_ns  # who would be behind then goes on with them, as one call costs less than two
+            for p in behind if refused else [p for p in self.parts if p.due <= soon and not p.firing]:
                 if refused or not p.refused:
                     p.extend(end, SPAN * self._sample_ns, pause)
             self._soonest = None
@@ -196,10 +198,12 @@ class Islands(Commanded):
     def _reach(self, t_ns: int) -> None:
         """Nothing unknown happens before this time."""
         self.reached = t_ns
-        for p in self.parts:
-            if p.marks:
-                p.forget(self.reached)
-        self._collect()
+        if t_ns >= self._due or self._stopped:
+            for p in self.parts:
+                if p.marks:
+                    p.forget(t_ns)
+            self._collect()
+            self._due = t_ns + self._sample_ns
 
     def _collect(self) -> None:
         """Samples, log and notes of the islands become those of all, in the order of time."""

@@ -181,6 +181,8 @@ def news(parts: Sequence[Island], until_ns: int) -> tuple[list[tuple[int, StateE
     notes: list[Note] = []
     for k, p in enumerate(parts):
         entries, noted = p.told
+        if len(p.log) == entries and len(p.notes) == noted:
+            continue
         log += [(t, k, e) for t, e in p.log[entries:]]
         fresh = [note for note in p.notes[noted:] if note.t_ns <= until_ns]
         notes += fresh
