@@ -71,13 +71,13 @@ class KernelNode:
             config.tensions_only,
             config.lifts,
         )
-        self._apart = dict.fromkeys((lift.name for lift in self.simulation.lifts), 0)  # rows sent of each lift alone
+        self._apart = dict.fromkeys((lift.name for lift in self.simulation.alone), 0)  # rows sent of each lift alone
         self._sampling = Sampling(config.listening, self.simulation.program)
         self.lookahead |= self._sampling.lookahead
 
     def layout(self) -> bytes:
         """The channels of a sample, as the recording wants them."""
-        lifts = {lift.name: {"channels": _columns(lift.method)} for lift in self.simulation.lifts}
+        lifts = {lift.name: {"channels": _columns(lift.method)} for lift in self.simulation.alone}
         whole: dict[str, object] = {"channels": _columns(self.simulation.method)}
         return msgspec.msgpack.encode(whole | ({"lifts": lifts} if lifts else {}))
 
@@ -186,7 +186,7 @@ class KernelNode:
         """Samples up to the end of the run, and one at it if it is yet to come; the kernel waits for nothing."""
         rows, self._before = self.simulation.rows, end.t
         rows[:] = [row for row in rows if row[0] < end.t]
-        for lift in self.simulation.lifts:
+        for lift in self.simulation.alone:
             lift.rows[:] = [row for row in lift.rows if row[0] < end.t]
         if (present := self.simulation.present_ns) <= end.t:  # else the run is broken off behind what was worked ahead
             at = max(end.t - 1, present)  # a step that ends with the run may be history
@@ -200,8 +200,7 @@ class KernelNode:
     def snapshot(self) -> bytes:
         """The simulation's, and what was said and sent."""
         said = self._sent, self._noted, self._last, self._spoke, self._told, self._most, self._sampling.done, self._ran
-        said = (*said, self._apart)
-        return frozen((self.simulation.snapshot(), said))
+        return frozen((self.simulation.snapshot(), said, self._apart))
 
     @property
     def said(self) -> tuple[int, int, np.ndarray]:
@@ -210,9 +209,8 @@ class KernelNode:
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot of a kernel of the same config."""
-        simulation, said = thawed(snapshot)
+        simulation, said, self._apart = thawed(snapshot)
         self.simulation.restore(simulation)
-        (*said, self._apart) = said
         self._sent, self._noted, self._last, self._spoke, self._told, self._most, self._sampling.done, self._ran = said
         self._offer = None
 
@@ -248,7 +246,7 @@ class KernelNode:
             some, rows[:] = rows[:n], rows[n:]
             self._batch(some, [(number, *notes[number]) for number in range(self._noted, len(notes))])
             self._sent, self._noted = self._sent + len(some), len(notes)
-        for lift in self.simulation.lifts:
+        for lift in self.simulation.alone:
             if len(lift.rows) >= least:
                 self._flush_apart(lift)
 

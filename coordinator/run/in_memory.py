@@ -53,7 +53,8 @@ CUT = "cut after"
 @dataclass(frozen=True)
 class Played:
     """A run: the columns of a sample, times (n,) [ns] and rows (n, width); events in total order; the rope lines that
-    hang from when on [ns]; `apart`: times and rows of one lift alone, by its name; what the kernel has to say, and when [ns]; its end [ns]; what the action list still waited
+    hang from when on [ns]; `apart`: times and rows of one lift alone, by its name; what the
+    kernel has to say, and when [ns]; its end [ns]; what the action list still waited
     for; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
 
     plan: Plan

@@ -12,8 +12,8 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.methods.small_motions import still_below
 from heavylift.kernel.simulation.call_order import STOPPED
-from heavylift.kernel.simulation.native.sample_row import labels
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
+from heavylift.kernel.simulation.native.sample_row import labels
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.kernel.simulation.snapshots import Snapshot, back, kept, mark
 
@@ -91,7 +91,8 @@ class Island(Simulation):
 
     def _look(self) -> None:
         """When something happens next [ns], as far as is known, whether that is an event, where its last step began."""
-        self.due, self.firing, self._resting = self.next_ns, self.event, None
+        self.due, self.firing = self.next_ns, self.event
+        self._resting: np.ndarray | None = None
         self.began = self.present_ns
 
     def extend(self, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:

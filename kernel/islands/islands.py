@@ -1,10 +1,8 @@
 """Islands that nothing ties together are solved apart: each takes its own steps, and one that rests takes none.
 
-Each runs ahead of the others for a span of time, and keeps the way back: an event of one may lead to a command for
-another at that instant, which then goes back and stops there (Jefferson, Virtual time, ACM TOPLAS 7, 1985).  Steps depend
-on the history of an island alone, so nothing that is seen depends on spans or turns; an event costs what its own island
-costs, however many there are.  A command stops the island that it is meant for, not the others: what is shown with it at
-that instant is read from their dense output.
+Each runs ahead of the others (see `running_ahead`), and an event costs what its own island costs, however many there are.
+Steps depend on the history of an island alone, so nothing that is seen depends on spans or turns.  A command stops the
+island that it is meant for, not the others: what is shown with it is read from their dense output.
 
 A rope that is hooked between two islands makes them one; when it is taken off, and a part rests by then, the island is
 cut again once that pays (see `island.Rent`).
@@ -17,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.description.mechanics import System, Vector
-from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.model.checks import accepted, check_description
@@ -34,7 +31,6 @@ from heavylift.kernel.simulation.call_order import (
     check_time,
     passed_by,
 )
-from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.commands import Commands
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.simulation import FOREVER_NS
@@ -42,16 +38,15 @@ from heavylift.kernel.simulation.snapshots import Snapshot, copied, foreign, rea
 
 from .components import islands_of, loose_ropes
 from .island import Island, inherit
-from .sample_merge import Joining, LiftRows, news, untied
+from .running_ahead import SPAN, RunningAhead
+from .sample_merge import Joining, LiftRows, untied
 
 __all__ = ["Islands"]
-
-SPAN = 64  # periods of samples that islands run ahead of each other at most
 
 KEPT = {"": ("rows", "notes", "epoch", "reached"), "order": ("phase",), "samples": ("number", "struck")}
 
 
-class Islands(Commanded):
+class Islands(RunningAhead):
     """The face of a `Simulation` for a system of several islands; arguments as there and of `choice.simulate`."""
 
     def __init__(
@@ -69,24 +64,20 @@ class Islands(Commanded):
         found = choose(options.get("method", "dopri5"), self.program, options.get("tensions_only", False))
         self.method = Stepping(self.program, found, control_of(found, options.get("step"), self.program))
         self._options = {"tolerance": tolerance, "sample_ns": sample_ns, **options}
-        self.subscribed, self._sample_ns = subscribed, sample_ns
-        self.parts: list[Island] = []
+        super().__init__(subscribed, sample_ns)
         self.loose: frozenset[str] = frozenset()  # ropes that tie nothing now
         self.samples = Joining(self.program, sample_ns)
-        self.rows: list[tuple[int, np.ndarray]] = []
-        self.log: list[tuple[int, StateEvent]] = []
-        self.notes: list[Note] = []
-        self.epoch = 0  # [ns] of the last event or command of any island
-        self.reached = 0  # [ns] by all islands
         self.order = CallOrder()
-        self._stopped: list[Island] = []  # those that stand at the epoch
-        self._pause: Callable[[], None] = lambda: None
-        self._due = 0  # when to look for samples again [ns]
-        self._soonest: tuple[int, list[Island]] | None = None  # when something happens next, and events of whom
+        self.lifts: list[LiftRows] = []
         self._cut(loose_ropes(self.system, ties))
         self.lifts = [LiftRows(name, self._method_of(own)) for name, own in untied(self.system, lifts or {}).items()]
         for lift in self.lifts:
             lift.cut(self.parts, self.loose)
+
+    @property
+    def alone(self) -> list[LiftRows]:
+        """Lifts whose events leave rows of their own."""
+        return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
         """That of the island which is all of a system, or one for its rows alone."""
@@ -127,28 +118,6 @@ class Islands(Commanded):
         self._collect()
 
     @property
-    def _next(self) -> tuple[int, list[Island]]:
-        """Time of the first located event or end of a tentative step, and the islands with an event then."""
-        if self._soonest is None:
-            now = min([p.due for p in self.parts])
-            self._soonest = now, [p for p in self.parts if p.firing and p.due == now]
-        return self._soonest
-
-    @property
-    def next_ns(self) -> int:
-        """Time of the first located event or end of a tentative step; FOREVER_NS if nothing moves any more."""
-        return self._next[0]
-
-    @property
-    def event(self) -> bool:
-        """Whether `next_ns` is an event that somebody subscribed to."""
-        return any(p.tells(self.subscribed) for p in self._firing)
-
-    @property
-    def _firing(self) -> list[Island]:
-        return self._next[1]
-
-    @property
     def present_ns(self) -> int:
         """First time at which commands can still be given."""
         for p in self.parts:
@@ -178,46 +147,8 @@ class Islands(Commanded):
                 self.fire()
                 self.settle()
                 self.order.phase = GOING
-            elif end >= until_ns or self._firing and self.next_ns == end or self.next_ns >= FOREVER_NS:
+            elif end >= until_ns or (self._firing and self.next_ns == end) or self.next_ns >= FOREVER_NS:
                 return
-
-    def _run_to(self, until_ns: int, pause: Callable[[], None]) -> int:
-        """All islands up to a time, or to the first event by then; when that is [ns]."""
-        while True:
-            end = min([until_ns, *(p.due for p in self.parts if p.firing)])
-            behind = [p for p in self.parts if p.due <= end and not p.firing]
-            if not behind:
-                return end
-            refused = all(p.refused for p in behind)
-            soon = end + self._sample_ns  # who would be behind then goes on with them, as one call costs less than two
-            for p in behind if refused else [p for p in self.parts if p.due <= soon and not p.firing]:
-                if refused or not p.refused:
-                    p.extend(end, SPAN * self._sample_ns, pause)
-            self._soonest = None
-
-    def _reach(self, t_ns: int) -> None:
-        """Nothing unknown happens before this time."""
-        self.reached = t_ns
-        if t_ns >= self._due or self._stopped:
-            for p in self.parts:
-                if p.marks:
-                    p.forget(t_ns)
-            self._collect()
-            self._due = t_ns + self._sample_ns
-
-    def _collect(self) -> None:
-        """Samples, log and notes of the islands become those of all, in the order of time."""
-        log, notes = news(self.parts, self.reached)
-        self.log += log
-        self.notes += notes
-        end = min(self.reached, *(self.epoch if p in self._stopped else p.history for p in self.parts)) + 1
-        more = self.samples.next_ns < end or any(p.recorder.rested for p in self._stopped)
-        while more:
-            more = any([p.recorder.unroll(self.samples.next_ns) for p in self.parts])
-            self.rows += self.samples.take([p.rows for p in self.parts], [p.resting for p in self.parts], end)
-            if more:
-                self._pause()
-        self.rows += self.samples.ready()
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
         """See `Simulation.foretold`."""
@@ -263,12 +194,6 @@ class Islands(Commanded):
             raise passed_by(t_ns, self.next_ns, [name for p in self._firing for name in p.events.names])
         self.epoch, self._stopped = t_ns, []
         self.order.phase = PAUSED
-
-    def _stand(self, parts: Collection[Island]) -> None:
-        """These have come to stand somewhere else."""
-        for p in parts:
-            p.stand()
-        self._soonest = None
 
     def settle(self) -> None:
         """After events and commands; if nothing was commanded, all islands stop here: the end of a run."""
@@ -355,7 +280,7 @@ class Islands(Commanded):
             "parts": parts,
             "loose": sorted(self.loose),
             "common": copied(read(self, KEPT)),
-            "lifts": copied([lift.rows for lift in self.lifts]),
+            "lifts": [list(lift.rows) for lift in self.lifts],
         }
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -373,6 +298,6 @@ class Islands(Commanded):
             p.told = len(p.log), len(p.notes)
             p.stand()
         write(self, copied(snapshot["common"]))
-        for lift, rows in zip(self.lifts, copied(snapshot["lifts"]), strict=True):
+        for lift, rows in zip(self.lifts, snapshot["lifts"], strict=True):
             lift.rows[:] = rows
         self._stopped, self._soonest = [], None

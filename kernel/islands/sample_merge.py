@@ -92,7 +92,7 @@ class Merge:
 
 
 class LiftRows(Merge):
-    """What events and commands have changed in one of several lifts: `rows` of its own columns, which `method` shows."""
+    """What events and commands change in one of several lifts: `rows` of its own columns, which `method` shows."""
 
     def __init__(self, name: str, method: Stepping) -> None:
         super().__init__(method.program)
@@ -143,8 +143,7 @@ class Joining(Merge):
         return self.number * self._period
 
     def take(self, samples: Sequence[Rows], resting: Sequence[np.ndarray | None], end_ns: int) -> Rows:
-        """Rows before a time that are complete; taken from `samples` of each island, and from the row in which it rests,
-        if so."""
+        """Complete rows before a time; from `samples` of each island, and from the row in which it rests, if so."""
         out: Rows = []
         for rows in samples:
             while rows and rows[0][0] < self.next_ns:  # of steps that were taken again

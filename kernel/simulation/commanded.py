@@ -27,8 +27,10 @@ class OwnRows(Protocol):
 class Commanded(ABC):
     """Whoever takes commands; each raises KernelError for a name that nobody bears, and out of turn."""
 
-    lifts: Sequence[OwnRows] = ()
-    """Those whose events leave rows of their own; without any all rows are of all."""
+    @property
+    def alone(self) -> Sequence[OwnRows]:
+        """Lifts whose events leave rows of their own; without any all rows are of all."""
+        return ()
 
     @abstractmethod
     def _addressed(self, what: str, kind: str, name: str) -> Commands:

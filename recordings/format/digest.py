@@ -2,8 +2,9 @@
 
 Events are the ones on the ports of coupled models, keyed (t, microstep, source path, port, index), with
 type and canonical bytes; rows are keyed by their number and are what stands in the file, the numbers of `/samples`
-and then those of `/poses` (of one lift alone those of `/samples/NAME` and `/poses/NAME`), notes are those of `/log`, so that a reader can compute the digest again.  The order in
-which they are added does not matter: events are sorted at the end, a row is hashed at once and only its hash is kept.
+and then those of `/poses` (of one lift alone those of `/samples/NAME` and `/poses/NAME`), notes are those of `/log`, so
+that a reader can compute the digest again.  The order in which they are added does not matter: events are sorted at
+the end, a row is hashed at once and only its hash is kept.
 Their number stands first in what is hashed, so they wait for the end: what comes in order, as all of a run does, in a
 temporary file once it is much.  Attachments, facts and whatever is derived from samples (verdicts, clearances,
 collisions) stay outside; no message holds a file name or a line (DIGEST.md has the table).

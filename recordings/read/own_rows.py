@@ -20,7 +20,7 @@ __all__ = ["with_own_rows"]
 
 
 def with_own_rows(rec: Recording, signal: Signal) -> Signal:
-    """Columns of a signal, if they are of one lift with its own rows among those of all; at one time these come last."""
+    """Columns of a signal, those of one lift with its own rows among those of all; at one time these come last."""
     for topic in rec.topics.values():
         with rec.reading():
             found = _form(topic.name, topic.metadata, signal)
