@@ -5,7 +5,8 @@
     rec["block"].pose, rec["rope/tension/west.*"]            # as people ask; see READING.md
 
 `pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples` or, as measured at
-a real machine, of `/measured` at times of its own; only what is asked for is read.
+a real machine, of `/measured` at times of its own; only what is asked for is read.  Columns of one lift among several
+come with the rows of that lift alone.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from numpy.typing import NDArray
 from .container import LIMIT, Container, Raw, Topic
 from .decoding import Form, Rows, decoded
 from .notebook import drawing, recording_html
+from .own_rows import with_own_rows
 from .part import Part, chosen
 from .signal import Signal, only
 
@@ -163,7 +165,7 @@ class Recording:
             found.setdefault(signal, []).append(column)
         if len(found) == 1:
             ((signal, columns),) = found.items()
-            return only(self.signal(signal), columns)
+            return with_own_rows(self, only(self.signal(signal), columns))
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:
