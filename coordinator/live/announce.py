@@ -10,6 +10,7 @@ import fcntl
 import os
 import time
 from collections.abc import Iterator, Mapping
+from io import FileIO
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -63,14 +64,14 @@ class Announcement:
             run, scene, str(recording.absolute()) if recording else "", os.getpid(), time.time(), plain, angles
         )
         fresh = directory / (NAME + ".new")
-        self._file = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        self._file = FileIO(fresh, "w", opener=lambda name, flags: os.open(name, flags, 0o600))
         fcntl.flock(self._file, fcntl.LOCK_EX)
-        os.write(self._file, msgspec.json.encode(notice))
+        self._file.write(msgspec.json.encode(notice))
         os.replace(fresh, directory / NAME)  # whole and locked from the first look on
 
     def close(self) -> None:
         """The run is over."""
-        os.close(self._file)
+        self._file.close()
 
     def __enter__(self) -> Self:
         return self

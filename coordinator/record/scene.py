@@ -282,7 +282,7 @@ def supports(plan: Plan) -> list[dict[str, object]]:
     """Where bodies can stand: name, body, point of it, height of the pad [m]."""
     found = [pad.support for pad in plan.block.pads] if plan.block else []
     found += [support for mechanism in plan.mechanisms for support in mechanism.system.supports]
-    return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height} for s in found]
+    return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
 
 
 ROPES = ("rope tension", "sling tension")  # limits of one rope at rest

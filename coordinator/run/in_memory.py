@@ -30,6 +30,7 @@ from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
+from heavylift.kernel.description.mechanics import System, assembled
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.simulation.commanded import OwnRows
 from heavylift.kernel.simulation.native.samples import published
@@ -52,12 +53,13 @@ CUT = "cut after"
 
 @dataclass(frozen=True)
 class Played:
-    """A run: the columns of a sample, times (n,) [ns] and rows (n, width); events in total order; the rope lines that
-    hang from when on [ns]; `apart`: times and rows of one lift alone, by its name; what the
-    kernel has to say, and when [ns]; its end [ns]; what the action list still waited
-    for; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
+    """A run of a plan and its mechanics: the columns of a sample, times (n,) [ns] and rows (n, width); events in
+    total order; the rope lines that hang from when on [ns]; `apart`: times and rows of one lift alone, by its name;
+    what the kernel has to say, and when [ns]; its end [ns]; what the action list still waited for; GRANTs; seconds before
+    it (of CPU time `start_s`) and in it."""
 
     plan: Plan
+    mechanics: System
     layout: SampleLayout
     times: NDArray[np.int64]
     rows: NDArray[np.float64]
@@ -127,9 +129,13 @@ class Played:
     @cached_property
     def judged(self) -> tuple[Judged, Sequence[Use]]:
         """The verdict, and the worst of each limit."""
+        return self.judging()
+
+    def judging(self, **options: int) -> tuple[Judged, Sequence[Use]]:
+        """The same, with options of `judged_with_uses`."""
         from heavylift.coordinator.verdict.judging import judged_with_uses  # with the library of collisions
 
-        return judged_with_uses(self.plan, self.past, self.conduct)
+        return judged_with_uses(self.plan, self.past, self.conduct, mechanics=self.mechanics, **options)
 
     @cached_property
     def past(self) -> Collector:
@@ -226,6 +232,7 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
     times, rows = kernel.table()
     return Played(
         plan,
+        assembled(config.systems, config.gravity),
         msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout),
         times,
         rows,

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from io import FileIO
 from pathlib import Path
 from struct import Struct
 from typing import Self
@@ -43,7 +44,7 @@ class Journal:
         self.extend((entry,))
         if sync:
             try:
-                os.fsync(self._file)
+                os.fsync(self._file.fileno())
             except OSError as error:
                 raise self._refused(error) from None
 
@@ -63,14 +64,12 @@ class Journal:
             os.replace(fresh, self.path)
         except OSError as error:
             raise self._refused(error) from None
-        os.close(self._file)
-        self._file = file
+        self._file, before = file, self._file  # at once: a signal may end the run before the next line
+        before.close()
 
     def close(self) -> None:
         """Write no more; the file stays."""
-        if self._file >= 0:
-            os.close(self._file)
-            self._file = -1
+        self._file.close()
 
     def delete(self) -> None:
         """The ordered end: nobody needs it any more."""
@@ -127,14 +126,14 @@ class Follower:
         self.close()
 
 
-def _new(path: Path, how: int = os.O_TRUNC) -> int:
-    return os.open(path, os.O_WRONLY | os.O_CREAT | how | os.O_APPEND | os.O_CLOEXEC, 0o600)
+def _new(path: Path, how: int = os.O_TRUNC) -> FileIO:
+    return FileIO(path, "ab", opener=lambda name, flags: os.open(name, flags | how, 0o600))
 
 
-def _write(file: int, data: bytes) -> None:
-    written = os.write(file, data)
+def _write(file: FileIO, data: bytes) -> None:
+    written = file.write(data)
     while written < len(data):  # a full disk says so at the next write
-        written += os.write(file, data[written:])
+        written += file.write(data[written:])
 
 
 def _framed(entry: bytes) -> bytes:

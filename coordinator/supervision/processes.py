@@ -20,6 +20,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from io import FileIO
 from queue import SimpleQueue
 from typing import IO, Self
 
@@ -60,9 +61,10 @@ class Processes:
         self._commands: dict[str, Sequence[str]] = {}
         self._change = threading.Condition()
         self._threads: list[threading.Thread] = []
-        self._life_line, self._life = os.pipe()
+        life_line, life = os.pipe()
+        self._life_line, self._life = FileIO(life_line), FileIO(life, "w")
         modules = ["heavylift.coordinator.transport.link", *preload]
-        self._command = python("keep", modules, not fork, self._life_line, str(self.directory.path))
+        self._command = python("keep", modules, not fork, life_line, str(self.directory.path))
         try:
             self._launch()
             self.directory.make()  # the keeper knows of it already, and so nobody leaves it behind
@@ -82,7 +84,7 @@ class Processes:
                     stdin=pipe,
                     stdout=pipe,
                     stderr=errors,
-                    pass_fds=(self._life_line,),
+                    pass_fds=(self._life_line.fileno(),),
                     start_new_session=True,
                     env={**ONE_THREAD, **os.environ, **SEED},
                 )
@@ -234,15 +236,14 @@ class Processes:
 
     def end(self, grace: float = GRACE_s) -> None:
         """End all; no process and no directory is left."""
-        if self._life < 0:
+        if self._life.closed:
             return
         self.stop(grace)
         self.directory.remove()
         self.give_up("the run is over")
         self._end_group()
-        os.close(self._life_line)
-        os.close(self._life)
-        self._life = -1
+        self._life_line.close()
+        self._life.close()
 
     def _end_group(self) -> None:
         """Kill the keeper and all that it has started; nothing of it is heard afterwards."""

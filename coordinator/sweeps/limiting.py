@@ -211,7 +211,7 @@ def _bar(task: Task, settings: tuple[str, ...], good: Row, bad: Row) -> float | 
     plan = parse(task.text, task.name, (*task.settings, *settings), passing=True).plan
     rich, tight = richer(plan), tighter(plan)[-1:]
     try:
-        uses = [judged_uses(play(one, task.limit_s))[name].use for one in (*tight, *([rich] if rich else []))]
+        uses = [judged_uses(play(one, task.limit_s).uses)[name].use for one in (*tight, *([rich] if rich else []))]
     except (HeavyliftError, KeyError):
         return None
     steps = [good[f"use/{name}"], *uses]

@@ -10,6 +10,7 @@ import os
 import platform
 import tempfile
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -87,10 +88,10 @@ def _numbers(run: Played, judged: bool) -> Row:
     row |= {f"stage/{name} [s]": end - t for (name, t), end in zip(stages, ends, strict=False)}
     row["off-lead [deg]"] = _off_lead(run)
     if judged:
-        verdict = run.verdict
+        verdict, found = run.judging(smallest=1)
         row |= {"verdict": verdict.line, "status": "red" if verdict.red else "done"}
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
-        uses = judged_uses(run)
+        uses = judged_uses(found)
         row |= {f"use/{name}": x.use for name, x in uses.items()}
         loads = [(x.use, name) for name, x in uses.items() if x.limit.quantity not in PLACES]
         row |= {"use": np.nan, "limit": ""}
@@ -100,9 +101,9 @@ def _numbers(run: Played, judged: bool) -> Row:
     return row
 
 
-def judged_uses(run: Played) -> dict[str, Use]:
+def judged_uses(uses: Sequence[Use]) -> dict[str, Use]:
     """The worst of each limit that is judged, by its name."""
-    return {f"{x.limit.subject} {x.limit.quantity}": x for x in run.uses if x.use is not None}
+    return {f"{x.limit.subject} {x.limit.quantity}": x for x in uses if x.use is not None}
 
 
 def _off_lead(run: Played) -> float:

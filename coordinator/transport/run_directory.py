@@ -75,9 +75,9 @@ class RunDirectory:
     def remove(self) -> None:
         """Delete the directory and all in it."""
         self._removal()
-        if self._lock >= 0:
-            os.close(self._lock)
-            self._lock = -1
+        lock, self._lock = self._lock, -1  # before it is closed: what a signal interrupts may come here again
+        if lock >= 0:
+            os.close(lock)
 
 
 def _remove(path: Path, maker: int) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.models import system
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.plan import Plan
@@ -25,7 +26,7 @@ from .rotating import matrices
 from .steps import Minimum
 from .stretches import whole
 
-__all__ = ["LIMIT", "clearances", "findings"]
+__all__ = ["LIMIT", "SMALLEST", "clearances", "findings"]
 
 Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are told
@@ -36,15 +37,22 @@ ORDER: tuple[Kind, ...] = (
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
 
-def clearances(plan: Plan, history: Past, limit: float = LIMIT, landing: Spans = ()) -> list[Clearance]:
-    """All that are below their limit and, if those are fewer, the smallest ten; smallest first.
+def clearances(
+    plan: Plan,
+    history: Past,
+    limit: float = LIMIT,
+    landing: Spans = (),
+    smallest: int = SMALLEST,
+    mechanics: System | None = None,
+) -> list[Clearance]:
+    """All that are below their limit and, if those are fewer, the smallest ones, so many; smallest first.
 
-    `landing`: from when to when [s] orders to land are carried out.
+    `landing`: from when to when [s] orders to land are carried out; `mechanics`: those of the plan, if they are known.
     """
-    known, nearest = Known(SMALLEST, limit), dict[int, Clearance]()
+    known, nearest = Known(smallest, limit), dict[int, Clearance]()
     things, ground = _Things(plan, limit), Ground(plan, limit)
     lowest: dict[tuple[str, bool], Clearance] = {}
-    joints = system(plan).joints if plan.cranes else ()
+    joints = (mechanics or system(plan)).joints if plan.cranes else ()
     for part, between in thinned(history):
         ground.survey(part, between)
     ground.settle(landing)
@@ -66,7 +74,7 @@ def clearances(plan: Plan, history: Past, limit: float = LIMIT, landing: Spans =
             lowest[x.shape.shape.thing, sunk] = _lowest(x)
     told = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
     told = sorted([*told, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
-    return [c for i, c in enumerate(told) if i < SMALLEST or _red(c)]
+    return [c for i, c in enumerate(told) if i < smallest or _red(c)]
 
 
 def findings(found: Sequence[Clearance]) -> list[Finding]:

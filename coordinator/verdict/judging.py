@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import msgspec
+import numpy as np
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.telling import likewise
@@ -16,7 +18,7 @@ from heavylift.nodes.plan.shapes import untouched
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
 
-from .clearances import LIMIT, clearances
+from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing
 from .history import Past, blocks, history_of
@@ -38,6 +40,8 @@ class Bench:
     findings: list[Finding] = field(default_factory=list)
     not_looked_at: list[str] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
+    smallest: int = SMALLEST
+    mechanics: System | None = None
     limits: LimitTable | None = None
     uses: Sequence[Use] = ()
 
@@ -68,9 +72,24 @@ def _limits(bench: Bench) -> None:
 def _clearances(bench: Bench) -> None:
     """What came too near to what."""
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
-    bench.clearances += clearances(bench.plan, bench.history, limit, landing(bench.plan, bench.conduct))
+    lands = landing(bench.plan, bench.conduct)
+    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics)
     bench.findings += too_near(bench.clearances)
     bench.not_looked_at += untouched(bench.plan)
+
+
+def _bending(bench: Bench) -> None:
+    """How far each flexible block is bent where that is sampled."""
+    most: dict[str, tuple[float, str, float]] = {}
+    for part in blocks(bench.history):
+        for along in (name for name in part.bent if name.endswith(".x") and len(part.t)):
+            place = along.removesuffix(".x")
+            size = np.sqrt(sum(part.bent[f"{place}.{axis}"] ** 2 for axis in "xyz"))
+            (body, _, word), i = place.partition("."), int(np.argmax(size))
+            most[body] = max(most.get(body, (-1.0, "", 0.0)), (float(size[i]), word, float(part.t[i])))
+    for body, (largest, place, t) in most.items():
+        told = f"{body} bends most at {place}, by {1e3 * largest:.3g} mm"
+        bench.findings.append(Finding(severity="note", kind="bending", subject=body, sentence=told, t=t))
 
 
 def _conduct(bench: Bench) -> None:
@@ -79,8 +98,24 @@ def _conduct(bench: Bench) -> None:
     bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
 
+def _edges(bench: Bench) -> None:
+    """What edges bear at most of each rope, and where."""
+    most: dict[str, tuple[float, float, float]] = {}
+    for part in blocks(bench.history):
+        for name, force in part.borne.items():
+            k = int(force.argmax()) if len(force) else 0
+            if len(force) and force[k] > most.get(name, (0.0,))[0]:
+                most[name] = float(force[k]), float(part.places[name][k]), float(part.t[k])
+    for name, (force_N, place, t) in most.items():
+        rope, _, edge = name.rpartition(".")
+        told = f"the edge {edge} bears {force_N / 1e3:.1f} kN of {rope}, {place:.2f} m along it"
+        bench.findings.append(
+            Finding(severity="note", kind="edge", subject=name, sentence=told, t=t, value=force_N, unit="N")
+        )
+
+
 Judge = Callable[[Bench], None]
-JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _conduct)
+JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _bending, _conduct, _edges)
 
 
 def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
@@ -88,9 +123,12 @@ def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
     return judged_with_uses(plan, history, conduct)[0]
 
 
-def judged_with_uses(plan: Plan, history: Past, conduct: Conduct) -> tuple[Judged, Sequence[Use]]:
-    """The verdict of a run, and the worst of each limit that it is made of."""
-    bench = Bench(plan, history, conduct)
+def judged_with_uses(
+    plan: Plan, history: Past, conduct: Conduct, smallest: int = SMALLEST, mechanics: System | None = None
+) -> tuple[Judged, Sequence[Use]]:
+    """The verdict of a run, and the worst of each limit; `smallest`: clearances that are told though nothing is too
+    near; `mechanics`: those of the plan, if they are known."""
+    bench = Bench(plan, history, conduct, smallest=smallest, mechanics=mechanics)
     for one in JUDGES:
         one(bench)
     findings = [_placed(f, conduct) for f in _in_order(bench.findings)]

@@ -40,7 +40,14 @@ class Poses:
         self._given, self._tail, self._found = np.zeros(n), np.zeros(1), np.zeros(n)  # of `solve`
         self._solve = simulation.native.bound("solve_tangent", self._M, self._given, self._tail, self._found)
         self._y, self._f = (simulation.native.part(name) for name in ("y", "f"))
-        self._columns = np.zeros((p.nv, 4))  # see `tangent_stiffness`
+        nv = p.nv
+        self._columns, self._J = np.zeros((nv, 4)), np.zeros((nv, nv + 1))  # see `tangent_stiffness`
+        self._now, self._order, self._work = np.zeros(2), np.zeros(len(FOURTH)), np.zeros(self._tangent.work)
+        self._stands, self._guards = np.zeros(p.ny), np.zeros(len(self.guards()))
+        self._stiffen = simulation.native.bound(
+            "tangent", self._now, self._stands, simulation.P, self._guards, self._order, self._columns,
+            self._work, self._J,
+        )  # fmt: skip
         for link in p.graph.links:
             for k in range(link.v.start, link.v.stop):
                 self._columns[k, 1:] = k - link.v.start, link.q.start, link.q.stop
@@ -75,20 +82,20 @@ class Poses:
     def stiffness(self, q: np.ndarray, order: tuple[float, float] = FOURTH) -> np.ndarray:
         """(n_free, n_free) da/dq [1/s2] at pose q (nq,), at rest, discrete states frozen."""
         self.accelerations(q)
-        s, n, nv = self.simulation, len(self.free), self.simulation.program.nv
-        y, G = s.state.copy(), self.guards()
-        J, work, columns = np.zeros((nv, nv + 1)), np.zeros(self._tangent.work), self._columns.copy()
-        t, h, asked = np.array([s["t"], s.native.among()]), STEP, np.array(self.free, int)
+        native, nv = self.simulation.native, self.simulation.program.nv
+        self._now[:], self._order[:] = (native["t"], native.among()), order
+        self._stands[:], self._guards[:] = native.state, native.X[self._at["G"]]
+        self._J[:] = 0.0
+        h, asked = STEP, np.array(self.free, int)
         while True:
-            columns[:, 0] = 0.0
-            columns[asked, 0] = h
-            s.native.code.call("tangent", t, y, s.P, G, np.array(order), columns, work, J)
-            asked = asked[J[asked, nv] > 0.0]
+            self._columns[:, 0] = 0.0
+            self._columns[asked, 0] = h
+            self._stiffen()
+            asked = asked[self._J[asked, nv] > 0.0]
             if not len(asked) or h <= SMALLEST:
                 break
             h *= 0.1
-        found: np.ndarray = J[:, :nv].T[self._rows].copy()
-        assert found.shape == (n, n)
+        found: np.ndarray = self._J[:, :nv].T[self._rows].copy()
         return found
 
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:

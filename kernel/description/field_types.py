@@ -6,6 +6,7 @@ tuples and floats; whatever does not fit is one KernelError that names the item,
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from types import UnionType
@@ -23,8 +24,10 @@ LARGEST = 10**308  # a whole number that is still a float
 SHOWN = 60  # characters of a wrong value in a sentence
 
 
-def plain(system: System) -> System:
-    """The same description in tuples and floats; raises KernelError for the first field that cannot be read so."""
+def plain(system: System, known: Callable[[object], object | None]) -> System:
+    """The same description in tuples and floats; raises KernelError for the first field that cannot be read so.
+
+    `known` gives items that are known to be plain."""
     if not isinstance(system, System):
         raise KernelError(f"the description is {_shown(system)}; it must be a System")
     groups: dict[str, Any] = {}
@@ -41,7 +44,7 @@ def plain(system: System) -> System:
                 raise KernelError(f"{name}: {_shown(x)} is none of them; it must be {_wanted(item)}")
             if not isinstance(x.name, str):
                 raise KernelError(f"{item_word(x)} {_shown(x.name)}: name is {_shown(x.name)}; it must be a text")
-        groups[name] = tuple(_built(x, f"{item_word(x)} '{x.name}': ") for x in value)
+        groups[name] = tuple(known(x) or _built(x, f"{item_word(x)} '{x.name}': ") for x in value)
     return replace(system, **groups)
 
 
@@ -87,6 +90,8 @@ def _read(value: Any, hint: Any, where: str) -> Any:
     origin, inner = _taken_apart(hint)
     if origin in (Union, UnionType):
         found = next((h for h in inner if _is_class(h) and isinstance(value, h)), None)
+        if found is None and value is not None:
+            found = next((h for h in inner if get_origin(h) is tuple), None)
         good = found is not None or (value is None and type(None) in inner)
         if good and found is not None:
             return _read(value, found, where)

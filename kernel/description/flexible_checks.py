@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heavylift.kernel.errors import KernelError
 
-from .flexible import Beam, Flexible, Nodal
+from .flexible import Beam, Flexible, Modal, Nodal
 
 __all__ = ["check_flexible"]
 
@@ -18,14 +18,13 @@ def check_flexible(body: str, flexible: Flexible) -> None:
 
 def _wrong(flexible: Flexible) -> str:
     beam, nodal = flexible.beam, flexible.nodal
-    if (beam is None) == (nodal is None):
-        return "a flexible body has either a beam or nodal matrices"
+    if sum(x is not None for x in (beam, nodal, flexible.modal)) != 1:
+        return "a flexible body has either a beam or nodal matrices or modes"
     if flexible.modes < 0 or flexible.damping < 0.0:
         return f"{flexible.modes} modes of damping ratio {flexible.damping:g}; neither can be negative"
     if beam is not None:
         return _wrong_beam(beam, flexible)
-    assert nodal is not None, "one of the two"
-    return _wrong_matrices(nodal)
+    return _wrong_matrices(nodal) if nodal is not None else _wrong_modes(flexible.modal)
 
 
 def _wrong_beam(beam: Beam, flexible: Flexible) -> str:
@@ -38,10 +37,8 @@ def _wrong_beam(beam: Beam, flexible: Flexible) -> str:
     if beam.GJ > 0.0 and beam.polar == 0.0:
         return "its beam twists (GJ), but nothing resists that: give the moment of inertia 'polar'"
     for x in flexible.loads:
-        if not 0.0 <= x <= beam.length:
-            return f"a load at {x:g} m lies beyond its ends at 0 and {beam.length:g} m"
-    if flexible.loads and flexible.frame == "free":
-        return "loads need a beam whose frame is clamped or simply supported"
+        if not 0.0 <= x - beam.start <= beam.length:
+            return f"a load at {x:g} m lies beyond its ends at {beam.start:g} and {beam.start + beam.length:g} m"
     return ""
 
 
@@ -62,3 +59,18 @@ def _wrong_matrices(nodal: Nodal) -> str:
         )
     wrong = [d for d in nodal.held if not 0 <= d < size]
     return f"held degree of freedom {wrong[0]}; there are 0 to {size - 1}" if wrong else ""
+
+
+def _wrong_modes(modal: Modal | None) -> str:
+    assert modal is not None, "one of the three"
+    n = len(modal.shapes)
+    if not n == len(modal.frequency) == len(modal.mass) == len(modal.damping):
+        return "each of its modes has a shape, a frequency, a mass and a damping"
+    for k, shape in enumerate(modal.shapes, 1):
+        if len(shape) != len(modal.nodes) or not any(x for u in shape for x in u):
+            return f"mode {k} needs a displacement at each place, and one that is not zero"
+    for what, values in (("frequency", modal.frequency), ("mass", modal.mass)):
+        for k, x in enumerate(values, 1):
+            if not x > 0.0:
+                return f"the {what} of mode {k} is {x:g}; it must be positive"
+    return "" if min(modal.damping, default=0.0) >= 0.0 else "a damping ratio cannot be negative"

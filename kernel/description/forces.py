@@ -15,24 +15,36 @@ from .points import IDENTITY, Line, Matrix, Point, Vector
 
 __all__ = [
     "Bushing", "Characteristic", "Force", "Load", "Matrix6", "Reeving", "Sheave", "Signal", "Spring", "Torsion",
-    "UserLaw", "Wind",
+    "UserLaw", "Wave", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[float, float, float, float, float, float]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 
 
+class Wave(Struct, frozen=True):
+    """A harmonic r amplitude cos(frequency t + phase) of the run's time t, which begins smoothly: with u = t / ramp, at
+    most 1, r = u^3 (10 - 15 u + 6 u^2).  Rests are those without it.
+    """
+
+    amplitude: float
+    frequency: float  # [rad/s]
+    ramp: float  # [s]
+    phase: float = 0.0  # [rad]
+
+
 class Signal(Struct, frozen=True):
     """A number that changes with time: `value`, or piecewise linear through (times [s], values), or driven.
 
     Before the first and after the last time the end value holds; two equal times are a jump.  `driven`: it starts at
-    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.
+    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.  A `wave` is added to it.
     """
 
     value: float = 1.0
     times: tuple[float, ...] = ()
     values: tuple[float, ...] = ()
     driven: bool = False
+    wave: Wave | None = None
 
 
 class Element(Struct, frozen=True):
@@ -191,7 +203,8 @@ class Sheave(Struct, frozen=True):
     """A sheave of a rope, fixed on a body: the rope turns positively about its axis (in the body's frame).
 
     Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point,
-    which the rope never leaves; a sheave with a radius it leaves and finds again.
+    which the rope never leaves; a sheave with a radius it leaves and finds again.  An `edge` is one along
+    whose axis the rope slides, too, without friction.
     """
 
     at: Point
@@ -199,6 +212,8 @@ class Sheave(Struct, frozen=True):
     radius: float = 0.0  # [m]
     friction: float = 0.0  # mu
     efficiency: float = 1.0
+    edge: str = ""  # its name
+    span: tuple[float, float] = (0.0, 0.0)  # of an edge: its ends along the axis from `at` [m]
 
 
 class Reeving(Element, frozen=True, tag=True):
@@ -215,10 +230,16 @@ class Reeving(Element, frozen=True, tag=True):
     EA: float  # [N]
     signal: Signal
     damping: float = 0.0
+    hooked: bool = True  # at the start
 
     @property
     def points(self) -> tuple[Point, ...]:
         return self.a, *(s.at for s in self.sheaves), self.b
+
+    @property
+    def edges(self) -> tuple[Sheave, ...]:
+        """The edges that it may lie on: none, or all of its sheaves."""
+        return tuple(s for s in self.sheaves if s.edge)
 
     @property
     def lines(self) -> tuple[Line, ...]:
@@ -234,11 +255,6 @@ class Reeving(Element, frozen=True, tag=True):
     def L0(self) -> float:
         """Its unstretched length at the start [m]."""
         return self.signal.value
-
-    @property
-    def hooked(self) -> bool:
-        """It is never taken off."""
-        return True
 
 
 Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw | Reeving

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from .forces import Force
+from .forces import Force, Wave
 from .points import Line, Point
 
 __all__ = ["Brake", "Drive", "JointSpring", "Law", "Lock", "RigidRope", "Rope", "Stop", "Support"]
@@ -87,6 +87,7 @@ class Drive(AlongJoint):
 
     prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
     speed: force = kv (ref' - v).
+    A `wave` is added to the reference of a prescribed one.
     """
 
     name: str
@@ -95,6 +96,7 @@ class Drive(AlongJoint):
     kp: float = 0.0
     kv: float = 0.0
     coordinate: str = ""  # of a joint that has several
+    wave: Wave | None = None
 
 
 class Straight:
@@ -148,9 +150,10 @@ class RigidRope(Straight):
 
 @dataclass(frozen=True)
 class Support:
-    """A point of a body that a horizontal pad at `height` (world) can push up and rub, never pull.
+    """A point of a body that a pad at `height` can push up and rub, never pull; it lies in the world or on a body.
 
     N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N.
+    `on`: the body in whose frame the height counts and whose z the pad pushes along; "": the world.
     """
 
     name: str
@@ -161,12 +164,13 @@ class Support:
     mu: float = 0.0
     kt: float = 0.0
     dt: float = 0.0
+    on: str = ""
 
     along = None
 
     @property
     def points(self) -> tuple[Point, ...]:
-        return (self.point,)
+        return (self.point, Point(self.on)) if self.on else (self.point,)
 
 
 Law = Rope | Support | JointSpring | Stop | Brake | Force

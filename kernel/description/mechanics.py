@@ -12,7 +12,7 @@ from typing import Literal
 
 from .contacts import Contact
 from .flexible import Flexible
-from .forces import Force, Reeving, UserLaw
+from .forces import Force, Matrix6, Reeving, UserLaw
 from .laws import Brake as Brake
 from .laws import Drive as Drive
 from .laws import JointSpring as JointSpring
@@ -48,6 +48,8 @@ class Body:
     `flexible` adds a deformable part, whose floating frame that is; mass, com and inertia are then those of what sits
     rigidly in that frame (0: nothing).
     Where nothing has mass, moments of inertia may be any, such as those of a rotor behind its gear.
+    `added` is the added mass of water about the frame's origin, in body axes, linear before angular: it resists
+    acceleration and weighs nothing (Kirchhoff's equations of a body in an ideal fluid).
     """
 
     name: str
@@ -55,6 +57,7 @@ class Body:
     com: Vector = (0.0, 0.0, 0.0)  # p_BC, centre of mass [m]
     inertia: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # about the centre of mass, body axes [kg m2]
     flexible: Flexible | None = None
+    added: Matrix6 | None = None  # [kg, kg m, kg m2]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Points on horizontal pads: one-sided spring-dampers with friction."""
+"""Points on pads that are horizontal or lie on a body: one-sided spring-dampers with friction."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.algebra.spatial import cross, join
+from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, select
 from heavylift.kernel.description.mechanics import Support
 
-from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment
+from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment, wrench
 from .friction import GIVEN_WAY, JUST_BELOW, SLIP_BLEND, deflection, friction, pushes
 
 __all__ = ["SupportAt", "SupportLaw"]
@@ -42,14 +42,19 @@ class SupportLaw(ForceLaw[Support]):
     def answer(self, f: Support, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         height, k, d, mu, kt, dt, closed, stick = p[3:11]
         x, p_X, v_X = attachment(ends[0], p[:3], "a")
+        if f.on:
+            R, at = np.reshape(ends[1][:9], (3, 3)), p_X - ends[1][9:12]
+            p_X = named("pX", R.T @ (at - ends[1][12:15]))
+            v_X = named("vX", R.T @ (v_X - ends[1][18:21] - cross(ends[1][15:18], at)))
         N, guard, heat, stored = pushes(height - p_X[2], -v_X[2], k, d, closed, self.clamped)
         N = named("N", N)
         anchor, direction = p[SupportAt.ANCHOR], p[SupportAt.DIRECTION]
         rub, slips, rubbed, held = friction(p_X[:2] - anchor, v_X[:2], mu * N, kt, dt, stick, direction, self.at_rest)
         on = select(mu > 0.0, closed, 0.0) > 0.0  # a pad without friction never sticks
         f_X = named("f", np.array([select(on, rub[0], 0.0), select(on, rub[1], 0.0), N]))
+        f_X = R @ f_X if f.on else f_X
         return Answer(
-            [join(cross(x, f_X), f_X)],
+            [wrench(x, f_X), *([-wrench(at, f_X)] if f.on else [])],
             heat=heat + select(on, rubbed, 0.0),
             stored=stored + select(on, held, 0.0),
             guards=[guard, select(on, slips, 1.0)],

@@ -87,7 +87,7 @@ class SharedForce:
     def structure(self) -> tuple[object, ...]:
         """Equal for forces that the same machine code serves in the same place of a scene."""
         s = self.signal
-        return self.key, self.ends, self.along, s and (s.driven, bool(s.times))
+        return self.key, self.ends, self.along, s and (s.driven, bool(s.times), s.wave is not None)
 
 
 def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
@@ -133,6 +133,8 @@ def check_force(f: Law) -> None:
         law.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
     law.check(f)
     s = law.signal(f)
+    if s and s.wave:
+        law.demand(f, "signal", s.wave.ramp > 0.0, f"has a wave with a ramp of {s.wave.ramp:g} s; it must be positive")
     if s and (s.times or s.values):
         n, m = len(s.times), len(s.values)
         law.demand(f, "signal", n == m, f"has {n} times and {m} values; give one value for each time")

@@ -68,7 +68,7 @@ def _island(system: System, of: dict[tuple[str, int], int], k: int, led: set[int
     own = {WORLD, *(b.name for b in parts["bodies"])}
 
     def here(p: Point) -> Point:
-        return p if p.body in own else Point(WORLD)
+        return p if p.body in own else Point(WORLD, p.p)
 
     for group in ("ropes", "rigid_ropes"):
         parts[group] = tuple(
@@ -99,7 +99,7 @@ def _bodies(group: str, x: Any, child: dict[str, str], ropes: dict[str, list[str
         case "ropes" | "rigid_ropes":
             found = ropes[x.name]
         case "supports":
-            found = [x.point.body]
+            found = [p.body for p in x.points]
         case "forces":
             found = [p.body for p in x.points] + ([child[x.along[0]]] if x.along else [])
         case "contacts":

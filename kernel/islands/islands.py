@@ -1,8 +1,8 @@
 """Islands that nothing ties together are solved apart: each takes its own steps, and one that rests takes none.
 
 Each runs ahead of the others (see `running_ahead`), and an event costs what its own island costs, however many there
-are.  Steps depend on the history of an island alone, so nothing that is seen depends on spans or turns.  A command stops
-the island that it is meant for, not the others: what is shown with it is read from their dense output.
+are.  Steps depend on the history of an island alone, so nothing that is seen depends on spans or turns.  A command
+stops the island that it is meant for, not the others: what is shown with it is read from their dense output.
 
 A rope that is hooked between two islands makes them one; when it is taken off, and a part rests by then, the island is
 cut again once that pays (see `island.Rent`).
@@ -19,7 +19,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.model.checks import accepted, check_description
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import ROPES, StateEvent
 from heavylift.kernel.multibody.joint_locking import lock_of
 from heavylift.kernel.simulation.call_order import (
     GOING,
@@ -239,10 +239,9 @@ class Islands(RunningAhead):
     def _addressed(self, what: str, kind: str, name: str) -> Commands:
         """Of the island that has a law of this name; raises KernelError if none has."""
         self.order.command(what, self.epoch)
-        if kind == "rope" and ("rigid", name) in self.program.parameters.at:
-            kind = "rigid"
+        kinds = ROPES if kind == "rope" else (kind,)
         for p in self.parts:
-            if (kind, name) in p.program.parameters.at:
+            if any((k, name) in p.program.parameters.at for k in kinds):
                 return self._stop(p).commands
         raise KernelError(f"'{name}': no {kind} of this name")
 

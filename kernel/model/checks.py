@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields
+from itertools import chain
 from math import degrees, isfinite, sqrt
 from typing import Any
 from weakref import WeakValueDictionary
@@ -16,12 +17,13 @@ import numpy as np
 from heavylift.kernel.algebra.dense import dot, eigenvalues, norm
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.constraints.contact.pairs import check_contact
+from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.field_types import choice, field_names, item_word, plain
 from heavylift.kernel.description.flexible_checks import check_flexible
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
+from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, RigidRope, Rope, Stop, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.table import check_force
+from heavylift.kernel.forces.table import FORCES, check_force
 
 __all__ = ["accepted", "check_description", "check_inertia", "check_joint", "check_options"]
 
@@ -41,6 +43,8 @@ ADDRESSED = (
 AXES = (0, 1)  # about which an attitude is measured
 _checked: WeakValueDictionary[int, System] = WeakValueDictionary()  # by id: descriptions that are what they must be
 _last: list[tuple[bytes, System, System]] = []  # the last one, encoded, as it was given and as it was checked
+_items: dict[tuple[type, bytes], Any] = {}  # that were checked, by their numbers, the oldest first
+MOST_KEPT = 4096
 POSITIVE = {"RigidRope": ("L0",)}  # of laws see the force table
 NOT_NEGATIVE = {"Drive": ("kp", "kv"), "RigidRope": ("mass",)}
 
@@ -53,7 +57,7 @@ def check_description(system: System) -> System:
     code, given, last = _encoded(system), system, _last[:]  # which other threads may replace
     if code and [(x, y) for x, y, _ in last] == [(code, system)]:  # equal to the bit, of the same classes
         return last[0][2]
-    system = plain(system)
+    system = plain(system, _known)
     if not isfinite(system.gravity):
         raise KernelError(f"gravity is {system.gravity}; it must be a finite number")
     for group in [(f.name,) for f in fields(system) if f.name not in ("bodies", "joints", "gravity")] + [*ADDRESSED]:
@@ -62,35 +66,65 @@ def check_description(system: System) -> System:
             if x.name in seen:
                 raise KernelError(f"'{x.name}': two of this name; names of laws, drives and masters must be unique")
             seen.add(x.name)
-    for f in fields(system):
-        for x in getattr(system, f.name) if f.name != "gravity" else ():
-            _check_item(x)
-    for law in system.laws:
-        check_force(law)
-    for contact in system.contacts:
-        check_contact(contact)
-    for b in system.bodies:
-        if b.name == WORLD:
-            raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
-        check_inertia(b)
-        if b.flexible:
-            check_flexible(b.name, b.flexible)
-    for j in system.joints:
-        check_joint(j)
-    for r in system.straight_ropes:
-        if not r.lines:
-            raise KernelError(f"rope '{r.name}': it has no line; give it at least one")
-        for i, line in enumerate(r.lines, 1):
-            if line.a == line.b:
-                raise KernelError(f"rope '{r.name}': line {i} begins and ends at one point; it has no length")
-        if r.mass and abs(sum(line.share for line in r.lines) - 1.0) > SHARED:
-            raise KernelError(f"rope '{r.name}': it has a mass, which its lines share; let their shares add up to 1")
-    for s in system.stops:
-        if s.lower > s.upper:
-            raise KernelError(f"stop '{s.name}': its lower limit {s.lower:g} lies above the upper one, {s.upper:g}")
+    items = [x for f in fields(system) if f.name != "gravity" for x in getattr(system, f.name)]
+    new = [x for x in items if _known(x) is None]
+    for x in new:
+        _check_item(x)
+    for x in new:
+        _check_kind(x)
+    for x in new if len(items) < MOST_KEPT else ():
+        if encoded := _encoded(x):
+            _items[type(x), encoded] = x
+    for old in list(_items)[: max(0, len(_items) - MOST_KEPT)]:
+        _items.pop(old, None)
     _checked[id(system)] = system
     _last[:] = [(code, given, system)] if code else []
     return system
+
+
+def _known(x: object) -> object | None:
+    """An item that was checked before and is equal to the bit; variants of a scene share nearly all."""
+    found = _items.get((type(x), code)) if (code := _encoded(x)) else None
+    return found if found == x else None
+
+
+def _check_kind(x: Any) -> None:
+    """What an item of its kind must fulfil besides."""
+    if type(x) in FORCES:
+        check_force(x)
+    match x:
+        case Contact():
+            check_contact(x)
+        case Body():
+            if x.name == WORLD:
+                raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
+            check_inertia(x)
+            if x.added and any(
+                abs(a - b) > UNIT * abs(a)
+                for a, b in zip(chain(*x.added), chain(*zip(*x.added, strict=True)), strict=True)
+            ):
+                raise KernelError(f"body '{x.name}': its added mass must be a symmetric matrix")
+            if x.flexible:
+                check_flexible(x.name, x.flexible)
+        case Joint():
+            check_joint(x)
+        case Rope() | RigidRope():
+            if not x.lines:
+                raise KernelError(f"rope '{x.name}': it has no line; give it at least one")
+            for i, line in enumerate(x.lines, 1):
+                if line.a == line.b:
+                    raise KernelError(f"rope '{x.name}': line {i} begins and ends at one point; it has no length")
+            if x.mass and abs(sum(line.share for line in x.lines) - 1.0) > SHARED:
+                told = "it has a mass, which its lines share; let their shares add up to 1"
+                raise KernelError(f"rope '{x.name}': {told}")
+        case Drive():
+            if x.wave and not (x.kind == "prescribed" and x.wave.ramp > 0.0):
+                raise KernelError(
+                    f"drive '{x.name}': only a prescribed one follows a wave, with a ramp longer than 0 s"
+                )
+        case Stop():
+            if x.lower > x.upper:
+                raise KernelError(f"stop '{x.name}': its lower limit {x.lower:g} lies above the upper one, {x.upper:g}")
 
 
 def _encoded(system: object) -> bytes:

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, named, sqrt
+from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, sqrt
 from heavylift.kernel.constraints.rows import Rows
 from heavylift.kernel.description.mechanics import Drive, RigidRope
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
@@ -110,6 +111,18 @@ class Evaluation:
             dref = dref + slope * ds
             ddref = ddref + slope * dds - (kc * cosine + ks * sine) * ds * ds
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
+
+    def wave(self, name: str) -> Reference:
+        """The wave of a drive or signal; none where rests are looked for."""
+        if self.program.at_rest:
+            return 0.0, 0.0, 0.0
+        amplitude, frequency, phase, rate = self.numbers("wave", name)
+        t = self.numbers("clock", "")[0] + self.t
+        u = minimum(t * rate, 1.0)
+        r, dr = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * u * u * (1.0 - u) * (1.0 - u) * rate
+        ddr = 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) * rate * rate
+        c, s = amplitude * cos(frequency * t + phase), amplitude * frequency * sin(frequency * t + phase)
+        return r * c, dr * c - r * s, ddr * c - 2.0 * dr * s - r * frequency * frequency * c
 
     def length_of(self, r: RigidRope) -> Reference:
         """Of a rigid rope, with two rates."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from heavylift.kernel.algebra.spatial import spatial_inertia
 from heavylift.kernel.multibody.formulations.embedding import velocity_transformation
+from heavylift.kernel.multibody.free_bodies import body_inertia
 from heavylift.kernel.multibody.graph import coordinate_names
 from heavylift.kernel.multibody.kinematics import elastic, kinematics
 from heavylift.kernel.multibody.trees import with_numbers
@@ -25,8 +25,7 @@ class KineticShares:
             still = np.zeros(tree.v.stop - tree.v.start)
             K = kinematics(numbered, q[tree.q], still, 0.0, [0.0] * len(tree.prescribed_dofs))
             for n, V in enumerate(velocity_transformation(tree, K)):
-                b, r, R = numbered.bodies[n], K.r[n], K.R[n]
-                J = spatial_inertia(b.mass, r + R @ b.com, R @ b.inertia @ R.T)
+                b, J = numbered.bodies[n], body_inertia(numbered, K, n)
                 H = np.array(V.T @ J @ V, dtype=float)
                 if b.elastic is not None:
                     own = elastic(numbered, K, n)

@@ -65,7 +65,11 @@ class Parameters:
             put(x.law.kind, x.name, x.numbers)
             if x.signal:
                 put("signal", x.name, [0.0, x.signal.value, 0.0])
-        if any(x.law.timed for x in laws):
+        waves = {d.name: d.wave for d in system.drives if d.wave}
+        waves |= {x.name: x.signal.wave for x in laws if x.signal and x.signal.wave}
+        for name, wave in waves.items():
+            put("wave", name, [wave.amplitude, wave.frequency, wave.phase, 1.0 / wave.ramp])
+        if waves or any(x.law.timed for x in laws):
             put("clock", "", [0.0])  # time of the run at the epoch
         for rigid in system.rigid_ropes:
             put("rigid", rigid.name, rigid_numbers(rigid))

@@ -56,7 +56,10 @@ class References:
         self._references = np.array([places[parameters.at["reference", n]] for n in names], int).reshape(-1, PROFILE)
         follows = [places[where] for (kind, _), where in parameters.at.items() if kind == "follow"]
         self._follows = np.concatenate([*follows, places[:0]])
-        self.histories = Histories(signals(system.forces), parameters, P)
+        given = signals(system.forces)
+        self.histories = Histories(given, parameters, P)
+        waves = [*(d.wave for d in system.drives), *(s.wave for s in given.values())]
+        self._ramps = {round(wave.ramp * 1e9) for wave in waves if wave}
         self.admit: Callable[[str], None] = lambda command: None
         self._epoch_ns = 0
         self.actuators = {n: Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
@@ -186,6 +189,7 @@ class References:
         """Seconds since the epoch at which a profile changes its acceleration and the next ones at which a history
         changes its slope, sorted, those later than `after` only."""
         out = set(self.histories.breaks(epoch_ns, after))
+        out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
             t = (a.start_ns - epoch_ns) * 1e-9
             for d in (a.move.d1, a.move.cruise, a.move.d2):

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.algebra.spatial import force_cross, join, mirror, skew, spatial_inertia
+from heavylift.kernel.algebra.spatial import join, skew
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, is_sym, named
 from heavylift.kernel.errors import KernelError
 
+from .free_bodies import added_inertia, newton_euler
 from .kinematics import Kinematics, elastic, kinematics, seen_from
 from .ltdl import Factors, ltdl
 from .trees import Tree
@@ -83,15 +84,11 @@ def dynamics(
 def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
     """Per body, with all that it carries: spatial inertia I^c and the wrench that its joint would have to transmit if
     no degree of freedom accelerated (Fig. 6 (c), (d))."""
-    I, F = [], []
+    I, F = newton_euler(tree, K, W)
     for i, b in enumerate(tree.bodies):
-        J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
-        f = J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]
         if b.elastic is not None:
             own = elastic(tree, K, i)
-            J, f = J + own.I, f + own.wrench
-        I.append(J)
-        F.append(named(f"f({b.name})", f))
+            I[i], F[i] = I[i] + own.I, F[i] + own.wrench
     for i in reversed(range(len(tree.bodies))):
         p = tree.bodies[i].parent
         if p >= 0:
@@ -160,6 +157,8 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
         w = K.R[i].T @ K.V[i][:3]
         kinetic = kinetic + 0.5 * (b.mass * (v_C @ v_C) + w @ (b.inertia @ w))
         potential = potential + b.mass * g * (K.o[2] + c[2])
+        if b.added is not None:
+            kinetic = kinetic + 0.5 * (K.V[i] @ (added_inertia(b.added.A, K.r[i], K.R[i]) @ K.V[i]))
         if b.elastic is not None:
             own = elastic(tree, K, i)
             kinetic = kinetic + own.kinetic

@@ -25,7 +25,14 @@ def merged(tree: Tree) -> Tree:
     bodies = list(tree.bodies)
     for i in reversed(range(len(bodies))):
         b = bodies[i]
-        if b.kind == "fixed" and b.parent >= 0 and b.place is None and b.elastic is None and _has_inertia(b):
+        if (
+            b.kind == "fixed"
+            and b.parent >= 0
+            and b.place is None
+            and b.elastic is None
+            and b.added is None
+            and _has_inertia(b)
+        ):
             bodies[b.parent] = _with(bodies[b.parent], b)
             bodies[i] = replace(b, mass=0.0, com=np.zeros(3), inertia=np.zeros((3, 3)))
     return replace(tree, bodies=tuple(bodies))

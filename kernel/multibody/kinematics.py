@@ -41,6 +41,7 @@ class Kinematics:
     dq: list[Array] = field(default_factory=list)
     modes: dict[int, tuple[Array, Array, Array]] = field(default_factory=dict)
     carried: dict[int, list[Any]] = field(default_factory=dict)
+    g: Scalar = 0.0  # gravity in A
 
 
 Base = tuple[Array, Array, Array, Array]  # R, r, V, A of what a root stands on
@@ -52,7 +53,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
     `base`: the body that the root stands on if that is not the ground; r then counts from the point of its tree.
     """
     ground = (np.eye(3), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
-    K = Kinematics(o=np.zeros(3))
+    K = Kinematics(o=np.zeros(3), g=g)
     prescribed = iter(a_ref)
     for i, b in enumerate(tree.bodies):
         x, u = q[b.q], v[b.v]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, is_sym
-from heavylift.kernel.description.mechanics import JointKind
+from heavylift.kernel.description.mechanics import Body, JointKind
 from heavylift.kernel.errors import KernelError
 
 from .graph import Freedoms, Graph, Link
@@ -22,7 +22,18 @@ from .motion import axes_of
 __all__ = ["Tree", "TreeBody", "all_numbers", "cut", "in_order", "structural", "with_numbers"]
 
 _FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axes", "pitch", "p_CJ", "R_CJ")
-_PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body is or carries
+_PARTS = (
+    "elastic",
+    "place",
+    "added",
+)  # of numbers of their own, where a body is or stands on a flexible one, or floats
+
+
+@dataclass(frozen=True)
+class AddedMass:
+    """A (6, 6): momentum [angular; linear] of the water about the body's origin, of the body's twist, in body axes."""
+
+    A: Array
 
 
 @dataclass(frozen=True)
@@ -53,6 +64,7 @@ class TreeBody(Freedoms):
     locked: bool
     elastic: Any = None
     place: Any = None
+    added: AddedMass | None = None
 
     @property
     def n_modes(self) -> int:
@@ -165,6 +177,7 @@ def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()
                 locked=k.joint.name in locked,
                 elastic=_elastic(k),
                 place=place,
+                added=_added(k.body),
             )
             for k in links
             for place in [_place(graph, k)]
@@ -172,6 +185,14 @@ def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()
         q, v = slice(q0, links[-1].q_modes.stop), slice(v0, links[-1].v_modes.stop)
         out.append(Tree(bodies, numbers_.start, q, v))
     return out
+
+
+def _added(body: Body) -> AddedMass | None:
+    """What is given linear before angular, angular before linear."""
+    if body.added is None:
+        return None
+    A = np.array(body.added, float)
+    return AddedMass(np.block([[A[3:, 3:], A[3:, :3]], [A[:3, 3:], A[:3, :3]]]))
 
 
 def _elastic(link: Link) -> Any:

@@ -13,6 +13,7 @@ dissolves it.
 
 import re
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, TypeVar
 
 from heavylift.kernel.errors import ModelError
@@ -105,13 +106,21 @@ class Model:
         return port
 
     def _port_name(self, name: str) -> str:
-        if not _NAME.fullmatch(name):
-            raise ModelError(f"{self.path}: {name!r} cannot name a port: use letters, digits, _ and - only")
+        if wrong := _wrong(name):
+            raise ModelError(f"{self.path}: {wrong}")
         if name in self.ports:
             raise ModelError(f"{self.path}: port {name} is declared twice")
-        if hasattr(Atomic, name) or name in ("name", "parent", "ports", "children", "couplings"):
-            raise ModelError(f"{self.path}: a port cannot be called {name}: every model has that already")
         return name
+
+
+@lru_cache(4096)
+def _wrong(name: str) -> str:
+    """Why no port can have this name; "" if one can."""
+    if not _NAME.fullmatch(name):
+        return f"{name!r} cannot name a port: use letters, digits, _ and - only"
+    if hasattr(Atomic, name) or name in ("name", "parent", "ports", "children", "couplings"):
+        return f"a port cannot be called {name}: every model has that already"
+    return ""
 
 
 class Atomic(Model):

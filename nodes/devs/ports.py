@@ -7,6 +7,7 @@ t + L. It is checked, not added.
 """
 
 from collections.abc import ItemsView, Iterator, Mapping, ValuesView
+from functools import cache
 from typing import Any, Generic, Never, Protocol, TypeVar, overload
 
 from heavylift.kernel.errors import ModelError
@@ -143,6 +144,7 @@ class Out(Generic[M]):
         return self
 
 
+@cache
 def checked_type(type: type[M]) -> type[M]:
     """The type itself if a port can carry it."""
     if not issubclass(type, Message):

@@ -158,6 +158,8 @@ def unruled(plan: Plan) -> str:
     if plan.tied:
         only = {m.name for m in plan.mechanisms} == {"wind"}
         return f"{'the wind' if only else 'its mechanism'} acts on the lift, which no rule looks at"
+    if plan.block and plan.block.flexible:
+        return "its block is flexible, which no rule looks at"
     if any(parts(action) for action in plan.actions):
         return "a sling parts, which no rule looks at"
     return ""

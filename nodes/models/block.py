@@ -7,9 +7,10 @@ degrees.
 from __future__ import annotations
 
 from heavylift.kernel.description.mechanics import WORLD, Joint, System
+from heavylift.nodes.models.parts.bending import block_body
 from heavylift.nodes.models.parts.fidelity_variants import modelled
 from heavylift.nodes.models.parts.gauges import Inclinometer
-from heavylift.nodes.models.parts.parts import BodyCoupled, JointCoupled, Law, Machine, body
+from heavylift.nodes.models.parts.parts import BodyCoupled, JointCoupled, Law, Machine
 from heavylift.nodes.models.parts.rigging import Stools
 from heavylift.nodes.plan.plan import Block, Plan
 
@@ -29,4 +30,4 @@ class BlockModel(Machine):
         laws = System(supports=tuple(pad.support for pad in pads))
         stools = Stools("stools", block.name, laws, faces=faces, closed=closed)
         level = Inclinometer("attitude", block.name, plan.start)
-        self.take(BodyCoupled("body", body(block.name, block.body), Law("weight"), stools, level))
+        self.take(BodyCoupled("body", block_body(block.name, block.body, block.flexible), Law("weight"), stools, level))

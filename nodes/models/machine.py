@@ -57,7 +57,9 @@ class MachineModel(Machine):
     def _joint_actors(self, joint: str) -> list[Actor]:
         system, actors = self.system, list[Actor]()
         for drive in (d for d in system.drives if d.joint == joint):
-            actors.append(self._drive(_name(drive.name), drive.name, System(drives=(drive,))))
+            laws = System(drives=(drive,))
+            name = _name(drive.name)
+            actors.append(Law(name, laws) if drive.wave else self._drive(name, drive.name, laws))
         for brake in (b for b in system.brakes if b.joint == joint):
             laws = System(brakes=(brake,))
             actors.append(BrakeActor(_name(brake.name), brake.name, laws, engaged=brake.engaged))

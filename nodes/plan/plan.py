@@ -20,6 +20,7 @@ from __future__ import annotations
 from typing import Literal
 
 import msgspec
+from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import Line, MethodName, Point, Support, Vector
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
@@ -167,6 +168,7 @@ class Block(Item, frozen=True, kw_only=True):
     pose: tuple[float, float, float, float, float, float, float]
     lugs: tuple[Lug, ...]
     pads: tuple[Pad, ...]
+    flexible: Flexible | None = None
     com_where: str = ""
 
 

@@ -33,7 +33,7 @@ from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed
-from heavylift.nodes.statics.static_state import rigged, standing
+from heavylift.nodes.statics.static_state import rigged, settled, standing
 from heavylift.nodes.statics.swinging import swing_free
 
 from .instances import several
@@ -115,10 +115,14 @@ def _built(
     loaded = replace(loaded, plan=shaped)
     loaded.__dict__["scene"] = scene
     raise_faults(source, _impossible(source, loaded))
-    hung = any(machine.slings for machine in loaded.plan.mechanisms)
-    if loaded.followed is not None or hung:
-        rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, loaded.statics))
+    bent = any(x and x.flexible for x in (scene.block, *scene.blocks.values()))
+    hung = bent or any(machine.slings for machine in loaded.plan.mechanisms)
+    if (loaded.followed is not None or hung) and loaded.statics.states:
+        rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, loaded.statics.states[0]))
         rests.__dict__.update(scene=scene, statics=loaded.statics)  # the same path: it begins at that rest
+        if bent:
+            rests = replace(rests, plan=settled(rests.plan))
+            rests.__dict__["scene"] = scene
         loaded = rests
     pruned = _pruned(loaded)
     pruned.__dict__["scene"] = scene
@@ -173,11 +177,11 @@ def _impossible(source: Source, loaded: LoadedScene) -> list[Fault]:
     scene, built = loaded.scene, loaded.plan
     if not built.lift:
         judged = any(machine.hooks for machine in built.mechanisms)
-        found = overloads(built, loaded.statics, loaded.uses) if judged else []
+        found = overloads(built, loaded.statics) if judged else []
         return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]
     found = start_checks(scene, built) or held_orders(built)
     if not found:
         assert loaded.followed is not None
         found = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
-    found = found or overloads(built, loaded.statics, loaded.uses)
+    found = found or overloads(built, loaded.statics)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]

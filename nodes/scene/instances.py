@@ -35,7 +35,7 @@ COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
-     "elements", "subject", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together")
+     "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together")
 )  # fmt: skip
 MACHINES = (
     "cranes",
@@ -43,9 +43,14 @@ MACHINES = (
     "blocks",
     "rig",
     "rigging",
+    "edges",
     "mechanism",
     "machines",
     "wind",
+    "waves",
+    "vessels",
+    "floor",
+    "obstacles",
     "models",
     "actions",
     "limits",
@@ -126,7 +131,9 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
 
 
 def _check(source: Source, name: str, plan: Plan) -> None:
-    """Models hear and lead by names that the scene of all lifts does not know."""
+    """Models hear and lead by names that the scene of all lifts does not know; waves meet vessels where they are."""
+    if any(drive.wave for machine in plan.mechanisms for drive in machine.system.drives):
+        source.fault(("lifts", name), "a scene with vessels in waves cannot be one of several lifts", on_key=True)
     if plan.models:
         source.fault(("lifts", name), "a scene with models of its own cannot be one of several lifts", on_key=True)
 

@@ -16,7 +16,7 @@ from heavylift.nodes.plan import plan
 
 from .state import Acted, StaticState
 
-__all__ = ["Followed", "at_rest", "follow", "plan_key"]
+__all__ = ["Followed", "at_rest", "first_rest", "follow", "plan_key"]
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,13 @@ def follow(built: plan.Plan, keep: bool = True) -> Followed:
     """
     whole = at_rest(built)
     return remembered(f"{plan_key(whole)}.path", Followed, lambda: _walked(whole)) if keep else _walked(whole)
+
+
+def first_rest(built: plan.Plan) -> StaticState:
+    """Where a plan rests at the start; raises KernelError where it does not."""
+    from .rehearsal import Rehearsal
+
+    return Rehearsal(at_rest(built)).rest()
 
 
 def _walked(whole: plan.Plan) -> Followed:

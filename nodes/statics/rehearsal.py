@@ -87,6 +87,12 @@ class Rehearsal:
         self._last = Tag(-1)
         self._turned: list[int] = []
 
+    def rest(self) -> StaticState:
+        """The first rest, from which the list begins."""
+        self.path.start()
+        self._collect()
+        return self.states[0]
+
     def walk(self) -> None:
         """Go to the end of the list, of the scene or of the stage, or to where no rest is known."""
         end = LAST_NS if self.plan.end is None else ns(self.plan.end)
@@ -260,6 +266,7 @@ class Rehearsal:
             speeds={name: s.references.speed(name, t) for name in names},
             hooked=lugs,
             grounded=any(force > 0.0 for name, force in supports.items() if name in block),
+            modes={k.body.name: tuple(row.q[k.q_modes].tolist()) for k in s.program.graph.links if k.n_modes},
             stiffness=None,
         )
 

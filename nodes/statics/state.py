@@ -28,6 +28,7 @@ class StaticState:
     speeds: Mapping[str, float]  # drive or winch -> commanded speed [m/s]; hoisting is negative
     hooked: Mapping[str, str]  # sling -> lug
     grounded: bool  # whether a support of the block is closed
+    modes: Mapping[str, tuple[float, ...]]  # flexible body -> its mode coordinates [m or rad]
     stiffness: float | None  # smallest eigenvalue of stiffness over inertia [1/s2], below 0 unstable; None: not looked
 
 

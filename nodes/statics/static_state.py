@@ -9,10 +9,11 @@ from math import pi, sqrt
 
 import msgspec
 from heavylift.kernel.algebra.elementary import atan2
+from heavylift.kernel.description.mechanics import Body
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Turn
 
-from .action_preview import Followed
+from .action_preview import Followed, first_rest
 from .state import Pose, StaticState
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "goals",
     "loads_of",
     "rigged",
+    "settled",
     "standing",
     "world",
 ]
@@ -33,6 +35,7 @@ Place = tuple[float, float, float]
 SLACK = 1.0  # [N] of a sling that carries nothing
 SHOWN = pi / 6.0  # [rad] of a turn that has a row of its own in tables
 ROUND = 1e-6  # [rad]
+SETTLES = 5  # a hundredth of what friction holds after each three
 WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of what is written
 
 
@@ -209,22 +212,32 @@ def _empty(x: StaticState) -> StaticState:
     return replace(x, event="", tensions={}, supports={}, hooked={})
 
 
-def standing(built: plan.Plan, path: Followed) -> plan.Plan:
+def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
     """The plan with its block as it rests on its stools at the start, where it is not written so to `WRITTEN`."""
-    if built.block is None or not path.states:
+    if built.block is None:
         return built
-    p, R = path.states[0].poses[built.block.name]
+    flexible = built.block.flexible
+    p, R = first.poses[built.block.name]
     turned = max(abs(R[i][j] - (i == j)) for i in range(3) for j in range(3))
-    if max(turned, *(abs(a - b) for a, b in zip(p, built.block.pose, strict=False))) <= WRITTEN:
+    written = max(turned, *(abs(a - b) for a, b in zip(p, built.block.pose, strict=False))) <= WRITTEN
+    if written and flexible is None:
         return built
-    return msgspec.structs.replace(built, block=msgspec.structs.replace(built.block, pose=_rest((p, R))))
+    bent = replace(flexible, start=first.modes.get(built.block.name, ())) if flexible else None
+    rests = msgspec.structs.replace(built.block, pose=_rest((p, R)), flexible=bent)
+    return msgspec.structs.replace(built, block=rests)
 
 
-def rigged(built: plan.Plan, path: Followed) -> plan.Plan:
+def settled(built: plan.Plan) -> plan.Plan:
+    """The plan with flexible blocks bent as they rest at the start: friction, which begins where they stand, holds them
+    less each time."""
+    for _ in range(SETTLES):
+        built = rigged(built, first_rest(built))
+    return built
+
+
+def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
     """The plan with block, hooks and frames as they rest at the start, and the ropes that carry there."""
-    if not path.states:
-        return built
-    first, machines = path.states[0], []
+    machines = []
     for machine in built.mechanisms:
         hung = {machine.name, *(hook.rope for hook in machine.hooks)}
         joints = (
@@ -232,9 +245,15 @@ def rigged(built: plan.Plan, path: Followed) -> plan.Plan:
             for j in machine.system.joints
         )
         taut = tuple(r.name for r in machine.system.all_ropes if r.hooked and first.tensions[r.name] > 0.0)
-        system = replace(machine.system, joints=tuple(joints))
+        bodies = (_bent(b, first) if b.name in hung else b for b in machine.system.bodies)
+        system = replace(machine.system, joints=tuple(joints), bodies=tuple(bodies))
         machines.append(msgspec.structs.replace(machine, system=system, taut=taut))
-    return msgspec.structs.replace(standing(built, path), mechanisms=tuple(machines))
+    return msgspec.structs.replace(standing(built, first), mechanisms=tuple(machines))
+
+
+def _bent(body: Body, first: StaticState) -> Body:
+    bends = body.flexible
+    return replace(body, flexible=replace(bends, start=first.modes.get(body.name, ()))) if bends else body
 
 
 def _rest(pose: Pose) -> tuple[float, float, float, float, float, float, float]:

@@ -1,4 +1,4 @@
-"""Do the bars of `run --certify` hold?  Random lifts, each certified on its rung, against ropes of four lumps.
+"""Do the bars of `run --certify` hold?  Random lifts of every kind, each certified, against ropes of four lumps.
 
     python tests/bench/certify.py [--json] [--short] [--scenes 200] [--seed 1] [--minutes 28]
 
@@ -41,12 +41,12 @@ def one(seed, deadline):
     from heavylift.coordinator.uncertainty.figures import figures
     from heavylift.kernel.errors import HeavyliftError
     from heavylift.nodes.scene import parse
-    from random_lifts import random_lift
+    from lifts_of_kinds import lift_of_kinds
 
     if time.monotonic() > deadline:
         return None
     try:
-        scene = parse(random_lift(seed), overrides=RIGID if seed % 10 == 9 else ASKED[seed % 3])
+        scene = parse(lift_of_kinds(seed).text, overrides=RIGID if seed % 10 == 9 else ASKED[seed % 3])
         if scene.plan.fidelity.ropes == "massive":
             return "runs with lumps itself"
         own = play(scene.plan, LONGEST)

@@ -88,6 +88,23 @@ app = App(
 )
 
 
+def _version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"heavylift {version('heavylift')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _application(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="say which version this is")
+    ] = False,
+) -> None:
+    pass
+
+
 def process_count(text: str | int) -> int:
     """How many processes are asked for; AUTO for those that pay."""
     if text == "auto":

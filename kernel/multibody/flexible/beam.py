@@ -18,7 +18,7 @@ BENDING_Z, BENDING_Y = ((1, 5, 7, 11), 1.0), ((2, 4, 8, 10), -1.0)  # about z: u
 
 def nodes_of(beam: Beam) -> np.ndarray:
     """(n, 3) places of the nodes [m]."""
-    x = np.linspace(0.0, beam.length, beam.elements + 1)
+    x = beam.start + np.linspace(0.0, beam.length, beam.elements + 1)
     return np.stack([x, 0.0 * x, 0.0 * x], axis=1)
 
 
@@ -53,8 +53,9 @@ def rigid_directions(beam: Beam) -> list[int]:
 def hermite(beam: Beam, x: float) -> np.ndarray:
     """(6, 6n) from nodal displacements to displacement and rotation at a station x [m]."""
     h = beam.length / beam.elements
-    e = min(max(int(x / h), 0), beam.elements - 1)
-    s = x / h - e
+    along = (x - beam.start) / h
+    e = min(max(int(along), 0), beam.elements - 1)
+    s = along - e
     s2, s3 = s * s, s * s * s
     N = np.array([1 - 3 * s2 + 2 * s3, h * (s - 2 * s2 + s3), 3 * s2 - 2 * s3, h * (s3 - s2)])
     dN = np.array([-6 * s + 6 * s2, h * (1 - 4 * s + 3 * s2), 6 * s - 6 * s2, h * (3 * s2 - 2 * s)]) / h

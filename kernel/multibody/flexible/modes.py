@@ -13,14 +13,14 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
-from math import sqrt
+from math import pi, sqrt
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import eigen, factored, sizes, times, total
 from heavylift.kernel.algebra.eigenvalues import eigenmodes, orthonormal
 from heavylift.kernel.algebra.polynomials import derivative, integral, polynomials, product, roots, series, spline
 from heavylift.kernel.cache import remembered, sources
-from heavylift.kernel.description.flexible import Beam, Flexible
+from heavylift.kernel.description.flexible import Beam, Flexible, Modal
 from heavylift.kernel.errors import KernelError
 
 from .attachment import Track
@@ -57,11 +57,14 @@ class Modes:
         Raises KernelError for a point beyond the beam's ends or at no node.
         """
         if beam := self.flexible.beam:
-            if not -NODE <= p[0] <= beam.length + NODE:
-                raise KernelError(f"body '{self.name}': x = {p[0]:g} m lies beyond its ends at 0 and {beam.length:g} m")
+            if not -NODE <= p[0] - beam.start <= beam.length + NODE:
+                ends = f"{beam.start:g} and {beam.start + beam.length:g} m"
+                raise KernelError(f"body '{self.name}': x = {p[0]:g} m lies beyond its ends at {ends}")
             return p[0], np.array([p[0], 0.0, 0.0])
         distance = sizes(self.nodes - np.array(p))
         node = int(np.argmin(distance))
+        if distance[node] > NODE and self.flexible.modal:
+            return len(self.nodes) - 1, self.nodes[-1]
         if distance[node] > NODE:
             near = ", ".join(f"{x:g}" for x in self.nodes[node])
             raise KernelError(f"body '{self.name}': ({p[0]:g}, {p[1]:g}, {p[2]:g}) is no node; the nearest is ({near})")
@@ -79,8 +82,8 @@ class Modes:
         Raises KernelError naming the joint that slides if this is no beam or a mode is not smooth.
         """
         beam, m = self.flexible.beam, len(self.mass)
-        if beam is None:
-            raise KernelError(f"joint '{joint}': body '{self.name}' is no beam; a slider needs one")
+        if beam is None or beam.start:
+            raise KernelError(f"joint '{joint}': body '{self.name}' is no beam from its origin on; a slider needs one")
         x = roots(4 * beam.elements)
         places = (1.0 + x) * beam.length / 2.0
         nodal = self.shapes.reshape(-1, 6, m)[:, :4].reshape(-1, 4 * m)  # ux uy uz rx; ry and rz are slopes
@@ -114,9 +117,9 @@ class Modes:
         beam, m = self.flexible.beam, len(self.mass)
         if beam is None:
             return np.zeros((m, m))
-        h = beam.length / beam.elements
-        e = min(int(float(station) / h), beam.elements - 1)
-        return rounded(self.nodal_shortening[e] + self._product(beam, e * h, float(station)))
+        h, along = beam.length / beam.elements, float(station) - beam.start
+        e = min(int(along / h), beam.elements - 1)
+        return rounded(self.nodal_shortening[e] + self._product(beam, e * h, along))
 
     @cached_property
     def smallness(self) -> Smallness:
@@ -128,8 +131,8 @@ class Modes:
         any number of instants (n, ...)."""
         beam = self.flexible.beam
         if beam is None:
-            return np.zeros(len(a), dtype=bool)
-        reach = np.abs(a[:, 0]) + beam.length * total((w * w).T)
+            return np.full(len(a), self.flexible.modal is not None)
+        reach = np.abs(a[:, 0]) + (beam.length + abs(beam.start)) * total((w * w).T)
         size = total(np.abs(forces[:, :, 0]).T) + beam.mass_per_length * beam.length * reach
         hardly: np.ndarray = size * self._softness < HARDLY
         return hardly
@@ -158,10 +161,11 @@ class Modes:
         return g - total(g) / len(g) if self.flexible.frame == "free" else g
 
     def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
-        """(m, m) integral of the products of slopes over a part of one element: of degree 4, exact with 3 points."""
+        """(m, m) integral of the products of slopes over a part of one element, from its start on: of degree 4,
+        exact with 3 points."""
         out = np.zeros((len(self.mass),) * 2)
         for x, weight in GAUSS:
-            slopes = times(hermite(beam, (a + b + (b - a) * x) / 2.0)[4:], self.shapes)
+            slopes = times(hermite(beam, beam.start + (a + b + (b - a) * x) / 2.0)[4:], self.shapes)
             out += weight * (b - a) / 2.0 * times(slopes.T, slopes)
         return out
 
@@ -171,6 +175,8 @@ def modes_of(name: str, flexible: Flexible) -> Modes:
 
     Raises KernelError if there are too few or something can move without mass or stiffness.
     """
+    if flexible.modal:
+        return _given(name, flexible, flexible.modal)
     nodes, M, K, held = _model(flexible)
     key = hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
     kept = remembered(f"{key}.modes", bytes, lambda: _shapes(name, flexible, nodes, M, K, held).tobytes())
@@ -213,7 +219,7 @@ def _shapes(
         except ZeroDivisionError:
             raise _loose(name, 1) from None
         if flexible.loads:
-            basis = np.column_stack([basis, _static(flexible, K_f, free)])
+            basis = np.column_stack([basis, _static(flexible, M_f, K_f, free, rigid)])
     given = basis.shape[1]
     basis, _ = orthonormal(basis, times(M_f, basis), DEPENDENT)
     if nodal is not None and basis.shape[1] < given:
@@ -259,13 +265,30 @@ def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
     return out.reshape(6 * n, m)
 
 
-def _static(flexible: Flexible, K: np.ndarray, free: list[int]) -> np.ndarray:
-    """(n, m) static deflections under unit forces at the stations `loads`."""
+def _given(name: str, flexible: Flexible, modal: Modal) -> Modes:
+    """Modes of a table, scaled to a largest displacement of 1, at its places and one that moves with the frame."""
+    nodes = np.array([*modal.nodes, (0.0, 0.0, 0.0)])
+    given = np.array(modal.shapes, float).reshape(len(modal.shapes), -1).T
+    scale = np.abs(given).max(axis=0, initial=0.0)
+    shapes = _padded(np.concatenate([given / scale, np.zeros((3, len(scale)))]), len(nodes))
+    omega, mass = 2.0 * pi * np.array(modal.frequency), np.array(modal.mass) / (scale * scale)
+    damping = 2.0 * np.array(modal.damping) * mass * omega
+    numbers = (rounded_each(x) for x in (mass, mass * omega * omega, damping))
+    return Modes(name, flexible, nodes, np.zeros((6 * len(nodes),) * 2), shapes, *numbers)
+
+
+def _static(flexible: Flexible, M: np.ndarray, K: np.ndarray, free: list[int], rigid: np.ndarray) -> np.ndarray:
+    """(n, m) static deflections under unit forces at the stations `loads`; of a body that moves freely, with the rigid
+    motions (n, r), under those less what accelerates it."""
     beam = flexible.beam
     assert beam is not None, "checked with the description"
     directions = [d for d in (1, 2) if d not in rigid_directions(beam)]
-    forces = [hermite(beam, x)[d][free] for x in flexible.loads for d in directions]
-    return factored(K).solve(np.array(forces).reshape(len(forces), len(free)).T)
+    given = [hermite(beam, x)[d][free] for x in flexible.loads for d in directions]
+    forces = np.array(given).reshape(len(given), len(free)).T
+    if rigid.shape[1]:
+        W, far = times(M, rigid), max(float(K[k, k] / M[k, k]) for k in range(len(K)))
+        K, forces = K + far * times(W, W.T), forces - times(W, times(rigid.T, forces))
+    return factored(K).solve(forces)
 
 
 def _loose(name: str, mode: int) -> KernelError:

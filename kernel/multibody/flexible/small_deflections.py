@@ -90,7 +90,7 @@ def smallness(modes: Shapes) -> Smallness:
     found: list[tuple[np.ndarray | None, np.ndarray | None]] = []
     if beam := modes.flexible.beam:
         length = beam.length
-        places = [length * k / PLACES for k in range(PLACES + 1)]
+        places = [beam.start + length * k / PLACES for k in range(PLACES + 1)]
         found += [(modes.at(x)[:3], modes.at(x)[3:]) for x in places]
     else:
         shapes = modes.shapes.reshape(len(modes.nodes), 6, -1)

@@ -7,7 +7,7 @@ augmented     absolute coordinates of all bodies with a row for every constraint
 
 All agree to rounding; their costs differ (`tests/bench/formulations.py`).
 
-free_bodies   every body alone, before any joint is thought of; repeated_subtrees: equal branches share their code
+repeated_subtrees: equal branches share their code
 """
 
 from __future__ import annotations

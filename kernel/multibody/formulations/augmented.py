@@ -15,10 +15,9 @@ import numpy as np
 from heavylift.kernel.algebra.ldlt import LDLT, frame
 from heavylift.kernel.algebra.spatial import join, skew
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
+from heavylift.kernel.multibody.free_bodies import newton_euler
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
-
-from .free_bodies import newton_euler
 
 __all__ = ["augmented"]
 

@@ -11,10 +11,9 @@ import numpy as np
 from heavylift.kernel.algebra.ldlt import LDLT
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
+from heavylift.kernel.multibody.free_bodies import newton_euler
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
-
-from .free_bodies import newton_euler
 
 __all__ = ["embedding", "velocity_transformation"]
 

@@ -17,6 +17,7 @@ from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function, Outputs, flatten
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
 from heavylift.kernel.multibody.dynamics import Equations, composites, joint_forces, joint_space_inertia
+from heavylift.kernel.multibody.free_bodies import newton_euler
 from heavylift.kernel.multibody.kinematics import Base, Kinematics, kinematics
 from heavylift.kernel.multibody.ltdl import ltdl
 from heavylift.kernel.multibody.trees import (
@@ -29,7 +30,6 @@ from heavylift.kernel.multibody.trees import (
 )
 
 from .articulated import inwards, outwards
-from .free_bodies import newton_euler
 
 __all__ = ["Limbs", "limbs_of"]
 
@@ -199,7 +199,7 @@ def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
 
 def _resists(b: TreeBody) -> bool:
     """Whether a body alone resists every motion; what else resists is looked at in the whole tree."""
-    return bool(b.mass != 0.0 and (np.diag(b.inertia) != 0.0).all())
+    return bool(b.mass != 0.0 and (np.diag(b.inertia) != 0.0).all() and b.added is None)
 
 
 def _unplaced(part: Tree) -> Tree:

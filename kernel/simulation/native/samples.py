@@ -11,9 +11,11 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+from heavylift.kernel.algebra.arrays import times
 from heavylift.kernel.algebra.attitudes import quaternions
+from heavylift.kernel.algebra.spatial import skew
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.multibody.graph import coordinate_names
+from heavylift.kernel.multibody.graph import Link, coordinate_names
 
 from .native_functions import Stepping
 from .sample_row import ROW
@@ -75,6 +77,7 @@ def _topics(p: Program, long_steps: bool) -> list[Topic]:
     winches = [i for i, r in enumerate(s.ropes) if r.winch]
     works, heats = ([i for i, (kind, _) in enumerate(p.accounts) if kind == what] for what in ("work", "heat"))
     positions, velocities = coordinate_names(p.graph)
+    gauges = [_gauges(k) for k in p.graph.links if k.modes and k.modes.flexible.gauges]
 
     def of(topic: str, names: Sequence[str], *groups: str) -> Topic:
         """The columns of some groups as they are."""
@@ -105,10 +108,29 @@ def _topics(p: Program, long_steps: bool) -> list[Topic]:
             (topic, [n for n, _ in columns], unit, _picked("shown", [i for _, i in columns]))
             for (topic, unit), columns in shown(p).items()
         ),
+        ("deflection", [n for names, *_ in gauges for n in names], "m", lambda raw: _bent(raw, gauges)),
         of("steps", ["taken"] if long_steps else [], "steps"),
         *((f"pose/{k.body.name}", POSE, "m, quaternion x y z w", _pose(7 * i)) for i, k in enumerate(p.graph.links)),
     ]
     return [topic for topic in topics if topic[1]]
+
+
+def _gauges(link: Link) -> tuple[list[str], slice, np.ndarray]:
+    """Names, mode coordinates and (n, m) what each of them moves, of the places of a flexible body that are sampled."""
+    assert link.modes is not None, "of a flexible body"
+    names, rows = list[str](), list[np.ndarray]()
+    for gauge in link.modes.flexible.gauges:
+        station, X = link.modes.station(gauge.p)
+        shape = link.modes.at(station)
+        moved = shape[:3] - times(skew(np.array(gauge.p) - X), shape[3:])
+        names += [f"{link.body.name}.{gauge.name}.{x}" for x in "xyz"]
+        rows += list(moved)
+    return names, link.q_modes, np.array(rows)
+
+
+def _bent(raw: Raw, gauges: list[tuple[list[str], slice, np.ndarray]]) -> np.ndarray:
+    """Displacements of places within flexible bodies."""
+    return np.concatenate([times(raw["q"][:, modes], shapes.T) for _, modes, shapes in gauges], axis=1)
 
 
 def _picked(group: str, which: list[int]) -> Read:

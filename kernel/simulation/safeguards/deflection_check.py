@@ -136,7 +136,7 @@ def _held(program: Program, i: int) -> bool:
             carried.add(j)
     s, number = program.system, program.graph.number
     ends = {number(p.body) for r in s.straight_ropes for line in r.lines for p in (line.a, line.b)}
-    ends |= {number(u.point.body) for u in s.supports} | set(program.constraints.bodies)
+    ends |= {number(p.body) for u in s.supports for p in u.points} | set(program.constraints.bodies)
     ends |= {end for x in program.laws if not isinstance(x.force, Load | Wind) for end in x.ends}
     return bool(carried & ends)
 

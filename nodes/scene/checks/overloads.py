@@ -7,8 +7,10 @@ what is overloaded once a sling has parted, for that is why such a list is run, 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import inf
 
-from heavylift.nodes.limits.judging import judge, uses_on_path
+import msgspec
+from heavylift.nodes.limits.judging import ELSEWHERE, judge, uses_on_path
 from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import parts
@@ -22,20 +24,24 @@ __all__ = ["overloads"]
 PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that drives are moved to
 
 
-def overloads(built: plan.Plan, statics: Followed, uses: Sequence[Use]) -> list[tuple[str, str]]:
-    """(where, sentence) of each; `uses`: the worst of each limit on the path at rest."""
-    parting = (n for n, action in enumerate(built.actions, 1) if parts(action))
-    if first := next(parting, 0):
-        uses = uses_on_path(built, [x for x in statics.states if x.action < first])
+def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
+    """(where, sentence) of each."""
+    refused = [x for x in built.limits if x.quantity not in ELSEWHERE and WORDS[x.quantity].refused]
+    if not refused or not statics.states:
+        return []
+    places = msgspec.structs.replace(built, limits=tuple(refused))
+    if built.lift and (found := _refused(built, uses_on_path(places, goal_states(built, statics)))):
+        return found
     guarded = {rope for interlock in built.interlocks if interlock.stops for rope in interlock.hooks}
-    uses = [use for use in uses if not guarded.intersection(use.limit.elements)]
-    goals = uses_on_path(built, goal_states(built, statics)) if built.lift else []
-    return _refused(built, goals) or _refused(built, [use for use in uses if use.limit.quantity not in PLACES])
+    loads = (x for x in refused if x.quantity not in PLACES and not guarded.intersection(x.elements))
+    parting = next((n for n, action in enumerate(built.actions, 1) if parts(action)), inf)
+    states = [x for x in statics.states if x.action < parting]
+    return _refused(built, uses_on_path(msgspec.structs.replace(built, limits=tuple(loads)), states))
 
 
 def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:
     found = Findings()
-    for use in (use for use in uses if WORDS[use.limit.quantity].refused):
+    for use in uses:
         for finding in judge(built, [use], dynamic=False):
             if finding.severity == "red":
                 where, stage = (finding.where, finding.stage) if use.action else ("", "")

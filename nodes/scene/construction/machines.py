@@ -39,18 +39,20 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
 
 
 def check_parts(source: Source, scene: schema.Scene) -> None:
-    """A lift needs cranes, a rig and a block, of which machines need no rig; a scene needs something that moves."""
+    """A lift needs cranes, a rig and a block, which alone does beside machines, vessels and obstacles; a scene needs
+    something that moves."""
     block = scene.block is not None or bool(scene.blocks and not scene.cranes)
     parts = {"cranes": bool(scene.cranes), "block": block, "rig": scene.rig is not None}
     missing = [key for key, there in parts.items() if not there]
+    beside = scene.machines or scene.vessels or scene.obstacles or scene.floor
     if len(missing) == len(parts):
-        if scene.mechanism is None and not scene.machines:
+        if scene.mechanism is None and not scene.machines and not scene.vessels:
             source.fault((), "a scene needs cranes, a block and a rig, or a mechanism")
-    elif missing and not (missing == ["cranes", "rig"] and scene.machines):
+    elif missing and not (missing == ["cranes", "rig"] and beside):
         there = " and ".join(key for key in parts if key not in missing)
         source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
     names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
-    for key in ("machines", "blocks"):
+    for key in ("machines", "blocks", "vessels"):
         for name in getattr(scene, key):
             if name in names:
                 source.fault((key, name), f"the name '{name}' is given twice: another machine has it", on_key=True)

@@ -13,9 +13,11 @@ from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.action_preview import at_rest
 
 from .mechanism import build_mechanism
+from .obstacles import obstacles_machine
 from .rigging.slings import slings_of
 from .rigging.tree import Tree
 from .stools import block_machine
+from .vessels import afloat, check_decks, vessel_machine
 from .yard import Yard
 
 __all__ = ["build_mechanisms"]
@@ -30,28 +32,39 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     bases: dict[Path, Mechanism] = {("machines", name): machine for name, machine in scene.machines.items()}
     if scene.mechanism is not None:
         bases["mechanism",] = scene.mechanism
-    if not bases and scene.wind is None and not scene.rigging and not scene.blocks:
+    fixed = bool(scene.obstacles or scene.floor)
+    if not bases and scene.wind is None and not (scene.rigging or scene.blocks or scene.vessels or fixed):
         return ()
+    check_decks(yard)
     if lift.machines:
         raise_faults(source, source.faults)
     held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
     around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
-    built = [block_machine(yard, name) for name in scene.blocks]
+    built = [vessel_machine(yard, name) for name in scene.vessels]
+    built += [block_machine(yard, name) for name in scene.blocks]
+    if source.faults:
+        return tuple(built)
     around = merge([around, *(block.system for block in built)], scene.gravity) if built else around
+    if fixed:
+        built.append(obstacles_machine(yard, around))
+        around = merge([around, built[-1].system], scene.gravity)
+    if source.faults:
+        return tuple(built)
     tree = Tree(source, scene, around) if scene.rigging else None
     for base, given in bases.items():
-        built.append(build_mechanism(source, given, scene.gravity, around, base, tree))
+        built.append(build_mechanism(source, given, scene.gravity, around, base, tree, scene.edges))
         if source.faults:
             return tuple(built)  # what others name of it is not known
         around = merge([around, built[-1].system], scene.gravity)
     for base, name in tree.own() if tree else ():
         assert tree is not None
-        made = build_mechanism(source, tree.made(name, around), scene.gravity, around, base)
+        made = build_mechanism(source, tree.made(name, around), scene.gravity, around, base, None, scene.edges)
         slings = tuple(slings_of(scene, name))
         built.append(msgspec.structs.replace(made, slings={name: slings} if slings else {}))
         if source.faults:
             return tuple(built)
         around = merge([around, built[-1].system], scene.gravity)
+    built = afloat(yard, built, around)
     if (air := _wind(source, scene, around)) is not None:
         built.append(build_mechanism(source, air, scene.gravity, around, (WIND,)))
     return tuple(built)

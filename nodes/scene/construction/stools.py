@@ -8,13 +8,15 @@ from __future__ import annotations
 import math
 
 from heavylift.kernel.algebra.dense import dot, least_norm, singular_values
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_inertia
+from heavylift.nodes.models.parts.bending import block_body
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.text.source import Path
 
+from .bending import flexible_of
 from .yard import LOWER, UPPER, Yard, box
 
 SINGULAR = 1e-12  # singular value, relative, of stools in one line
@@ -37,20 +39,23 @@ def build_block(yard: Yard, block: schema.Block, base: Path = ("block",)) -> pla
                 stools.friction,
                 k if stools.friction else 0.0,
                 d if stools.friction else 0.0,
+                "" if block.on == WORLD else block.on,
             )
             where = yard.source.where((*base, "supports", "at", i))
             pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
     if block.inertia:
         _check_moments(yard, block, base)
+    body = plan.Inertia(mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size))
     return plan.Block(
         name=name,
-        body=plan.Inertia(mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size)),
+        body=body,
         size=block.size,
-        pose=_resting(block),
+        pose=_resting(block, yard.scene.vessels[block.on].at if block.on in yard.scene.vessels else (0.0, 0.0, 0.0)),
         lugs=tuple(
             plan.Lug(name=lug, p=p, where=yard.source.where((*base, "lugs", lug))) for lug, p in block.lugs.items()
         ),
         pads=tuple(pads),
+        flexible=flexible_of(yard, block, body, pads, base),
         where=yard.source.where(base),
         com_where=yard.source.where((*base, "com")),
     )
@@ -59,11 +64,9 @@ def build_block(yard: Yard, block: schema.Block, base: Path = ("block",)) -> pla
 def block_machine(yard: Yard, name: str) -> plan.Mechanism:
     """One of several blocks as a machine made of parts: a body on a free joint above its stools."""
     block = build_block(yard, yard.scene.blocks[name], ("blocks", name))
-    i = block.body.moments
-    inertia = ((i[0], 0.0, 0.0), (0.0, i[1], 0.0), (0.0, 0.0, i[2]))
     pads = [pad for pad in block.pads if pad.closed]
     system = System(
-        bodies=(Body(name, block.body.mass, block.body.com, inertia),),
+        bodies=(block_body(name, block.body, block.flexible),),
         joints=(Joint(f"{name}.free", "free", WORLD, name, q0=block.pose, v0=(0.0,) * 6),),
         supports=tuple(pad.support for pad in pads),
         gravity=yard.scene.gravity,
@@ -83,13 +86,14 @@ def _check_moments(yard: Yard, block: schema.Block, base: Path) -> None:
         yard.source.fault((*base, "inertia"), str(error))
 
 
-def _resting(block: schema.Block) -> tuple[float, float, float, float, float, float, float]:
-    """Pose of the block in equilibrium on its stools: k sum(depth) = weight, with depth = a + b u + c v."""
+def _resting(block: schema.Block, origin: Vector) -> tuple[float, float, float, float, float, float, float]:
+    """Pose of the block in equilibrium on its stools: k sum(depth) = weight, with depth = a + b u + c v; `origin`: from
+    which its place counts."""
     places = [(1.0, u, v) for u, v in block.supports.at]
     total = len(places) * block.supports.settlement
     load = [total, total * block.com[0], total * block.com[1]]
     A = [[dot(p, q) for q in zip(*places, strict=True)] for p in zip(*places, strict=True)]
     a, b, c = least_norm(A, load, SINGULAR * max(singular_values(A)))
-    x, y, z = block.at
+    x, y, z = (p + q for p, q in zip(block.at, origin, strict=True))
     norm = math.sqrt(1 + (b * b + c * c) / 4)
     return (x, y, z - a, -c / 2 / norm, b / 2 / norm, 0.0, 1 / norm)

@@ -19,9 +19,12 @@ from .actions import Action, Condition
 from .base import Base, Name, Place, keys_of
 from .interlocks import Interlock
 from .nodes import OwnModel, Process
+from .obstacles import Floor, Obstacle
+from .parts.flexible import Hull, Mode
 from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
-from .parts.rigging import Rigging, SlingType
+from .parts.rigging import Edge, Rigging, SlingType
+from .vessels import Vessel, Waves
 from .wind import Wind
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -156,8 +159,16 @@ class Block(Base):
     com: Place = (0.0, 0.0, 0.0)
     inertia: tuple[u.Inertia, u.Inertia, u.Inertia] | None = None  # left out: a uniform box
     lugs: dict[Name, Place]
+    beam: Hull | None = None  # left out, as `modes`: it is rigid
+    modes: dict[Name, Mode] = Field(default_factory=dict)  # instead: those of a table
     lug_capacity: u.Mass | None = None  # of each lug; left out: they are not judged
     supports: Supports
+    on: str = "world"  # vessel on whose deck it stands: `at` and the height of its supports are in that one's frame
+
+    @property
+    def flexible(self) -> bool:
+        """Whether it bends."""
+        return bool(self.beam or self.modes)
 
 
 class Loader(Base):
@@ -259,8 +270,13 @@ class Scene(Base):
     limits: LiftLimits = LiftLimits()
     mechanism: Mechanism | None = None
     wind: Wind | None = None
+    waves: Waves | None = None
+    floor: Floor | None = None
+    obstacles: dict[Name, Obstacle] = Field(default_factory=dict)
+    vessels: dict[Name, Vessel] = Field(default_factory=dict)
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    edges: dict[Name, Edge] = Field(default_factory=dict)  # that ropes bend over
     lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side, of machines in parts
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel

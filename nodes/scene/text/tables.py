@@ -1,4 +1,4 @@
-"""Tables beside a scene: a block's row, and its lugs.
+"""Tables beside a scene: a block's row, its lugs, and its modes.
 
     block: {from: blocks.csv#B17, lugs from: lugs.csv#B17, at: [40 m, 70 m, 4 m]}
 
@@ -6,8 +6,9 @@ and so each of `blocks`.
 
 The head names keys with their units, `mass [t]`, `com x [m]`; a column without a unit is a remark, if it is no axis.
 The first column names the row; in a table of lugs it names the block, the second one the lug, and without `#B17` the
-first one the lug.  What the same file writes wins over the row, and so do files and settings laid over it; the row wins
-over what that file extends.  An empty cell is as if nothing were written.
+first one the lug.  `modes from` alike names a table of block, mode, place (lug or stool), its displacement x, y, z and
+in some row of each mode the frequency, mass and damping.  What the same file writes wins over the row, and so do
+files and settings laid over it; the row wins over what that file extends.  An empty cell is as if nothing were written.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from .units import NUMBER
 __all__ = ["row_names", "tabled"]
 
 BLOCK = "block"
-ROW, LUGS = "from", "lugs from"
+ROW, LUGS, MODES = "from", "lugs from", "modes from"
 AXES = ("x", "y", "z")
 HEAD = re.compile(r"(?P<key>[^\[\]]*?)(?:[ .](?P<axis>[xyz]))?\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 CELL = re.compile(rf"({NUMBER}(?:,\d+)*)(.*)")
@@ -57,7 +58,8 @@ class Column:
 
 
 def tabled(source: Source) -> None:
-    """Put the rows that `from` and `lugs from` of each block name in their place, out of tables in the scene's folder.
+    """Put the rows that `from`, `lugs from` and `modes from` of each block name in their place, out of tables in the
+    scene's folder.
 
     Raises SceneError with all faults of the scene so far where a table or row cannot be had.
     """
@@ -70,7 +72,7 @@ def _tabled(source: Source, base: Path) -> None:
     block = source.at(base)
     if not isinstance(block, dict):
         return
-    for word in (ROW, LUGS):
+    for word in (ROW, LUGS, MODES):
         if word not in block:
             continue
         at = (*base, word)
@@ -83,10 +85,11 @@ def _tabled(source: Source, base: Path) -> None:
             if word == ROW:
                 _lay(source, base, block, _block(source, base, head, _only(rows, row, file)), mark)
             else:
-                lugs = block.setdefault("lugs", {})
-                source.keys.setdefault((*base, "lugs"), source.keys.get(at, mark))
-                if isinstance(lugs, dict):
-                    _lay(source, (*base, "lugs"), lugs, _lugs(source, base, head, rows, row, file), mark)
+                key, reader = ("lugs", _lugs) if word == LUGS else ("modes", _modes)
+                into = block.setdefault(key, {})
+                source.keys.setdefault((*base, key), source.keys.get(at, mark))
+                if isinstance(into, dict):
+                    _lay(source, (*base, key), into, reader(source, base, head, rows, row, file), mark)
         except (SceneError, ValueError) as error:
             source.fault(at, str(error), mark=mark)
             raise_faults(source, source.faults)
@@ -131,24 +134,56 @@ def _block(source: Source, base: Path, head: list[Column], row: list[Cell]) -> F
 
 def _lugs(source: Source, base: Path, head: list[Column], rows: list[list[Cell]], block: str, file: str) -> Found:
     """The lugs of a block by name."""
-    first = 1 if block else 0
-    chosen = [row for row in rows if not block or row[0].text == block]
-    if not chosen:
-        raise SceneError(f"{file} has no row '{block}': {closest(block, dict.fromkeys(row[0].text for row in rows))}")
-    places = {column.axis or column.key: i for i, column in enumerate(head)}
     if others := [c.key for c in head if c.unit and (c.axis or c.key) not in AXES]:
         raise SceneError(f"{file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
-    if lacking := [x for x in AXES if x not in places]:
-        raise SceneError(f"{file} has no column {', '.join(f'{x} [m]' for x in lacking)}")
+    chosen, places = _chosen(head, rows, block, file, " [m]")
     found: Found = {}
     for row in chosen:
-        name = row[first]
+        name = row[1 if block else 0]
         cells = [row[places[x]] for x in AXES]
         if name.text in found:
             source.fault((*base, "lugs", name.text), f"the lug '{name.text}' is given twice", mark=name.mark)
         value: list[Data] = [_with_unit(cell.text, head[places[x]].unit) for x, cell in zip(AXES, cells, strict=True)]
         found[name.text] = (value, name.mark, {(): name.mark, **{(i,): cell.mark for i, cell in enumerate(cells)}})
     return found
+
+
+def _modes(source: Source, base: Path, head: list[Column], rows: list[list[Cell]], block: str, file: str) -> Found:
+    """The modes of a block by name, each of as many rows as places have a displacement in it."""
+    chosen, places = _chosen(head, rows, block, file, "")
+    first = 1 if block else 0
+    numbers = [i for i, column in enumerate(head) if i > first + 1 and i not in places.values() and column.unit]
+    found: Found = {}
+    for row in chosen:
+        name, place = row[first], row[first + 1]
+        value, _, marks = found.setdefault(name.text, ({"shape": {}}, name.mark, {(): name.mark}))
+        assert isinstance(value, dict)
+        shape = value["shape"]
+        assert isinstance(shape, dict)
+        if place.text in shape:
+            source.fault((*base, "modes", name.text), f"the place '{place.text}' is given twice", mark=place.mark)
+        shape[place.text] = [row[places[x]].text for x in AXES]
+        marks |= {("shape", place.text, i): row[places[x]].mark for i, x in enumerate(AXES)}
+        for i in (i for i in numbers if row[i].text):
+            text = _with_unit(row[i].text, head[i].unit)
+            if value.setdefault(head[i].key, text) != text:
+                told = f"a mode has one {head[i].key}, and '{name.text}' has {value[head[i].key]}, too"
+                source.fault((*base, "modes", name.text), told, mark=row[i].mark)
+            marks[head[i].key,] = row[i].mark
+    return found
+
+
+def _chosen(
+    head: list[Column], rows: list[list[Cell]], block: str, file: str, unit: str
+) -> tuple[list[list[Cell]], dict[str, int]]:
+    """The rows of a block, and which columns are x, y and z."""
+    chosen = [row for row in rows if not block or row[0].text == block]
+    if not chosen:
+        raise SceneError(f"{file} has no row '{block}': {closest(block, dict.fromkeys(row[0].text for row in rows))}")
+    places = {column.axis or column.key: i for i, column in enumerate(head)}
+    if lacking := [x for x in AXES if x not in places]:
+        raise SceneError(f"{file} has no column {', '.join(f'{x}{unit}' for x in lacking)}")
+    return chosen, {x: places[x] for x in AXES}
 
 
 def _with_unit(text: str, unit: str) -> str:

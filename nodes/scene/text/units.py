@@ -12,6 +12,7 @@ import math
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Annotated, Literal
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -35,7 +36,7 @@ _MINUTE, _KILO, _MILLI = Fraction(60), Fraction(1000), Fraction(1, 1000)
 _ONE, _MEGA, _GIGA = Fraction(1), _KILO**2, _KILO**3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # told apart by identity, so that what was read before is known
 class Dimension:
     """A kind of quantity: its units with their factors to SI; the first two units stand in its messages."""
 
@@ -55,6 +56,10 @@ class Dimension:
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
             return self._bare(float(str(value)), f"{value:.12g}" if isinstance(value, float) else str(value))
+        return self._of_text(value)
+
+    @lru_cache(4096)  # noqa: B019 - dimensions stay, and variants of a scene share nearly all texts
+    def _of_text(self, value: str) -> float:
         if meant := self._punctuated(value):
             raise ValueError(f"'{value}' is no {self.name}: {meant}")
         match = re.fullmatch(rf"\s*({NUMBER}|[+-]?(?:nan|inf))\s*(.*?)\s*", value)
@@ -122,7 +127,7 @@ class Dimension:
         return f"'{text or format(number, '.10g')} {first[0]}' or '{other:.10g} {second[0]}'"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Limited(Dimension):
     """A quantity that makes sense between two ends only, written as a user writes them."""
 
@@ -180,6 +185,9 @@ RIGIDITY = Dimension("bending stiffness", {"MN m2": _MEGA, "N m2": _ONE, "kN m2"
 MODULUS = Dimension("modulus", {"GPa": _GIGA, "MPa": _MEGA, "Pa": _ONE, "N/mm2": _MEGA})
 SECOND_MOMENT = Dimension("second moment of area", {"m4": _ONE, "cm4": Fraction(1, 100) ** 4})
 RATIO = Dimension("ratio", {"": _ONE, "%": Fraction(1, 100)})
+RESPONSE = Dimension("motion per wave amplitude", {"m/m": _ONE, "": _ONE})
+TURN_RESPONSE = Dimension("angle per wave amplitude", {"deg/m": _DEGREE, "rad/m": _ONE})
+MOMENT_RESPONSE = Dimension("moment per wave amplitude", {"MN m/m": _MEGA, "kN m/m": _KILO, "N m/m": _ONE})
 
 DURATION = Limited(TIME.name, TIME.units, "0.001 ms", "100 days")
 SAMPLING = Limited(FREQUENCY.name, FREQUENCY.units, "0.001 Hz", "10 kHz")
@@ -190,10 +198,11 @@ DIMENSIONS: tuple[Dimension, ...] = (
     *(LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY),
     *(INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, AREA, DENSITY, RATIO),
     *(MASS_PER_LENGTH, ROTARY_INERTIA, RIGIDITY, MODULUS, SECOND_MOMENT),
+    *(RESPONSE, TURN_RESPONSE, MOMENT_RESPONSE),
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Either(Dimension):
     """A dimension that reads two, such as a length of a sliding or an angle of a turning joint."""
 
@@ -244,6 +253,7 @@ Extent = Annotated[float, Quantity(LENGTH, "positive")]
 Gap = Annotated[float, Quantity(LENGTH, "zero")]
 Swing = Annotated[float, Quantity(ANGLE, "positive")]
 Mass = Annotated[float, Quantity(MASS, "positive")]
+AnyMass = Annotated[float, Quantity(MASS, "zero")]
 Force = Annotated[float, Quantity(FORCE, "positive")]
 Moment = Annotated[float, Quantity(MOMENT, "positive")]
 Speed = Annotated[float, Quantity(SPEED, "positive")]

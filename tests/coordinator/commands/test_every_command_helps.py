@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -153,3 +154,7 @@ def test_a_shell_asks_the_command(
     monkeypatch.setenv("COMP_WORDS", line)
     monkeypatch.setenv("COMP_CWORD", "2")
     assert heavylift(capsys)[1] == offered
+
+
+def test_the_program_says_its_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert heavylift(capsys, "--version") == (0, f"heavylift {version('heavylift')}\n", "")

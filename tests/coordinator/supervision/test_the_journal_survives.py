@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from pathlib import Path
+from types import FrameType
 
 import pytest
 from heavylift.coordinator.supervision.journal import Journal, read
@@ -100,3 +102,30 @@ def test_the_ordered_end_leaves_no_file(written: Path) -> None:
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"nowhere/run\.journal: the journal cannot be written"):
         Journal(tmp_path / "nowhere" / "run.journal")
+
+
+def test_a_signal_anywhere_in_a_restart_leaves_a_journal_that_can_be_deleted(tmp_path: Path) -> None:
+    lines = 0
+    while True:
+        journal, countdown = Journal(tmp_path / "run.journal"), lines
+
+        def interrupt(frame: FrameType, event: str, arg: object) -> object:
+            nonlocal countdown
+            if event == "line":
+                countdown -= 1
+                if countdown < 0:
+                    raise KeyboardInterrupt
+            return interrupt
+
+        before, _ = sys.gettrace(), sys.settrace(interrupt)
+        try:
+            journal.restart([b"checkpoint"])
+        except KeyboardInterrupt:
+            lines += 1
+        else:
+            break
+        finally:
+            sys.settrace(before)
+            journal.delete()
+            journal.delete()
+    assert lines > 5

@@ -277,6 +277,21 @@ def test_a_rope_between_two_makes_them_one_and_what_rests_is_cut_off_again() -> 
         assert np.abs(last[at[group]] - expected[at[group]]).max() < APART * np.abs(expected[at[group]]).max(), group
 
 
+def test_a_loose_rope_keeps_its_far_end_for_when_it_is_hooked() -> None:
+    """Off the origin of a body of another island: its span is shown, and from there it pulls later."""
+    line = Line(Point("load-a", (0.0, 0.1, 0.3)), Point("load-b", (0.2, 0.0, -0.4)))
+    scene = replace(TWO, ropes=(*TWO.ropes, Rope("tug", (line,), 1e6, 10.2, 1e4, hooked=False)))
+    hooked: list[Stage] = [(2.0, lambda s: s.hook("tug", L0=10.3)), (2.5, wind("a", -1.0))]
+    s, whole = played(islands(scene), hooked, end=5.0), played(one(scene), hooked, end=5.0)
+    assert ("tug", "taut") in [(e.name, e.what) for _, e in s.log]
+    at = whole.method.row_layout.at
+    (times, rows), (same, expected) = (zip(*grid(x), strict=True) for x in (s, whole))
+    assert times == same
+    for group in ("q", "elongation"):
+        x, y = (np.array(r)[:, at[group]] for r in (rows, expected))
+        assert np.abs(x - y).max() < APART * np.abs(y).max(), group
+
+
 @pytest.mark.parametrize("t", [1.0, 4.0, 18.0])
 def test_a_snapshot_keeps_the_cut(t: float) -> None:
     first, second = (islands(TIED, cut_at_once=True) for _ in range(2))

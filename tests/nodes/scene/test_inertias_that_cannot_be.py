@@ -93,7 +93,7 @@ def test_a_free_body_is_told_once():
     assert told.endswith("the body 'bar' moves freely and nothing resists its turning: give it moments with 'inertia'")
 
 
-@pytest.mark.parametrize("mass", ["0", "-1 kg", ".nan", "1 m"])
+@pytest.mark.parametrize("mass", ["-1 kg", ".nan", "1 m"])
 def test_a_mass_that_is_none_is_told_at_the_mass(mass):
     (told,) = faults("[1 kg m2, 1 kg m2, 1 kg m2]", mass=mass)
     assert told.startswith("scene.yaml:7:13: error: mechanism.bodies.bar.mass: ")

@@ -21,7 +21,7 @@ from heavylift.nodes.scene.text.files import content, within
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-__all__ = ["Beam", "Matrices"]
+__all__ = ["Beam", "Hull", "Matrices", "Mode"]
 
 LARGEST = 1 << 25  # of a matrix [bytes]
 # what zipfile and NumPy raise of archives that are damaged, or packed in a way that they do not know
@@ -37,12 +37,9 @@ class Section(Base):
     J: u.SecondMoment = 0.0
 
 
-class Beam(Base):
-    """A uniform beam: EI, EA, GJ as such or as E, G and `section`; what is left away is rigid."""
+class Stiffness(Base):
+    """What bends of a uniform beam: EI, EA, GJ as such or as E, G and `section`; what is left away is rigid."""
 
-    length: u.Extent
-    mass: u.Mass | None = None
-    mass_per_length: u.MassPerLength | None = None
     EI_y: u.Rigidity = 0.0  # bending about y: displacements along z
     EI_z: u.Rigidity = 0.0
     EA: u.Tension = 0.0
@@ -50,12 +47,26 @@ class Beam(Base):
     E: u.Modulus = 0.0
     G: u.Modulus = 0.0
     section: Section = Section()
-    rotary_inertia: u.RotaryInertia = 0.0  # about the beam's axis, per length
-    frame: Literal["clamped", "simply supported", "free"] = "clamped"
     modes: int = Field(default=3, ge=0, le=30)
     damping: u.Ratio = 0.0
     loads: list[u.Length] = Field(default_factory=list)
     elements: int = Field(default=32, ge=1, le=200)
+
+    @property
+    def stiffness(self) -> tuple[float, float, float, float]:
+        """EI about y and z, EA, GJ."""
+        s, E, G = self.section, self.E, self.G
+        return self.EI_y or E * s.Iy, self.EI_z or E * s.Iz, self.EA or E * s.area, self.GJ or G * s.J
+
+
+class Beam(Stiffness):
+    """A uniform beam of a length and a mass."""
+
+    length: u.Extent
+    mass: u.Mass | None = None
+    mass_per_length: u.MassPerLength | None = None
+    rotary_inertia: u.RotaryInertia = 0.0  # about the beam's axis, per length
+    frame: Literal["clamped", "simply supported", "free"] = "clamped"
 
     @model_validator(mode="after")
     def _one_mass(self) -> Beam:
@@ -66,10 +77,23 @@ class Beam(Base):
     def built(self, folder: Path, root: Path) -> k.Flexible:
         """The kernel's description."""
         per_length = self.mass_per_length or (self.mass or 0.0) / self.length
-        s, E, G = self.section, self.E, self.G
-        stiffness = (self.EI_y or E * s.Iy, self.EI_z or E * s.Iz, self.EA or E * s.area, self.GJ or G * s.J)
-        beam = k.Beam(self.length, per_length, *stiffness, self.rotary_inertia, self.elements)
+        beam = k.Beam(self.length, per_length, *self.stiffness, self.rotary_inertia, self.elements)
         return k.Flexible(self.modes, beam, frame=self.frame, damping=self.damping, loads=tuple(self.loads))
+
+
+class Hull(Stiffness):
+    """A block as a uniform beam along its x, from end to end, which its mean frame follows."""
+
+    mass: u.Mass | None = None  # that bends with it; left out: all of the block's
+
+
+class Mode(Base):
+    """A mode of a block that hangs freely; lugs and stools that it does not name move with the block's frame."""
+
+    frequency: u.Frequency
+    mass: u.Mass  # at the scale of its shape
+    damping: u.Ratio = 0.0
+    shape: dict[str, tuple[u.Number, u.Number, u.Number]]  # of lugs, and of places `at`
 
 
 class Matrices(Base):

@@ -18,7 +18,7 @@ from heavylift.nodes.scene.keys.base import Base, Direction, End, Quaternion, St
 from heavylift.nodes.scene.text import units as u
 from pydantic import Field
 
-__all__ = ["Force"]
+__all__ = ["Force", "Matrix6"]
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]

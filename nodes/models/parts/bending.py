@@ -1,0 +1,50 @@
+"""The body of a block, rigid or flexible: what of its mass and moments bends as a beam, and what sits in its frame.
+
+A uniform beam along x has m L^2 / 12 about y and z, and none of the height and width of its block; with modes alone all
+of the mass sits in the frame.  What is left has the moments by which block and sum agree, so that a block whose modes
+are stiff moves as a rigid one does.
+"""
+
+from __future__ import annotations
+
+from heavylift.kernel.description.flexible import Flexible
+from heavylift.kernel.description.mechanics import Body, Matrix, Vector
+from heavylift.nodes.plan.plan import Inertia
+
+__all__ = ["block_body"]
+
+
+def block_body(name: str, given: Inertia, flexible: Flexible | None) -> Body:
+    """A body of the description that has these mass properties, with all that bends of it."""
+    x, y, z = given.moments
+    moments: Matrix = ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
+    if flexible is None or flexible.beam is None:
+        return Body(name, given.mass, given.com, moments, flexible)
+    beam = flexible.beam
+    bends = beam.mass_per_length * beam.length
+    left = max(0.0, given.mass - bends)
+    about = bends * beam.length * beam.length / 12.0
+    com: Vector = (0.0, 0.0, 0.0)
+    if left:
+        x, y, z = (given.mass / left * c for c in given.com)
+        com = (x, y, z)
+    whole, own, of_beam = _about_origin(given.mass, given.com), _about_origin(left, com), (
+        beam.polar * beam.length, about, about,
+    )  # fmt: skip
+
+    def moment(i: int, j: int) -> float:
+        return moments[i][j] + whole[i][j] - own[i][j] - (of_beam[i] if i == j else 0.0)
+
+    a, b, c = ((moment(i, 0), moment(i, 1), moment(i, 2)) for i in range(3))
+    return Body(name, left, com, (a, b, c), flexible)
+
+
+def _about_origin(mass: float, p: Vector) -> Matrix:
+    """What the moments of a mass at p are more about the origin than about its centre [kg m2]."""
+    square = sum(x * x for x in p)
+    a, b, c = (
+        (mass * ((i == 0) * square - p[i] * p[0]), mass * ((i == 1) * square - p[i] * p[1]),
+         mass * ((i == 2) * square - p[i] * p[2]))
+        for i in range(3)
+    )  # fmt: skip
+    return a, b, c

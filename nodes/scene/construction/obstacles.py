@@ -1,0 +1,87 @@
+"""Floor and obstacles of a scene as a machine made of parts: fixed boxes, and contacts of blocks with them.
+
+Of several blocks each meets every other one, too, where there is a floor or an obstacle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations, product
+
+from heavylift.kernel.constraints.contact.pairs import check_contact
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, Vector, merge
+from heavylift.kernel.errors import KernelError
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys.base import turned
+from heavylift.nodes.scene.keys.obstacles import Obstacle
+from heavylift.nodes.scene.keys.parts import kinematics
+from heavylift.nodes.scene.keys.parts.contacts import touches
+from heavylift.nodes.scene.text.faults import closest
+
+from .yard import Yard
+
+__all__ = ["OBSTACLES", "obstacles_machine"]
+
+OBSTACLES = "obstacles"
+SIGNS = (-0.5, 0.5)
+TOUCH = 1e-9  # [m]
+
+
+def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
+    """All of them, beside blocks and vessels; what is wrong is added to the faults of the scene."""
+    scene, source = yard.scene, yard.source
+    blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+    sizes = {name: block.size for name, block in blocks.items()}
+    if not blocks:
+        source.fault((OBSTACLES if scene.obstacles else "floor",), "there is no block that could meet it", on_key=True)
+    taken = {*scene.machines, *scene.cranes, *scene.vessels, *scene.rigging, *blocks}
+    for name, given in scene.obstacles.items():
+        if name in taken:
+            source.fault((OBSTACLES, name), f"the name '{name}' is given twice: a machine has it, too", on_key=True)
+        if given.on != WORLD and given.on not in scene.vessels:
+            told = f"there is no vessel '{given.on}'"
+            source.fault((OBSTACLES, name, "on"), told, closest(given.on, [WORLD, *scene.vessels]))
+    joints = (
+        Joint(f"{name}.foot", "fixed", x.on, name, p_PJ=x.at, R_PJ=turned(*x.rotation))
+        for name, x in scene.obstacles.items()
+    )
+    contacts = tuple(_contacts(yard, sizes))
+    for contact in contacts:
+        try:
+            check_contact(contact)
+        except KernelError as error:
+            source.fault((OBSTACLES,), str(error), on_key=True)
+    made = System(
+        tuple(Body(name, 0.0) for name in scene.obstacles), tuple(joints), contacts=contacts, gravity=scene.gravity
+    )
+    shapes = tuple(plan.Shape(body=n, centre=(0.0, 0.0, 0.0), size=x.box) for n, x in scene.obstacles.items())
+    where = source.where((OBSTACLES,) if scene.obstacles else ("floor",))
+    at = {} if source.faults else kinematics.poses(merge([around, made], scene.gravity))
+    closed = tuple(contact.name for contact in contacts if at and touches(contact, at, TOUCH))
+    return plan.Mechanism(name=OBSTACLES, system=made, closed=closed, shapes=shapes, where=where)
+
+
+def _contacts(yard: Yard, sizes: dict[str, Vector]) -> Iterator[Contact]:
+    """Of each block with all obstacles, the floor, and the blocks behind it."""
+    floor = yard.scene.floor
+    for block, size in sizes.items():
+        for name, given in yard.scene.obstacles.items():
+            yield from _with_obstacle(block, size, name, given)
+        if floor:
+            ground = Plane(WORLD, (0.0, 0.0, floor.height))
+            yield Contact(f"{block}-floor", Box(block, size), ground, floor.friction, floor.restitution)
+    for (one, size), (other, wide) in combinations(sizes.items(), 2):
+        yield Contact(f"{one}-{other}", Box(one, size), Box(other, wide))
+
+
+def _with_obstacle(block: str, size: Vector, name: str, x: Obstacle) -> Iterator[Contact]:
+    """Of a block's box, or of its corners."""
+    other = Box(name, x.box)
+    if x.meets == "boxes":
+        yield Contact(f"{block}-{name}", Box(block, size), other, x.friction, x.restitution)
+        return
+    heights = SIGNS[: 1 if x.meets == "lower corners" else 2]
+    for i, (c, b, a) in enumerate(product(heights, SIGNS, SIGNS), 1):
+        corner = Ball(block, (a * size[0], b * size[1], c * size[2]))
+        yield Contact(f"{block}-{name}-{i}", corner, other, x.friction, x.restitution)

@@ -1,0 +1,185 @@
+"""Vessels as machines made of parts: carried by six prescribed joints that follow the wave, or a free body in water.
+
+The water bears what stands on a free one at the start, at its common centre of mass, so that it floats on an even keel
+and hydrostatic stiffness is that of GM; what is lifted from it or hung on it makes it rise, sink and heel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+import msgspec
+from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.kernel.description.forces import Bushing, Load, Matrix6, Signal, Wave
+from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, Point, System, Vector
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.checks import check_description
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.parts import kinematics
+from heavylift.nodes.scene.keys.parts.rigging import Frame
+from heavylift.nodes.scene.keys.vessels import Floating, Vessel, Waves
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path
+
+from .yard import Yard, box
+
+__all__ = ["afloat", "check_decks", "vessel_machine"]
+
+MOST = 0.02  # of its displacement may be a load, where its motion is given
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+CHAIN = {"surge": X, "sway": Y, "heave": Z, "yaw": Z, "pitch": Y, "roll": X}  # axes of joints, the first on the world
+MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
+
+
+def vessel_machine(yard: Yard, name: str) -> plan.Mechanism:
+    """A vessel and what moves it; what is wrong is added to the faults of the scene."""
+    given, source = yard.scene.vessels[name], yard.source
+    (xx, yy, zz, xy, xz, yz) = (*(given.inertia or box(given.mass, given.size)), 0.0, 0.0, 0.0)[:6]
+    body = Body(name, given.mass, given.com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
+    system = _carried(yard, name, given, body) if given.floating is None else _free(given, given.floating, body)
+    try:
+        check_description(system)
+    except KernelError as error:
+        source.fault(("vessels", name), str(error), on_key=True)
+    middle = (0.0, 0.0, 0.5 * given.size[2] - given.draught)
+    shape = plan.Shape(body=name, centre=middle, size=given.size)
+    return plan.Mechanism(name=name, system=system, shapes=(shape,), where=source.where(("vessels", name)))
+
+
+def _carried(yard: Yard, name: str, given: Vessel, body: Body) -> System:
+    """Six prescribed joints, one after the other: surge, sway, heave, yaw, pitch, roll."""
+    names = [WORLD, *(f"{name}.{mode}" for mode in CHAIN)][:-1]
+    bodies = [*(Body(massless, 0.0) for massless in names[1:]), body]
+    joints = [
+        Joint(
+            f"{name}.{mode}", "prismatic" if mode in MODES[:3] else "revolute", parent, child.name,
+            p_PJ=given.at if parent == WORLD else (0.0, 0.0, 0.0), axis=axis, q0=(0.0,),
+        )
+        for (mode, axis), parent, child in zip(CHAIN.items(), names, bodies, strict=True)
+    ]  # fmt: skip
+    waves, drives = yard.scene.waves, []
+    for mode in CHAIN:
+        size, phase = getattr(given.responses, mode)
+        wave = _wave(waves, size, phase - _delay(yard, waves, given.at)) if waves else None
+        drives.append(Drive(f"{name}.{mode}.drive", f"{name}.{mode}", "prescribed", wave=wave))
+    return System(tuple(bodies), tuple(joints), drives=tuple(drives), gravity=yard.scene.gravity)
+
+
+def _free(given: Vessel, floating: Floating, body: Body) -> System:
+    """A body on a free joint; what acts on it follows (`afloat`)."""
+    free = Joint(f"{body.name}.free", "free", WORLD, body.name, q0=(*given.at, 0.0, 0.0, 0.0, 1.0), v0=(0.0,) * 6)
+    return System((replace(body, added=floating.added_mass),), (free,))
+
+
+def _wave(waves: Waves, response: float, phase: float) -> Wave:
+    """A response to the wave."""
+    return Wave(0.5 * waves.height * response, 2.0 * pi / waves.period, waves.ramp, phase)
+
+
+def _delay(yard: Yard, waves: Waves, at: Vector) -> float:
+    """By how much the wave comes later than to the world's origin [rad]: its number on deep water is w^2 / g."""
+    w = 2.0 * pi / waves.period
+    way = at[0] * float(cos(waves.heading)) + at[1] * float(sin(waves.heading))
+    return w * w / yard.scene.gravity * way if yard.scene.gravity else 0.0
+
+
+def check_decks(yard: Yard) -> None:
+    """Blocks stand on vessels that are there, and no goliath lifts them."""
+    scene = yard.scene
+    named: list[tuple[Path, schema.Block | None]] = [(("block",), scene.block)]
+    for base, block in (*named, *((("blocks", name), block) for name, block in scene.blocks.items())):
+        if block is None or block.on == WORLD:
+            continue
+        if block.on not in scene.vessels:
+            told = f"there is no vessel '{block.on}'"
+            yard.source.fault((*base, "on"), told, closest(block.on, [WORLD, *scene.vessels]))
+        elif scene.cranes:
+            yard.source.fault((*base, "on"), "goliaths lift from the ground: let a crane of another type lift it")
+
+
+def afloat(yard: Yard, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
+    """The machines with what keeps vessels up; a load that would change a motion that is given is a fault."""
+    out = []
+    for machine in built:
+        given = yard.scene.vessels.get(machine.name)
+        if given is not None:
+            weighed = _standing(yard, machine.name, around)
+            if given.floating is None:
+                _check_load(yard, machine.name, sum(mass for mass, _ in weighed[0]), built)
+            else:
+                forces = _water(yard, machine.name, given, given.floating, [*weighed[0], *weighed[1]])
+                machine = msgspec.structs.replace(machine, system=replace(machine.system, forces=forces))
+        out.append(machine)
+    return out
+
+
+Masses = list[tuple[float, Vector]]  # each with its place in the world
+
+
+def _standing(yard: Yard, name: str, around: System) -> tuple[Masses, Masses]:
+    """Mass and place of the vessel and all bodies that joints carry on it, and of the blocks that stand on it."""
+    on, at = _bodies(name, around), kinematics.poses(around)
+    masses = [(b.mass, kinematics.place(Point(b.name, b.com), at)) for b in around.bodies if b.name in on]
+    blocks = [b for b in (yard.scene.block, *yard.scene.blocks.values()) if b is not None and b.on == name]
+    origin = yard.scene.vessels[name].at
+    places = [[b.at[i] + b.com[i] + origin[i] for i in range(3)] for b in blocks]
+    own = [(b.mass, (x, y, z)) for b, (x, y, z) in zip(blocks, places, strict=True)]
+    return [(mass, (float(p[0]), float(p[1]), float(p[2]))) for mass, p in masses], own
+
+
+def _bodies(name: str, around: System) -> set[str]:
+    """A vessel and what joints carry on it."""
+    on, more = {name}, True
+    while more:
+        found = {j.child for j in around.joints if j.parent in on}
+        more, on = not found <= on, on | found
+    return on
+
+
+def _check_load(yard: Yard, name: str, displacement: float, built: list[plan.Mechanism]) -> None:
+    """What stands on a vessel or may hang on its cranes must be little beside what it displaces."""
+    scene = yard.scene
+    blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+    load = sum(block.mass for block in blocks.values() if block.on == name)
+    around = System(joints=tuple(j for machine in built for j in machine.system.joints))
+    on = _bodies(name, around)
+    lines = [line for machine in built for hook in machine.hooks for r in machine.system.ropes for line in r.lines
+             if r.name == hook.rope]  # fmt: skip
+    if any(line.a.body in on for line in lines):
+        load += sum(block.mass for block in blocks.values() if block.on != name)
+        load += sum(frame.mass for frame in scene.rigging.values() if isinstance(frame, Frame))
+    if load > MOST * displacement:
+        told = f"a load of {load / 1e3:.6g} t is more than {MOST:.0%} of its displacement of {displacement / 1e3:.6g} t"
+        told += ", so its motion would not stay as it is given"
+        yard.source.fault(("vessels", name, "motion"), told, "write 'motion: forces', or take a larger vessel")
+
+
+def _water(yard: Yard, name: str, given: Vessel, floating: Floating, standing: Masses) -> tuple[Bushing | Load, ...]:
+    """Buoyancy, hydrostatics with mooring and damping, and the loads of the wave."""
+    scene, waves = yard.scene, yard.scene.waves
+    weight = scene.gravity * sum(mass for mass, _ in standing)
+    middle = [sum(mass * p[i] for mass, p in standing) * scene.gravity / weight - given.at[i] for i in range(3)]
+    density = waves.density if waves else Waves.model_fields["density"].default
+    moor = floating.mooring
+    K = (
+        moor.surge, moor.sway, density * scene.gravity * floating.waterplane,
+        weight * floating.GM, weight * floating.GML, moor.yaw,
+    )  # fmt: skip
+    stiffness = tuple(tuple(k if i == j else 0.0 for j in range(6)) for i, k in enumerate(K))
+    damping: Matrix6 = floating.damping or ((0.0,) * 6,) * 6
+    up = Load(f"{name}.buoyancy", Point(name, (middle[0], middle[1], middle[2])), (0.0, 0.0, weight))
+    water = Bushing(f"{name}.water", Point(WORLD, given.at), Point(name), stiffness, damping)  # type: ignore[arg-type]
+    return (up, water, *(_wave_loads(yard, name, given.at, floating, waves) if waves else ()))
+
+
+def _wave_loads(yard: Yard, name: str, at: Vector, floating: Floating, waves: Waves) -> tuple[Load, Load]:
+    """All six, as one load that goes with the cosine of the wave and one that goes with its sine."""
+    found, delay = [], _delay(yard, waves, at)
+    for part, of, phase in (("cosine", cos, 0.0), ("sine", sin, 0.5 * pi)):
+        x = [size * float(of(angle - delay)) for size, angle in (getattr(floating.loads, mode) for mode in MODES)]
+        signal = Signal(0.0, wave=_wave(waves, 1.0, phase))
+        force, moment = (x[0], x[1], x[2]), (x[3], x[4], x[5])
+        found.append(Load(f"{name}.wave {part}", Point(name), force, moment, signal=signal))
+    return found[0], found[1]
