@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
+from heavylift.kernel.algebra.dense import dot
 from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.description.mechanics import System, merge
+from heavylift.kernel.description.mechanics import Point, System, merge
 from heavylift.kernel.description.signals import guard_of
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.interlock import Interlock, Stopped
@@ -152,13 +153,13 @@ class _Builder:
             starts = [crane.gantry.start for crane in self.yard.cranes if crane.name == model]
             if starts or point.body in poses:
                 sides[model == actor.model] = point.p + np.array([starts[0], 0, 0]) if starts else place(point, poses)
-        way = float(axis @ (sides[False] - sides[True])) if len(sides) == 2 else 0.0
+        way = dot(axis, (sides[False] - sides[True]).tolist()) if len(sides) == 2 else 0.0
         if not way:
             told = "it is known of a gap between two machines, of which this one travels or traverses to the other"
             self.source.fault((*path, "towards"), told)
         return 1 if way > 0.0 else -1
 
-    def _axis(self, actor: Actor) -> tuple[Array, Poses]:
+    def _axis(self, actor: Actor) -> tuple[list[float], Poses]:
         """The direction in the world in which a drive moves at the start, if it is straight; where all machines are."""
         whole = merge([m.system for m in self.mechanisms], self.yard.scene.gravity)
         moved = System(whole.bodies, whole.joints)
@@ -166,8 +167,9 @@ class _Builder:
         joints = {drive.name: joint for drive in whole.drives for joint in whole.joints if joint.name == drive.joint}
         joint = joints.get(actor.name)
         if joint is not None and joint.kind == "prismatic" and joint.parent in at:
-            return at[joint.parent][1] @ np.array(joint.R_PJ) @ np.array(joint.axis), at
-        return np.array([float(actor.kind == "gantry"), 0.0, 0.0]), at
+            x, y, z = (dot(row, joint.axis) for row in joint.R_PJ)
+            return (place(Point(joint.parent, (x, y, z)), at) - place(Point(joint.parent), at)).tolist(), at
+        return [float(actor.kind == "gantry"), 0.0, 0.0], at
 
 
 def _emergency(given: Keys, actor: Actor) -> float | None:

@@ -9,9 +9,9 @@ from math import pi
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.forces import Reeving, Sheave
+from heavylift.kernel.forces.force_law import Poses, attachment
 
 from .edges import Unrolled
-from .force_law import Poses, attachment
 from .sheaves import Node, Part, Way
 
 __all__ = ["NODE", "all_nodes", "laid", "leavable", "lost", "node_of", "placed", "turning", "way_over"]

@@ -19,13 +19,15 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
+from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
 from heavylift.kernel.description.forces import Reeving, Signal
+from heavylift.kernel.forces.force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
+from msgspec import structs
 
 from .edges import Unrolled
-from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
-from .rope_groups import FREE, Groups, slip_ratio
-from .rope_nodes import NODE, all_nodes, laid, leavable, lost, node_of, placed, turning, way_over
+from .groups import FREE, Groups, slip_ratio
+from .nodes import NODE, all_nodes, laid, leavable, lost, node_of, placed, turning, way_over
 from .sheaves import Way
 
 __all__ = ["ReevingAt", "ReevingLaw"]
@@ -57,7 +59,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         for i, s in enumerate(f.sheaves, 1):
             self.demand(f, f"sheave {i}", min(s.radius, s.friction) >= 0.0, "has a negative radius or friction")
             self.demand(f, f"sheave {i}", 0.0 < s.efficiency <= 1.0, "has an efficiency outside (0, 1]")
-            size = float(np.linalg.norm(s.axis))
+            size = norm(list(s.axis))
             self.demand(f, f"sheave {i}", abs(size - 1.0) < UNIT, f"has an axis of length {size:g}; it must be 1")
         self._check_edges(f)
 
@@ -84,7 +86,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         given, lies = placed(f, poses, partial(self.demand, f))
         lengths = [0.0] * n  # of a rope that sticks; set when it comes taut
         limp = [0.0] * (n + 1)
-        on = [float(x is not False) for x in lies[1:-1]]
+        on = [float(x is None or (x and f.hooked)) for x in lies[1:-1]]
         head = [f.EA, f.damping * f.signal.value, 0.0 if f.hooked else -1.0]
         return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
@@ -227,7 +229,7 @@ class ReevingLaw(ForceLaw[Reeving]):
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
         """Hang the rope, slack, from a to b as they are; by how much it is too short for that [m]."""
-        p[ReevingAt.HEAD :] = self.numbers(f, poses)[ReevingAt.HEAD :]
+        p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0
 
