@@ -24,13 +24,13 @@ from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_models, check_models
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.nodes import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.extending import extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
-from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed

@@ -23,7 +23,7 @@ from .obstacles import Floor, Obstacle
 from .parts.flexible import Hull, Mode
 from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
-from .parts.rigging import Rigging, SlingType
+from .parts.rigging import Edge, Rigging, SlingType
 from .vessels import Vessel, Waves
 from .wind import Wind
 
@@ -287,6 +287,7 @@ class Scene(Base):
     vessels: dict[Name, Vessel] = Field(default_factory=dict)
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    edges: dict[Name, Edge] = Field(default_factory=dict)  # that ropes bend over
     lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side, of machines in parts
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
