@@ -12,12 +12,12 @@ from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.action_preview import at_rest
 
+from .environment.obstacles import obstacles_machine
+from .environment.vessels import afloat, check_decks, vessel_machine
 from .mechanism import build_mechanism
-from .obstacles import obstacles_machine
 from .rigging.slings import slings_of
 from .rigging.tree import Tree
 from .stools import block_machine
-from .vessels import afloat, check_decks, vessel_machine
 from .yard import Yard
 
 __all__ = ["build_mechanisms"]

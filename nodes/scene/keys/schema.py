@@ -30,6 +30,7 @@ from .wind import Wind
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
 RESERVED = (  # no machine and no group has such a name: words of the language, nodes and topics of a run
     "world",
+    "obstacles",
     "kernel",
     "commander",
     "coordinator",

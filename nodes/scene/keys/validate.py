@@ -76,7 +76,8 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
         named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
         named |= {("rig", "groups", name): name for name in scene.rig.groups}
     named |= {("models", name): name for name in scene.models}
-    named |= {(key, name): name for key in ("rigging", "blocks", "vessels") for name in getattr(scene, key)}
+    for key in ("rigging", "blocks", "vessels", "obstacles"):
+        named |= {(key, name): name for name in getattr(scene, key)}
     if scene.mechanism:
         named["mechanism", "name"] = scene.mechanism.name
     for path, name in named.items():

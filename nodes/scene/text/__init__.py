@@ -4,6 +4,7 @@ opening         the file of a scene, or a bundled one
 source, files   the text with the place of every key and value; how files are read
 extending       a scene over those that it extends
 tables          a block's row and its lugs out of a table beside the scene
+meshes          the shape of a block out of a file beside the scene
 overlay         one scene over another, settings of the command line
 machine_types   types of cranes as files; type_expansion: a crane made of the parts of its type
 expressions     arithmetic over their parameters

@@ -13,13 +13,12 @@ from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, Vector, merge
 from heavylift.kernel.errors import KernelError
 from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.base import turned
 from heavylift.nodes.scene.keys.obstacles import Obstacle
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.contacts import touches
 from heavylift.nodes.scene.text.faults import closest
-
-from .yard import Yard
 
 __all__ = ["OBSTACLES", "obstacles_machine"]
 

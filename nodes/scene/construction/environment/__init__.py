@@ -1,0 +1,5 @@
+"""What surrounds the lifts of a scene.
+
+vessels     what floats in waves, and carries cranes and blocks
+obstacles   floor and boxes that blocks meet
+"""
