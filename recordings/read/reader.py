@@ -119,7 +119,7 @@ class Recording:
         names = {number: topic for topic, number in self._channels.items()}
         return ((names[raw.channel], raw) for raw in self.messages(*topics))
 
-    def _decoded(self, forms: Mapping[str, Form], only: Sequence[int] | None = None) -> Iterator[list[Rows]]:
+    def numbers(self, forms: Mapping[str, Form], only: Sequence[int] | None = None) -> Iterator[list[Rows]]:
         """Rows of these topics; `only`: of each those of these numbers."""
         numbers = {self._channels[topic]: form for topic, form in forms.items()}
         return decoded(self._file.tables(set(numbers), only), numbers)
@@ -166,7 +166,7 @@ class Recording:
         if len(found) == 1:
             ((signal, columns),) = found.items()
             with self.reading():
-                return with_own_rows(only(self.signal(signal), columns), self.topics.values(), self._decoded)
+                return with_own_rows(only(self.signal(signal), columns), self.topics.values(), self.numbers)
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:
@@ -227,7 +227,7 @@ class Recording:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
         with self._file.reading():
             for topic, form in self._forms([name for name in names if name not in self._signals]).items():
-                parts = [part for (part,) in self._decoded({topic: form})]
+                parts = [part for (part,) in self.numbers({topic: form})]
                 t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
                 for name in form[1]:
                     columns = self.columns(name)
@@ -249,7 +249,7 @@ class Recording:
         others = [name for name in names if name in self._fields and name not in numbers]
         self.load(others)
         with self._file.reading():
-            for found in self._decoded(self._forms([*numbers, *poses]), only):
+            for found in self.numbers(self._forms([*numbers, *poses]), only):
                 n = min(len(times) for times, _ in found)
                 if any(times[:n] != found[0][0][:n] for times, _ in found):
                     raise ValueError("its signals do not have the same times")

@@ -34,8 +34,8 @@ def test_every_block_of_the_page_runs(recorded: Path, monkeypatch: pytest.Monkey
 def test_only_what_is_asked_for_is_read(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rec = Recording(recorded)
     asked: list[str] = []
-    plain = rec._decoded
-    monkeypatch.setattr(rec, "_decoded", lambda forms, only=None: (asked.extend(forms), plain(forms, only))[1])
+    plain = rec.numbers
+    monkeypatch.setattr(rec, "numbers", lambda forms, only=None: (asked.extend(forms), plain(forms, only))[1])
     rec.load(["rope/tension", "rope/peak"])
     assert isinstance(rec["rope/tension"], Signal)
     assert asked == ["/samples"], "once for both, and no poses"
