@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import hypot
 
 from heavylift.kernel.description.forces import Spring
@@ -72,23 +73,43 @@ class RopeLines:
         ropes = [r for s in systems for r in s.all_ropes]
         self._lines = {r.name: r.lines for r in ropes}
         self._hooked = {r.name: r.hooked for r in ropes}
+        self._over = {r.name: r for s in systems for r in s.reevings if r.edges}
+        self._met: dict[str, set[float]] = {name: set() for name in self._over}
+        self._lines |= {name: (Line(r.a, r.b),) for name, r in self._over.items()}
         springs = [f for s in systems for f in s.forces if isinstance(f, Spring)]
         self._lines |= {f.name: (Line(f.a, f.b),) for f in springs}
         self._hooked |= {f.name: True for f in springs}
 
     def change(self, event: Event) -> bool:
-        """Whether an event hooked or unhooked something."""
+        """Whether an event hooked or unhooked something, or a rope has met or left an edge."""
+        value = event.value
+        if isinstance(value, m.StateEvent) and value.name in self._over and value.what in ("found", "left"):
+            self._met[value.name] ^= {value.value}
+            self._bend(value.name)
+            return True
         if event.type not in ("Hook", "Unhook"):
             return False
-        value = event.value
         if isinstance(value, m.Unhook):
             self._hooked[value.rope] = False
         elif isinstance(value, m.Hook):
-            line = self._lines[value.rope][0]
-            a, b = Point(line.a.body, value.a or line.a.p), Point(line.b.body, value.b or line.b.p)
-            self._lines[value.rope] = (Line(a, b),)
+            first, *inner, last = [x for line in self._lines[value.rope] for x in (line.a, line.b)]
+            ends = Point(first.body, value.a or first.p), *inner, Point(last.body, value.b or last.p)
+            self._lines[value.rope] = tuple(Line(p, q) for p, q in zip(ends[::2], ends[1::2], strict=True))
             self._hooked[value.rope] = True
         return True
+
+    def _bend(self, name: str) -> None:
+        """Draw a rope over the edges that it has met, each where it is nearest to the end on the same body."""
+        rope, line = self._over[name], self._lines[name]
+        a, b, at = line[0].a, line[-1].b, list[Point]()
+        for number, s in enumerate(rope.edges, 1):
+            if number in self._met[name]:
+                end = b if b.body == s.at.body else a
+                along = sum((p - q) * n for p, q, n in zip(end.p, s.at.p, s.axis, strict=True))
+                along = min(max(along, s.span[0]), s.span[1])
+                x, y, z = (p + along * n for p, n in zip(s.at.p, s.axis, strict=True))
+                at.append(Point(s.at.body, (x, y, z)))
+        self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
 
     def drawn(self) -> list[RopeLine]:
         """The lines of all hooked ropes."""

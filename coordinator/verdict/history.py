@@ -24,7 +24,7 @@ __all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
 
 Floats = NDArray[np.float64]
 SPEED = "joint/velocity"
-NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED, "deflection")
+NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED, "deflection", "edge/force", "edge/place")
 BLOCK = 4096  # samples that are looked at together
 
 
@@ -43,7 +43,8 @@ class Past(Protocol):
 class History:
     """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,), of its most
     loaded part [N]; unstretched lengths: rope -> (n,) [m]; rigs: the lines that hang, each from its time on; speeds of
-    joints: joint.component -> (n,) [m/s, rad/s]; bent: body.place.axis -> (n,) displacements within bodies [m]."""
+    joints: joint.component -> (n,) [m/s, rad/s]; bent: body.place.axis -> (n,) displacements within bodies [m]; what
+    edges bear and where: rope.edge -> (n,) [N], [m]."""
 
     t: Floats
     poses: Mapping[str, Floats]
@@ -52,6 +53,8 @@ class History:
     rigs: Sequence[Rig]
     speeds: Mapping[str, Floats] = field(default_factory=dict)
     bent: Mapping[str, Floats] = field(default_factory=dict)
+    borne: Mapping[str, Floats] = field(default_factory=dict)
+    places: Mapping[str, Floats] = field(default_factory=dict)
 
     def part(self, first: int, end: int) -> History:
         """The samples from `first` to before `end`."""
@@ -61,11 +64,11 @@ class History:
         """Some of the samples."""
         if len(kept) == len(self.t):
             return self
-        poses, tensions, lengths, speeds, bent = (
-            {name: np.take(x.T, kept, axis=-1).T for name, x in columns.items()}
-            for columns in (self.poses, self.tensions, self.lengths, self.speeds, self.bent)
+        columns = self.poses, self.tensions, self.lengths, self.speeds, self.bent, self.borne, self.places
+        poses, tensions, lengths, *more = (
+            {name: np.take(x.T, kept, axis=-1).T for name, x in each.items()} for each in columns
         )
-        return History(self.t[kept], poses, tensions, lengths, self.rigs, speeds, bent)
+        return History(self.t[kept], poses, tensions, lengths, self.rigs, *more)
 
 
 def blocks(past: Past) -> Iterator[History]:
@@ -114,8 +117,8 @@ class Collector:
         table = np.ascontiguousarray(rows.T)  # a column is one piece of memory, as all sums run along it
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
-        tensions, lengths, parts, speeds, bent = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions | _most(parts), _whole(lengths), self.rigs, speeds, bent)
+        tensions, lengths, parts, *more = [{name: next(columns) for name in names} for names in self._names]
+        return History(t, poses, tensions | _most(parts), _whole(lengths), self.rigs, *more)
 
 
 def history_of(rec: Recording) -> Collector:

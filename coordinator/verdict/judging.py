@@ -98,8 +98,24 @@ def _conduct(bench: Bench) -> None:
     bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
 
+def _edges(bench: Bench) -> None:
+    """What edges bear at most of each rope, and where."""
+    most: dict[str, tuple[float, float, float]] = {}
+    for part in blocks(bench.history):
+        for name, force in part.borne.items():
+            k = int(force.argmax()) if len(force) else 0
+            if len(force) and force[k] > most.get(name, (0.0,))[0]:
+                most[name] = float(force[k]), float(part.places[name][k]), float(part.t[k])
+    for name, (force_N, place, t) in most.items():
+        rope, _, edge = name.rpartition(".")
+        told = f"the edge {edge} bears {force_N / 1e3:.1f} kN of {rope}, {place:.2f} m along it"
+        bench.findings.append(
+            Finding(severity="note", kind="edge", subject=name, sentence=told, t=t, value=force_N, unit="N")
+        )
+
+
 Judge = Callable[[Bench], None]
-JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _bending, _conduct)
+JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _bending, _conduct, _edges)
 
 
 def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:

@@ -203,7 +203,8 @@ class Sheave(Struct, frozen=True):
     """A sheave of a rope, fixed on a body: the rope turns positively about its axis (in the body's frame).
 
     Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point,
-    which the rope never leaves; a sheave with a radius it leaves and finds again.
+    which the rope never leaves; a sheave with a radius it leaves and finds again.  An `edge` is one along
+    whose axis the rope slides, too, without friction.
     """
 
     at: Point
@@ -211,6 +212,8 @@ class Sheave(Struct, frozen=True):
     radius: float = 0.0  # [m]
     friction: float = 0.0  # mu
     efficiency: float = 1.0
+    edge: str = ""  # its name
+    span: tuple[float, float] = (0.0, 0.0)  # of an edge: its ends along the axis from `at` [m]
 
 
 class Reeving(Element, frozen=True, tag=True):
@@ -227,10 +230,16 @@ class Reeving(Element, frozen=True, tag=True):
     EA: float  # [N]
     signal: Signal
     damping: float = 0.0
+    hooked: bool = True  # at the start
 
     @property
     def points(self) -> tuple[Point, ...]:
         return self.a, *(s.at for s in self.sheaves), self.b
+
+    @property
+    def edges(self) -> tuple[Sheave, ...]:
+        """The edges that it may lie on: none, or all of its sheaves."""
+        return tuple(s for s in self.sheaves if s.edge)
 
     @property
     def lines(self) -> tuple[Line, ...]:
@@ -246,11 +255,6 @@ class Reeving(Element, frozen=True, tag=True):
     def L0(self) -> float:
         """Its unstretched length at the start [m]."""
         return self.signal.value
-
-    @property
-    def hooked(self) -> bool:
-        """It is never taken off."""
-        return True
 
 
 Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw | Reeving

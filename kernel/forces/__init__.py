@@ -5,7 +5,8 @@ ropes, supports         elastic ropes over straight lines; points on pads
 joint_laws, friction    springs, stops and brakes of joints; contact that only pushes, sticks and slips
 springs, loads          springs, dampers and bushings; loads that are given, and wind
 characteristic          actuator laws given as data
-reeving, rope_groups, sheaves   ropes over sheaves with friction; their parts; their geometry
+reeving, rope_groups    ropes over sheaves with friction; their parts
+rope_nodes, sheaves, edges      their nodes; their geometry over sheaves, and along edges
 rope_mass               what the ends of a rope bear of its mass
 user_laws, mathematics  laws of the user's own, and what they may compute with
 """

@@ -15,29 +15,32 @@ flow, with the strain energy that is carried over.
 from __future__ import annotations
 
 from collections.abc import Hashable
+from functools import partial
 from itertools import pairwise
-from math import pi
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
+from heavylift.kernel.description.forces import Reeving, Signal
 
-from .force_law import Answer, Ended, ForceLaw, Poses, Shown, attachment, wrench
+from .edges import Unrolled
+from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
 from .rope_groups import FREE, Groups, slip_ratio
-from .sheaves import Node, Part, Way
+from .rope_nodes import NODE, all_nodes, laid, leavable, lost, node_of, placed, turning, way_over
+from .sheaves import Way
 
-__all__ = ["ReevingLaw"]
+__all__ = ["ReevingAt", "ReevingLaw"]
 
-MOST_WRAP = 1.5 * pi  # a larger one means that the axis points the wrong way
-BESIDE = pi / 4.0  # a negative wrap of a sheave that the rope does not touch yet; more means the same as MOST_WRAP
-TAUT = 2  # place of the state in P, behind EA and c
-NODE = 12  # numbers of a node: centre, axis, dividing direction, radius, friction, 1/efficiency
-PARALLEL = 0.99  # cosine between the axes of neighbouring sheaves
-ALONG = 0.9  # sine of a fleet angle at which a rope no longer lies in its sheave
-MEETS = 1e-2  # part of a radius or length, near which a rope loses its direction in steps that become too small
 UNIT = 1e-6  # how far an axis may be off by rounding
 
+ROUNDING = 1e-14  # of a strain
 UNSTRAINED = 1e-7  # strain of a part that has just come taut
+
+
+class ReevingAt:
+    """Places of a rope's numbers; `TAUT`: 1, 0 where it is slack, -1 where it is off."""
+
+    EA, C, TAUT = range(3)
+    HEAD = 3
 
 
 class ReevingLaw(ForceLaw[Reeving]):
@@ -56,81 +59,43 @@ class ReevingLaw(ForceLaw[Reeving]):
             self.demand(f, f"sheave {i}", 0.0 < s.efficiency <= 1.0, "has an efficiency outside (0, 1]")
             size = float(np.linalg.norm(s.axis))
             self.demand(f, f"sheave {i}", abs(size - 1.0) < UNIT, f"has an axis of length {size:g}; it must be 1")
+        self._check_edges(f)
+
+    def _check_edges(self, f: Reeving) -> None:
+        if f.edges:
+            whole = len(f.edges) == len(f.sheaves)
+            self.demand(f, "edges", whole, "and sheaves are mixed; a rope runs over either")
+            alike = len({s.at.body for s in f.edges}) == 1
+            self.demand(f, "edges", alike, "are on several bodies; name those of one")
+        for s in f.edges:
+            what = f"edge '{s.edge}'"
+            self.demand(f, what, s.radius > 0.0, "has no radius; it must be positive")
+            self.demand(f, what, s.efficiency == 1.0, "has an efficiency; edges have friction only")
+            self.demand(f, what, s.span[0] < s.span[1], "has no length; keep its ends apart")
 
     def signal(self, f: Reeving) -> Signal:
         return f.signal
 
     def shape(self, f: Reeving) -> Hashable:
-        return tuple((s.radius > 0.0, s.friction > 0.0, s.efficiency < 1.0) for s in f.sheaves)
+        return tuple((s.radius > 0.0, s.friction > 0.0, s.efficiency < 1.0, bool(s.edge)) for s in f.sheaves)
 
     def numbers(self, f: Reeving, poses: Poses) -> list[float]:
         n = len(f.sheaves)
-        given, lies = self._placed(f, poses)
+        given, lies = placed(f, poses, partial(self.demand, f))
         lengths = [0.0] * n  # of a rope that sticks; set when it comes taut
         limp = [0.0] * (n + 1)
         on = [float(x is not False) for x in lies[1:-1]]
-        head = [f.EA, f.damping * f.signal.value, 0.0]
+        head = [f.EA, f.damping * f.signal.value, 0.0 if f.hooked else -1.0]
         return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
         """Its length in the initial pose [m]; raises KernelError where it cannot run so."""
-        (given, lies), bodies = self._placed(f, poses), [_body(*poses(p.body)) for p in f.points]
-        nodes = [_node(x, np.array(q), body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
-        return float(sum(Way(nodes, _turning(f), lies).lengths))
+        return float(sum(laid(f, poses, partial(self.demand, f)).lengths))
 
     def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:
         """Where a rope that ran well has come to have no direction, in words; "" if it runs."""
-        bodies = [_body(*poses(p.body)) for p in f.points]
-        given = [np.array(_node_numbers(x)) for x in _all(f)]
-        nodes = [_node(x, q, body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
-        left = {i + 1 for i, wrap in zip(_round(f), shown[3 * len(f.points) - 3 :], strict=True) if wrap == 0.0}
-        met = [i for i in range(len(nodes)) if i not in left]
-        for i, j in pairwise(met):
-            a, b = nodes[i], nodes[j]
-            axis, D = b.axis if a.axis is None else a.axis, b.c - a.c
-            if axis is None:
-                continue
-            across = float(np.linalg.norm(D - (D @ axis) * axis))
-            if across < (1.0 + MEETS) * abs(float((a.radius or 0.0) - (b.radius or 0.0))):
-                return f"part {j} comes within its sheave; keep its ends apart"
-            if across < MEETS * float(np.linalg.norm(D)):
-                return f"part {j} runs along the axis of its sheave; turn the axis across the rope"
-        return ""
-
-    def _placed(self, f: Reeving, poses: Poses) -> tuple[list[list[float]], list[bool | None]]:
-        """The numbers of the nodes, arcs divided in the middle, and whether the rope lies on each (None: it stays)."""
-        given = [_node_numbers(x) for x in _all(f)]
-        bodies = [_body(*poses(p.body)) for p in f.points]
-        nodes = [_node(x, np.array(q), body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
-        self._check_places(f, nodes)
-        lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]
-        turning = _turning(f)
-        while True:
-            made = Way(nodes, turning, lies).parts
-            arcs = {i: _divide(nodes[i], made[i - 1], made[i]) for i, turns in enumerate(turning) if turns}
-            beside = {2.0 * pi - wrap: i for i, (_, wrap) in arcs.items() if lies[i] and wrap > 2.0 * pi - BESIDE}
-            if not beside:
-                break
-            lies[beside[max(beside)]] = False  # the farthest one first
-        for i, (here, wrap) in arcs.items():
-            message = f"is wrapped by {np.degrees(wrap):.0f} degrees; turn its axis round"
-            self.demand(f, f"sheave {i}", wrap <= MOST_WRAP or lies[i] is False, message)
-            given[i][6:9] = (bodies[i][:9].reshape(3, 3).T @ here).tolist()
-        return given, lies
-
-    def _check_places(self, f: Reeving, nodes: list[Node]) -> None:
-        for i, (a, b) in enumerate(pairwise(nodes), 1):
-            bias = float((a.radius or 0.0) - (b.radius or 0.0))
-            D = b.c - a.c
-            self.demand(f, f"part {i}", float(D @ D) > bias * bias, "has no length; keep its ends apart")
-            for x in (a, b):
-                if x.axis is not None:
-                    message = "runs along the axis of its sheave; turn the axis across the rope"
-                    self.demand(f, f"part {i}", abs(float(D @ x.axis)) < ALONG * float(np.linalg.norm(D)), message)
-            if a.radius is not None and b.radius is not None:
-                self.demand(
-                    f, f"part {i}", abs(float(a.axis @ b.axis)) > PARALLEL, "joins sheaves whose axes are not parallel"
-                )
+        first = 3 * len(f.sheaves) + 3
+        return lost(f, poses, list(shown[first : first + len(leavable(f))]))
 
     def answer(
         self,
@@ -143,16 +108,16 @@ class ReevingLaw(ForceLaw[Reeving]):
         counted: Array | None = None,
     ) -> Answer:
         n = len(f.sheaves)
-        EA, c, on = p[0], p[1], p[TAUT] > 0.0
+        EA, c, on = p[ReevingAt.EA], p[ReevingAt.C], p[ReevingAt.TAUT] > 0.0
         modes, own, limp, lies = p[3 : 3 + n], p[3 + n : 3 + 2 * n], p[3 + 2 * n : 4 + 3 * n], p[4 + 3 * n : 4 + 4 * n]
         first = 4 + 4 * n
         kept = [signal[0] - sum(own, 0.0), *own]
         given = [p[first + NODE * i : first + NODE * (i + 1)] for i in range(n + 2)]
-        placed = zip(_all(f), given, ends, strict=True)
-        nodes = [_node(x, q, body, f"a{i}") for i, (x, q, body) in enumerate(placed, 1)]
+        placed = zip(all_nodes(f), given, ends, strict=True)
+        nodes = [node_of(x, q, body, f"a{i}") for i, (x, q, body) in enumerate(placed, 1)]
         leaves = [s.radius > 0.0 for s in f.sheaves]
         there = [lies[i] > 0.0 if x else None for i, x in enumerate(leaves)]
-        way = Way(nodes, _turning(f), [None, *there, None], counted)
+        way = way_over(f, nodes, [None, *there, None], counted)
         made = way.parts
         ratios = [slip_ratio(s, given[i], way.wraps.get(i)) for i, s in enumerate(f.sheaves, 1)]
         rope = Groups(way, kept, signal[1], _rubs(f), modes, ratios)
@@ -170,6 +135,8 @@ class ReevingLaw(ForceLaw[Reeving]):
         least = s[0]
         for x in s[1:]:
             least = minimum(least, x)
+        slid, told, inside = _along_edges(way, there, T, given)
+        off = p[ReevingAt.TAUT] < 0.0
         excess = sum(way.lengths) - signal[0]
         rubbing = [there[i] for i, rubs in enumerate(_rubs(f)) if rubs]
         held = [select(on, g, 1.0) for g in rope.grips()]
@@ -177,22 +144,28 @@ class ReevingLaw(ForceLaw[Reeving]):
         eased = [select(on, select(x > 0.0, -k, k), 1.0) for x, k in zip(limp, trial, strict=True)]
         return Answer(
             [wrenches[0], *inner, back[-1]],
-            heat=select(on, sum(rubbed) + sum(damped), 0.0),
+            heat=select(on, sum(rubbed) + sum(damped) + slid if f.edges else sum(rubbed) + sum(damped), 0.0),
             work=select(on, -carried[0] * signal[1], 0.0),
             stored=select(on, sum(0.5 * EA * x * x * m for x, m in zip(s, N, strict=True)), 0.0),
-            guards=[select(on, least, -excess), *grips, *eased, *(g for pair in way.watches() for g in pair)],
+            guards=[
+                select(on, least, select(off, 1.0, -excess)),
+                *grips,
+                *eased,
+                *(select(off, 1.0, g) for g in (*(g for pair in way.watches() for g in pair), *inside)),
+            ],
             shown=[
                 *T,
                 *way.lengths,
                 *N,
                 *(select(there[i], way.wraps[i + 1][0], 0.0) for i, x in enumerate(leaves) if x),
+                *told,
             ],
             turned=way.turned,
             turning=way.turning,
         )
 
     def angles(self, f: Reeving) -> int:
-        return 2 * sum(_turning(f))
+        return 2 * sum(turning(f))
 
     def turns(self, f: Reeving, poses: Poses) -> None:
         return None  # arcs are divided where the rope lies at the start
@@ -200,58 +173,75 @@ class ReevingLaw(ForceLaw[Reeving]):
     def guards(self, f: Reeving) -> tuple[str, ...]:
         grips = [f"grip {i + 1}" for i, rubs in enumerate(_rubs(f)) if rubs]
         parts = [f"part {i + 1}" for i in range(len(f.sheaves) + 1)]
-        return "taut", *grips, *parts, *(f"{what} {i + 1}" for i in _round(f) for what in ("wrap", "other side"))
+        ends = [f"end {i + 1}" for i in range(len(f.edges))]
+        sides = [f"{what} {i + 1}" for i in leavable(f) for what in ("wrap", "other side")]
+        return "taut", *grips, *parts, *sides, *ends
 
     def switch(self, f: Reeving, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         n = len(f.sheaves)
-        _, lengths, kept, _ = np.split(shown, [n + 1, 2 * n + 2, 3 * n + 3])
-        modes, own, limp, lies = np.split(p[3 : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
+        lengths, kept = shown[n + 1 : 3 * n + 3].reshape(2, n + 1)
+        modes, own, limp, lies = np.split(p[ReevingAt.HEAD : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
+        even = (lengths * (kept.sum() / lengths.sum()))[1:]
         if guard == "taut":
-            p[TAUT] = 1.0 - p[TAUT]
-            own[:] = (lengths * (kept.sum() / lengths.sum()))[1:]  # slack rope has slid until it was even
-            modes[:], limp[:] = 0.0 if p[TAUT] else FREE, 0.0
+            p[ReevingAt.TAUT] = 1.0 - p[ReevingAt.TAUT]
+            own[:] = even  # slack rope has slid
+            modes[:], limp[:] = 0.0 if p[ReevingAt.TAUT] else FREE, 0.0
             modes[lies == 0.0] = FREE
-            return "taut" if p[TAUT] else "slack", float(lengths.sum() - kept.sum())
+            return "taut" if p[ReevingAt.TAUT] else "slack", float(lengths.sum() - kept.sum())
         what, _, number = guard.rpartition(" ")
         i, strain = int(number) - 1, lengths / kept
-        if what == "other side":
-            why = f"meets sheave {number} from its other side, where it cannot turn; keep its ends apart"
+        if what in ("other side", "end"):
+            who = f"edge '{f.sheaves[i].edge}'" if f.edges else f"sheave {number}"
+            why = f"meets {who} from its other side, where it cannot turn; keep its ends apart"
+            why = f"runs off the end of {who}; make it longer, or keep the rope along it" if what == "end" else why
             raise Ended(f"reeving '{f.name}'", why)
         if what == "wrap":
             lies[i] = 1.0 - lies[i]
             own[:], limp[i : i + 2] = kept[1:], 0.0
-            modes[i] = 0.0 if lies[i] and p[TAUT] else FREE
+            modes[i] = 0.0 if lies[i] and p[ReevingAt.TAUT] else FREE
             return "found" if lies[i] else "left", float(number)
         if what == "part":
             beside = [k for k, rubs in enumerate(_rubs(f)) if rubs and k in (i - 1, i) and not modes[k]]
-            if p[TAUT] and not limp[i] and beside and strain[i] < 1.0 + UNSTRAINED:
+            if p[ReevingAt.TAUT] and not limp[i] and beside and strain[i] < 1.0 + UNSTRAINED:
                 # it has just come taut while it runs: no friction holds what has no tension, so that it is drawn over
                 own[:] = kept[1:]
                 for k in beside:
-                    modes[k] = float(np.sign(strain[k + 1] - strain[k])) or (1.0 if i == k else -1.0)
+                    apart = strain[k + 1] - strain[k]
+                    modes[k] = float(np.sign(apart)) if abs(apart) > ROUNDING else 1.0 if i == k else -1.0
                 return "slip", float(beside[0] + 1)
-            limp[i] = 1.0 - limp[i] if p[TAUT] else 0.0
+            limp[i] = 1.0 - limp[i] if p[ReevingAt.TAUT] else 0.0
             return "limp" if limp[i] else "pulls", float(number)
-        if not p[TAUT]:
+        if not p[ReevingAt.TAUT]:
             return "stick", float(number)
-        own[:] = kept[1:]
-        modes[i] = 0.0 if modes[i] else float(np.sign(strain[i + 1] - strain[i]))
+        sticks, strained = modes[i] != 0.0, abs(lengths.sum() / kept.sum() - 1.0) > UNSTRAINED
+        own[:] = kept[1:] if strained or not sticks else even  # rounding decides nothing where there is no tension
+        modes[i] = 0.0 if sticks else float(np.sign(strain[i + 1] - strain[i]))
         return "slip" if modes[i] else "stick", float(number)
+
+    def take_off(self, f: Reeving, p: np.ndarray) -> None:
+        """Nothing holds the rope any more, and it lies nowhere."""
+        n = len(f.sheaves)
+        modes, own, limp, lies = np.split(p[ReevingAt.HEAD : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
+        p[ReevingAt.TAUT], modes[:], own[:], limp[:] = -1.0, FREE, 0.0, 0.0
+        lies[leavable(f)] = 0.0
+
+    def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
+        """Hang the rope, slack, from a to b as they are; by how much it is too short for that [m]."""
+        p[ReevingAt.HEAD :] = self.numbers(f, poses)[ReevingAt.HEAD :]
+        p[ReevingAt.TAUT] = 0.0
+        return self.start_length(f, poses) - L0
 
     def shows(self, f: Reeving) -> list[Shown]:
         names = [f"{f.name}.{i + 1}" for i in range(len(f.sheaves) + 1)]
         topics = (("reeving/tension", "N"), ("reeving/length", "m"), ("reeving/unstretched", "m"))
-        wraps = [Shown("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in _round(f)]
-        return [Shown(topic, name, unit) for topic, unit in topics for name in names] + wraps
+        wraps = [Shown("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in leavable(f)]
+        on_edge = (("edge/force", "N"), ("edge/place", "m"))
+        told = [Shown(topic, f"{f.name}.{s.edge}", unit) for s in f.edges for topic, unit in on_edge]
+        return [Shown(topic, name, unit) for topic, unit in topics for name in names] + wraps + told
 
 
 def _rubs(f: Reeving) -> list[bool]:
     return [s.friction > 0.0 or s.efficiency < 1.0 for s in f.sheaves]
-
-
-def _round(f: Reeving) -> list[int]:
-    """Sheaves that the rope can leave."""
-    return [i for i, s in enumerate(f.sheaves) if s.radius > 0.0]
 
 
 def _only(on: Scalar, x: Array) -> Array:
@@ -259,36 +249,18 @@ def _only(on: Scalar, x: Array) -> Array:
     return np.array([select(on, e, 0.0) for e in x])
 
 
-def _turning(f: Reeving) -> list[bool]:
-    """Per node whether its wrap is needed."""
-    return [False, *(s.friction > 0.0 or s.radius > 0.0 for s in f.sheaves), False]
-
-
-def _all(f: Reeving) -> list[Sheave]:
-    return [Sheave(f.a), *f.sheaves, Sheave(f.b)]
-
-
-def _node_numbers(s: Sheave) -> list[float]:
-    return [*s.at.p, *s.axis, 1.0, 0.0, 0.0, s.radius, s.friction, 1.0 / s.efficiency]
-
-
-def _node(s: Sheave, q: Array, body: Array, label: str = "a") -> Node:
-    """The node of a sheave, or of an end of the rope."""
-    x, c, v = attachment(body, q[:3], label)
-    R = np.reshape(body[:9], (3, 3))
-    needed = s.radius > 0.0 or s.friction > 0.0
-    axis, divide = (R @ q[3:6], R @ q[6:9]) if needed else (None, None)
-    return Node(x, c, v, body[15:18], axis, divide, q[9] if s.radius > 0.0 else None)
-
-
-def _divide(node: Node, before: Part, after: Part) -> tuple[Array, float]:
-    """The middle of an arc, in world axes, and the wrap [rad] at the start."""
-    first, last = (np.cross(x.plane, node.axis) for x in (before, after))
-    wrap = float(np.arctan2(node.axis @ np.cross(first, last), first @ last)) % (2.0 * pi)
-    half = 0.5 * wrap
-    return np.cos(half) * first + np.sin(half) * np.cross(node.axis, first), wrap
-
-
-def _body(R: Array, p: Array) -> Array:
-    """A body at rest as laws see it, its tree's point in the world's origin."""
-    return np.concatenate([np.ravel(R), np.zeros(3), p, np.zeros(6)])
+def _along_edges(
+    way: Way | Unrolled, there: list[Scalar | None], T: list[Scalar], given: list[Array]
+) -> tuple[Scalar, list[Scalar], list[Scalar]]:
+    """Of edges the heat of what slides along them, force [N] and place [m] of each, guards of their ends."""
+    if isinstance(way, Way):
+        return 0.0, [], []
+    pulls = [k * part.u for k, part in zip(T, way.parts, strict=True)]
+    told: list[Scalar] = []
+    for on, (comes, goes), (before, behind) in zip(there, way.spans, pairwise(pulls), strict=True):
+        told += [
+            select(on, sqrt((behind - before) @ (behind - before)), 0.0),
+            select(on, abs(0.5 * (comes + goes)), 0.0),
+        ]
+    slid = sum(k * x for k, x in zip(T, way.slides, strict=True))
+    return slid, told, way.within([q[NODE - 2 :] for q in given[1:-1]])

@@ -14,6 +14,7 @@ from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.compiler.symbol import Array, Scalar, minimum, named, select
 from heavylift.kernel.description.forces import Sheave
 
+from .edges import Unrolled
 from .sheaves import Way
 
 __all__ = ["BITE", "FREE", "Groups", "slip_ratio"]
@@ -28,7 +29,7 @@ class Groups:
 
     def __init__(
         self,
-        way: Way,
+        way: Way | Unrolled,
         kept: list[Scalar],
         dL: Scalar,
         rubs: list[bool],

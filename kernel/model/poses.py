@@ -7,16 +7,21 @@ winches may follow measured ones as well.  A reference is a profile plus f(s) = 
 from __future__ import annotations
 
 from operator import add
+from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, named, sqrt
+from heavylift.kernel.forces.force_law import Poses
 from heavylift.kernel.multibody.continuous_angles import on_turn
 
 from .instant import Evaluation
+from .program import Program
 
-__all__ = ["command_masters", "follow", "measure_angles", "measure_masters", "place_bodies", "prescribe_joints"]
+__all__ = [
+    "command_masters", "follow", "measure_angles", "measure_masters", "place_bodies", "poses_of", "prescribe_joints",
+]  # fmt: skip
 
 
 def command_masters(x: Evaluation) -> None:
@@ -85,3 +90,14 @@ def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
     dw = cross(body[15:18], w)
     i = 1 if axis == 0 else 0
     return w[i], w[2], dw[i] * w[2] - w[i] * dw[2]
+
+
+def poses_of(program: Program, row: SimpleNamespace) -> Poses:
+    """R_WB (3, 3) and p_WB (3,) of every body in a sample row."""
+    frames = row.poses.reshape(-1, 12)
+
+    def pose(body: str) -> tuple[np.ndarray, np.ndarray]:
+        i = program.graph.number(body)
+        return (np.eye(3), np.zeros(3)) if i < 0 else (frames[i, 3:].reshape(3, 3), frames[i, :3])
+
+    return pose

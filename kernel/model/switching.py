@@ -13,13 +13,17 @@ from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.joint_laws import BrakeAt
+from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
 
 from .program import Program
 
-__all__ = ["StateEvent", "Switches"]
+__all__ = ["ROPES", "StateEvent", "Switches"]
+
+ROPES = ("rope", "rigid", ReevingLaw.kind)  # kinds of numbers that ropes have
 
 
 @dataclass(frozen=True)
@@ -99,8 +103,19 @@ class Switches:
         """hooked, taut and lines of a rigid rope, if this is one."""
         return self._P[self._at["rigid", name]] if ("rigid", name) in self._at else None
 
+    def reeving(self, name: str) -> Reeving | None:
+        """A rope over sheaves, if this is one."""
+        return next((r for r in self._program.system.reevings if r.name == name), None)
+
+    def reeving_numbers(self, name: str) -> np.ndarray:
+        """Those of a rope over sheaves (see `ReevingAt`)."""
+        return self._P[self._at[ReevingLaw.kind, name]]
+
     def unhook(self, name: str) -> None:
         """Let a rope go."""
+        if (reeving := self.reeving(name)) is not None:
+            ReevingLaw().take_off(reeving, self.reeving_numbers(name))
+            return
         rigid = self.rigid_numbers(name)
         if rigid is not None:
             rigid[RigidAt.HOOKED] = rigid[RigidAt.TAUT] = 0.0

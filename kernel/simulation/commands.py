@@ -11,15 +11,19 @@ from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
-from heavylift.kernel.description.mechanics import Vector
+from heavylift.kernel.description.forces import Reeving
+from heavylift.kernel.description.mechanics import Line, Point, Vector
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.reeving import ReevingAt, ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.model.parameters import PROFILE
+from heavylift.kernel.model.poses import poses_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateEvent, Switches
 from heavylift.kernel.multibody.joint_locking import lock_of
 from heavylift.kernel.simulation.native.native_state import NativeState
+from msgspec import structs
 
 from .call_order import CallOrder
 from .events import Events
@@ -115,6 +119,9 @@ class Commands:
         """
         self._standing("hook")
         a, b = self._ends(rope, a, b)
+        if (reeving := self.switches.reeving(rope)) is not None:
+            self._hook_over(reeving, a, b, L0)
+            return
         native, P, where = self._native, self._native.P, self._where(rope)
         at = native.program.parameters.at
         rigid = self.switches.rigid_numbers(rope)
@@ -142,10 +149,33 @@ class Commands:
             native.calm -= {rope}
             native.use(native.program.locked)
 
+    def _hook_over(self, rope: Reeving, a: Vector | None, b: Vector | None, L0: float | None) -> None:
+        """Hook a rope over sheaves or edges, wherever it lies on them then."""
+        native, where, p = self._native, self._where(rope.name), self.switches.reeving_numbers(rope.name)
+        if p[ReevingAt.TAUT] >= 0.0:
+            raise KernelError(f"{where}: it is hooked already; unhook it first")
+        if L0 is not None:
+            raise KernelError(f"{where}: length {L0:g} m; a rope over sheaves keeps its own")
+        moved = {k: Point(getattr(rope, k).body, p) for k, p in (("a", a), ("b", b)) if p is not None}
+        rope = structs.replace(rope, **moved)
+        long = self.references.value(rope.name, native.epoch) if rope.winch else rope.L0
+        before = p.copy()
+        gap = ReevingLaw().put_on(rope, p, long, poses_of(native.program, native.row()))
+        if not gap <= 0.0:
+            p[:] = before
+            raise KernelError(f"{where}: {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
+        self.admit("hook")
+        angles, row = native.program.angles, native.row()
+        counted = native.state[len(native.state) - len(angles) :]
+        for i, label in enumerate(angles):
+            if label[:2] == ("force", rope.name):
+                counted[i] = row.turned[i]  # what it turned while it was off is no turn
+
     def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
         """New ends of a rope's first line where the rope's numbers want them: on a flexible body from their station."""
         system, graph = self._native.program.system, self._native.program.graph
-        lines = {r.name: r.lines[0] for r in system.ropes} | {r.name: r.lines[0] for r in system.rigid_ropes}
+        lines = {r.name: r.lines[0] for r in system.straight_ropes}
+        lines |= {r.name: Line(r.a, r.b) for r in system.reevings}
         if rope not in lines:
             return [a, b]
         line, where = lines[rope], self._where(rope)

@@ -43,6 +43,7 @@ MACHINES = (
     "blocks",
     "rig",
     "rigging",
+    "edges",
     "mechanism",
     "machines",
     "wind",

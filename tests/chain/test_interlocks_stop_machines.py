@@ -108,7 +108,7 @@ BAD = {  # an interlock of the scene, and what is told of it
     "{when: load of crawler >= 3 t, stops: all, until: wind <= 3 m/s}": "an interlock is reset by what trips it: write",
     "{when: load of crawler >= 3 t, stops: all, until: load of crawler >= 2 t}": "it would be reset where it trips",
     "{when: load of crawler >= 3 t, stops: all, until: load of crawler <= 4 t}": "it would be reset where it trips",
-    "{when: load of crawler >= 3 t, stops: [hoist], towards: true}": "it is known between goliaths that travel",
+    "{when: load of crawler >= 3 t, stops: [hoist], towards: true}": "it is known of a gap between two machines",
     "{when: load of crawler >= 3 m, stops: all}": "'3 m' is no mass",
     "{when: wind >= 3 m/s, stops: all}": "no wind blows in this scene: add 'wind'",
     "{when: load of crawler >= 3 t, halts: all}": "unknown key 'halts'",

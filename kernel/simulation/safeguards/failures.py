@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
+from heavylift.kernel.model.poses import poses_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import Link
 
@@ -75,12 +76,7 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
         if span < SHORTEST_ROPE:
             where = f"rope '{rope.name}' at {t:.3f} s"
             return KernelError(f"{where}: its ends meet, so that it has no direction; keep them apart")
-    frames = row.poses.reshape(-1, 12)
-
-    def pose(body: str) -> tuple[np.ndarray, np.ndarray]:
-        i = program.graph.number(body)
-        return (np.eye(3), np.zeros(3)) if i < 0 else (frames[i, 3:].reshape(3, 3), frames[i, :3])
-
+    pose = poses_of(program, row)
     for x in program.laws:
         if isinstance(x.law, ReevingLaw) and (told := x.law.off_its_sheaves(x.force, pose, program.shown(x, row))):
             return KernelError(f"reeving '{x.name}' at {t:.3f} s: {told}")

@@ -80,7 +80,7 @@ def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> 
     """What is wrong with the orders that could be followed."""
     found = Findings()
     hooked, parted = first_lugs(built), set[str]()
-    hooked |= {rope.name: "" for m in built.mechanisms for rope in m.system.straight_ropes if rope.hooked}
+    hooked |= {rope.name: "" for m in built.mechanisms for rope in m.system.all_ropes if rope.hooked}
     for number, acted in enumerate(followed.path.acted, 1):
         action = built.actions[number - 1]
         steps = [step for step in followed.steps if step.static.action == number]

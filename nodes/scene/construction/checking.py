@@ -5,7 +5,8 @@ Faults are collected with their place in the file, never raised, so that all of 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TypeVar
 
 from heavylift.kernel.description import mechanics as k
@@ -13,23 +14,28 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import KernelError
 from heavylift.nodes.scene.keys.parts import mechanics
 from heavylift.nodes.scene.keys.parts.flexible import Beam
+from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
 __all__ = ["Checking"]
 
 Made = TypeVar("Made")
+NONE: Mapping[str, Edge] = MappingProxyType({})
 
 
 class Checking:
     """A mechanism as it is written, with the source that its faults are added to.
 
-    `lift`: what the other machines of the scene declare, on whose bodies and joints it can act; `base`: its place.
+    `lift`: what the other machines of the scene declare, on whose bodies and joints it can act; `base`: its place;
+    `edges`: those of the scene.
     """
 
-    def __init__(self, source: Source, given: mechanics.Mechanism, lift: k.System, base: Path) -> None:
+    def __init__(
+        self, source: Source, given: mechanics.Mechanism, lift: k.System, base: Path, edges: Mapping[str, Edge] = NONE
+    ) -> None:
         self.source, self.given, self.lift, self.fault = source, given, lift, source.fault
-        self.base = base
+        self.base, self.edges = base, edges
         self.carried = [body.name for body in lift.bodies]
         self.bodies = [k.WORLD, *given.bodies, *self.carried]
         self.joints: dict[str, k.JointKind] = {name: joint.type for name, joint in given.joints.items()}

@@ -30,7 +30,7 @@ class Levelling:
         for sling in (sling for sling in yard.slings if sling.lug):
             self.hung.setdefault(ropes[sling.loader], []).append(lugs[sling.lug][:2])
         for machine in mechanisms:
-            lines = {rope.name: rope.lines[-1].b for rope in machine.system.ropes}
+            lines = {rope.name: rope.lines[-1].b for rope in machine.system.all_ropes}
             for hook in machine.hooks:
                 held = (lines[sling].p for slings in hook.slings.values() for sling in slings)
                 self.hung[hook.rope] = [(x, y) for x, y, _ in held]

@@ -6,7 +6,7 @@ become one description for the kernel, with the actuators that orders can move a
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
 
 from heavylift.kernel.constraints.contact.pairs import check_contact
@@ -20,9 +20,10 @@ from heavylift.kernel.model.checks import check_inertia, check_joint
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.forces import Characteristic
+from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.source import Path, Source
 
-from .checking import Checking
+from .checking import NONE, Checking
 from .laws import actuators, check_curve, check_laws, laws_of
 from .rigging.hooks import Hung, hang
 from .rigging.tree import Tree
@@ -43,12 +44,13 @@ def build_mechanism(
     lift: k.System = NO_LIFT,
     base: Path = ("mechanism",),
     tree: Tree | None = None,
+    edges: Mapping[str, Edge] = NONE,
 ) -> plan.Mechanism:
     """The mechanism of the plan, which may act on a lift; what is wrong is added to the faults of the source.
 
-    `base`: where it stands in the scene; `tree`: the rigging of the scene.
+    `base`: where it stands in the scene; `tree`: the rigging of the scene; `edges`: those of the scene.
     """
-    return _Assembly(source, given, lift, base).build(gravity, tree)
+    return _Assembly(source, given, lift, base, edges).build(gravity, tree)
 
 
 class _Assembly(Checking):
@@ -60,7 +62,7 @@ class _Assembly(Checking):
         self._tree()
         check_laws(self)
         made = tuple(self._joints())
-        plain = {name: rope for name, rope in given.ropes.items() if all(x.plain for x in rope.over)}
+        plain = {name: rope for name, rope in given.ropes.items() if rope.plain}
         ropes = [rope_of(self, name, rope) for name, rope in plain.items()]
         reevings = [reeving_of(self, name, rope) for name, rope in given.ropes.items() if name not in plain]
         for name, support in given.supports.items():
@@ -82,7 +84,7 @@ class _Assembly(Checking):
             self.checked((*self.base, "joints"), kinematics.poses, whole)
         hung = hang(self, whole, tree, gravity) if given.hooks and not self.source.faults else Hung()
         if given.hooks:
-            own = k.System(tuple(hung.bodies), tuple(hung.joints), ropes=tuple(hung.ropes))
+            own = k.System(tuple(hung.bodies), tuple(hung.joints), ropes=tuple(hung.ropes), forces=tuple(hung.reevings))
             system = k.merge([system, own], gravity)
             whole = k.merge([self.lift, system], gravity)
         if not self.source.faults:
@@ -124,7 +126,7 @@ class _Assembly(Checking):
 
     def _carrying(self, system: k.System, at: kinematics.Poses) -> tuple[tuple[str, ...], tuple[str, ...]]:
         spans = {r.name: span(self, r, at) for r in system.reevings}
-        reeved = [r.name for r in system.reevings if spans[r.name] > r.L0 + TOUCH]
+        reeved = [r.name for r in system.reevings if r.hooked and spans[r.name] > r.L0 + TOUCH]
         stretched = {r.name: kinematics.length(r, at) - r.L0 for r in system.straight_ropes if r.hooked}
         for rigid in system.rigid_ropes:
             if stretched.get(rigid.name, 0.0) > TOO_SHORT:
@@ -132,7 +134,7 @@ class _Assembly(Checking):
                 self.fault((*self.base, "ropes", rigid.name, "length"), f"the rope is rigid and {short}")
         for rope in system.ropes:
             self._overstretched(rope, stretched.get(rope.name, 0.0))
-        for reeving in system.reevings:
+        for reeving in (r for r in system.reevings if r.hooked):
             self._overstretched(reeving, (spans[reeving.name] or 0.0) - reeving.L0)
         taut = [r.name for r in system.ropes if stretched.get(r.name, 0.0) > TOUCH]
         taut += [r.name for r in system.rigid_ropes if stretched.get(r.name, -1.0) > -TOUCH]

@@ -52,13 +52,13 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
         return tuple(built)
     tree = Tree(source, scene, around) if scene.rigging else None
     for base, given in bases.items():
-        built.append(build_mechanism(source, given, scene.gravity, around, base, tree))
+        built.append(build_mechanism(source, given, scene.gravity, around, base, tree, scene.edges))
         if source.faults:
             return tuple(built)  # what others name of it is not known
         around = merge([around, built[-1].system], scene.gravity)
     for base, name in tree.own() if tree else ():
         assert tree is not None
-        made = build_mechanism(source, tree.made(name, around), scene.gravity, around, base)
+        made = build_mechanism(source, tree.made(name, around), scene.gravity, around, base, None, scene.edges)
         slings = tuple(slings_of(scene, name))
         built.append(msgspec.structs.replace(made, slings={name: slings} if slings else {}))
         if source.faults:

@@ -111,8 +111,6 @@ class _Resolver:
             known = [*self.targets, "stage", "when", "timeout"]
             self.source.fault(path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True)
             return ()
-        if not found:
-            self.source.fault(path, f"'{target}' is a rope over a sheave, which is never taken off", on_key=True)
         obeying = tuple(actor for actor in found if actor.obeys(VERBS[phrase.verb]))
         if found and not obeying:
             fitting = [fit.name for fit in VERBS.values() if any(actor.obeys(fit) for actor in found)]

@@ -14,6 +14,7 @@ from heavylift.nodes.scene.keys.parts import kinematics, mechanics
 from heavylift.nodes.scene.text.source import Path
 
 from .checking import Checking
+from .rigging.edges import along_edges
 
 __all__ = ["reeving_of", "rope_of", "span"]
 
@@ -55,8 +56,8 @@ def _stretch(checks: Checking, path: Path, rope: mechanics.Rope) -> None:
 def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reeving:
     """A rope over sheaves with a radius or friction."""
     path: Path = (*checks.base, "ropes", name)
-    if rope.start is None or rope.end is None or rope.lines or not rope.hooked:
-        message = "a rope over sheaves has 'start' and 'end', no 'lines', and is never taken off"
+    if rope.start is None or rope.end is None or rope.lines:
+        message = "a rope over sheaves or edges has 'start' and 'end', no 'lines'"
         checks.fault(path, message, on_key=True)
     start, end = (x or End(body=k.WORLD) for x in (rope.start, rope.end))
     _nodes(checks, path, start, rope.over, end)
@@ -70,8 +71,12 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reev
     )
     signal = forces.Signal(rope.length, driven=rope.winch is not None)
     ends = k.Point(start.body, start.at), k.Point(end.body, end.at)
-    made = forces.Reeving(name, ends[0], sheaves, ends[1], rope.EA or 1.0, signal, rope.damping or 0.0)
-    checks.checked(path, check_force, made)
+    faults = len(checks.source.faults)
+    coms = {body.name: body.com for body in checks.lift.bodies} | {x: b.com for x, b in checks.given.bodies.items()}
+    sheaves += along_edges(checks.source, path, rope.over_edges, checks.edges, ends, coms)
+    made = forces.Reeving(name, ends[0], sheaves, ends[1], rope.EA or 1.0, signal, rope.damping or 0.0, rope.hooked)
+    if len(checks.source.faults) == faults:
+        checks.checked(path, check_force, made)
     return made
 
 

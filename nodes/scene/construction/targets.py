@@ -88,7 +88,7 @@ def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) ->
         kind: Kind = "drive" if actuator.name in drives else "winch"
         actor = _driven(kind, machine.name, actuator.name, actuator, actuator.name in angular)
         table[actuator.name] = table[actuator.name.replace(f"{machine.name}.", f"{machine.name} ", 1)] = (actor,)
-    for rope in (rope for rope in machine.system.straight_ropes if not rope.winch):
+    for rope in (rope for rope in machine.system.all_ropes if not rope.winch):
         table[rope.name] = (Actor("rope", machine.name, rope.name),)
     for brake in machine.system.brakes:
         table[brake.name] = (Actor("brake", machine.name, brake.name),)

@@ -14,6 +14,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "crawler": (6, 12, 1, 4, 3, 9),
     "damper": (4, 8, 0, 0, 3, 2),
     "dock": (7, 12, 1, 4, 4, 6),
+    "edge": (9, 24, 3, 4, 4, 7),
     "emergency-stop": (10, 30, 3, 6, 6, 6),
     "floating": (11, 12, 1, 4, 4, 7),
     "girder": (4, 3, 0, 0, 2, 3),

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.nodes.scene import load
+from heavylift.nodes.scene import bundled, load, parse
 from heavylift.recordings import Recording
 
 JIB = """\
@@ -54,3 +54,17 @@ def test_booms_stop_before_they_come_too_near(tmp_path: Path, limit: float, trip
     assert t == u
     moved = [rec[f"joint/position/{x}-jib.slewing.angle"].values[-1, 0] for x in "ab"]
     assert (abs(moved[0] - np.radians(-40.0)) < 1e-9) == (limit == 60.0)
+
+
+def test_what_moves_apart_stays_free_between_any_two_machines() -> None:
+    """Two cranes of a hall on one runway, and a trolley that traverses to a post beside it: each is barred the way to
+    the other alone."""
+    text = bundled()["hall"].read_text(encoding="utf-8").split("actions:")[0]
+    text = text.replace("cranes:\n", "cranes:\n  next: {type: overhead-100, at: 20 m, trolley: 8 m}\n")
+    foot = "joints: {foot: {type: fixed, child: pole, at: [-20 m, 2 m, 0 m]}}"
+    post = f"bodies: {{pole: {{mass: 1 t, box: [1 m, 1 m, 12 m]}}}}\n  {foot}"
+    locks = "apart: {when: gap hall.bridge next.bridge <= 3 m, stops: [travel], towards: true}"
+    near = "near: {when: gap hall.trolley pole <= 2 m, stops: [traverse], towards: true, on: hall}"
+    more = f"mechanism:\n  name: post\n  {post}\ninterlocks:\n  {locks}\n  {near}\nactions:\n  - wait: 1 s\n"
+    ways = {s.actuator: s.way for lock in parse(text + more, passing=True).plan.interlocks for s in lock.stops}
+    assert ways == {"hall.travelling": 1, "next.travelling": -1, "hall.traversing": -1}

@@ -136,11 +136,6 @@ BAD = {
         "to: [beam.a, F2], length: 9 m",
         "rigging.beam: 'beam' hangs below itself",
     ),
-    "unhooking what runs over a sheave": (
-        "crane travelling: travel 20 m/min ramp one swing by 12 m",
-        "rear: unhook",
-        "'rear' is a rope over a sheave, which is never taken off",
-    ),
     "no block": ("lugs: {F1", "lags: {F1", "unknown key 'lags'"),
 }
 

@@ -8,6 +8,7 @@ from math import sqrt
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
+from heavylift.kernel.description.forces import Reeving, Signal
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.construction.checking import Checking
 from heavylift.nodes.scene.construction.yard import box
@@ -30,6 +31,7 @@ class Hung:
     bodies: list[k.Body] = field(default_factory=list)
     joints: list[k.Joint] = field(default_factory=list)
     ropes: list[k.Rope] = field(default_factory=list)
+    reevings: list[Reeving] = field(default_factory=list)
     actuators: list[plan.Actuator] = field(default_factory=list)
     hooks: list[plan.Hoist] = field(default_factory=list)
     shapes: list[plan.Shape] = field(default_factory=list)
@@ -145,7 +147,10 @@ def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: T
     ends = tree.ropes(key)
     for sling, (i, lug, hooked) in ends.items():
         EA, length = given.sling.EA, given.lengths[i]
-        line = k.Line(k.Point(name, (0.0, 0.0, -hook.height)), lug)
+        eye = k.Point(name, (0.0, 0.0, -hook.height))
         damping = 2.0 * given.sling.damping * sqrt(EA / length * hook.block)
-        found.ropes.append(k.Rope(sling, (line,), EA, length, damping, hooked=hooked))
+        if hooked and given.over_edges:
+            found.reevings.append(Reeving(sling, eye, tree.edges(key, i), lug, EA, Signal(length), damping))
+        else:
+            found.ropes.append(k.Rope(sling, (k.Line(eye, lug),), EA, length, damping, hooked=hooked))
     return tuple(ends)

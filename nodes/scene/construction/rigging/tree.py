@@ -16,7 +16,6 @@ from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.nodes.scene.keys.base import End
 from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, Slings
@@ -24,12 +23,13 @@ from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
+from .edges import along_edges
+from .reeved import SPREAD, equalising, height_of
 from .slings import lugs_of, slings_of
 
 __all__ = ["Tree"]
 
-SPREAD = 1e-6  # [m] less: what holds a frame tells nothing of where it points
-HALVINGS = 60
+NOWHERE = k.Point("")
 
 
 class Tree:
@@ -42,6 +42,7 @@ class Tree:
         self.source, self.scene, self.rigging, self.gravity = source, scene, scene.rigging, scene.gravity
         self.masses = {name: block.mass for name, block in blocks.items()}
         self.lugs = lugs_of(scene)
+        self.coms = {body.name: body.com for body in around.bodies}
         parts = [*scene.machines.values(), *([scene.mechanism] if scene.mechanism else [])]
         self.taken = {*scene.machines, *scene.cranes, *(scene.rig.loaders if scene.rig else ()), *scene.models}
         self.taken |= {*(body.name for body in around.bodies), *([scene.mechanism.name] if scene.mechanism else [])}
@@ -208,10 +209,10 @@ class Tree:
         for name, i, point, word in self._below(body):
             given, here = self.rigging[name], ("rigging", name, "to", i)
             p, q = at(point), self._where(word)
-            if isinstance(given, Equaliser):
-                found += [self._balanced(name, given, p)] if i == 0 else []
+            assert not isinstance(given, Frame)
+            if isinstance(given, Equaliser) or given.over_edges:
+                found += [self._reeved(name, given, i, p)] if i == 0 or isinstance(given, Slings) else []
                 continue
-            assert isinstance(given, Slings)
             reach = given.lengths[i]
             if frame := self._body(word):
                 held = [to for x in self.rigging.values() for to in getattr(x, "to", ()) if self._body(to) == frame]
@@ -228,39 +229,36 @@ class Tree:
             found.append(q[2] + sqrt(length * length - aside * aside) - p[2])
         return min(found) if found else None
 
-    def _balanced(self, name: str, given: Equaliser, p: list[float]) -> float:
-        """The same of the sheave of an equaliser, whose place is p where that z is 0 [m]."""
-        low = max(self._where(word)[2] for word in given.to) + given.radius - p[2] + SPREAD
-        high = low + given.length
+    def _reeved(self, name: str, given: Slings | Equaliser, i: int, p: list[float]) -> float:
+        """The same of what holds a rope over a sheave or edges, whose place is p where that z is 0 [m]."""
+        words = given.to if isinstance(given, Equaliser) else [given.to[i]]
+        length = given.length if isinstance(given, Equaliser) else given.lengths[i]
+        ends = [end for word in words if (end := self.lower(word)) is not None]
 
-        def long(z: float) -> float:
+        def rope(z: float) -> Reeving:
             at = k.Point(k.WORLD, (p[0], p[1], p[2] + z))
-            made = self._rope(name, given, at, np.eye(3))
-            return ReevingLaw().start_length(made, lambda body: (self.at[body][1], self.at[body][0]))
+            if isinstance(given, Equaliser):
+                return equalising(name, given, at, np.eye(3), (ends[0], ends[1]), self.at)
+            return Reeving(name, at, self.edges(name, i), ends[0], given.sling.EA, Signal(length))
 
+        radius = given.radius if isinstance(given, Equaliser) else 0.0
+        low = max(self._where(word)[2] for word in words) + radius - p[2] + SPREAD
         try:
-            if long(low) > given.length - given.slack:
-                message = f"{given.length:g} m of rope with {given.slack:g} m of slack do not reach over the sheave"
-                self.source.fault(("rigging", name, "length"), message)
-                return 0.0
-            for _ in range(HALVINGS):
-                middle = 0.5 * (low + high)
-                low, high = (low, middle) if long(middle) > given.length - given.slack else (middle, high)
+            return height_of(rope, low, low + length, length - given.slack, self.at)
+        except ValueError:
+            what = "over the sheave" if isinstance(given, Equaliser) else "over its edges"
+            message = f"{length:g} m of rope with {given.slack:g} m of slack do not reach {what}"
+            self.source.fault(("rigging", name, "length"), message)
         except KernelError as error:
             self.source.fault(("rigging", name), str(error), on_key=True)
         return low
 
-    def _rope(self, name: str, given: Equaliser, sheave: k.Point, R: np.ndarray) -> Reeving:
-        """The rope of an equaliser over its sheave on a body of attitude R, that turns as the rope runs."""
-        a, b = (self.lower(word) for word in given.to)
-        assert a is not None
-        assert b is not None
-        p, q = self._where(given.to[0]), self._where(given.to[1])
-        d = norm([q[0] - p[0], q[1] - p[1]])
-        axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]
-        x, y, z = (sum(float(R[j][i]) * axis[j] for j in range(3)) for i in range(3))
-        over = Sheave(sheave, (x, y, z), given.radius, given.friction, given.efficiency)
-        return Reeving(name, a, (over,), b, given.sling.EA, Signal(given.length))
+    def edges(self, name: str, i: int) -> tuple[Sheave, ...]:
+        """The edges that a sling may bend over."""
+        given = self.rigging[name]
+        assert isinstance(given, Slings)
+        ends = self.upper(given.holders[i]) or NOWHERE, self.lower(given.to[i]) or NOWHERE
+        return along_edges(self.source, ("rigging", name), given.over_edges, self.scene.edges, ends, self.coms)
 
     def made(self, name: str, around: k.System) -> mechanics.Mechanism:
         """An entry as the keys of a machine, beside all that there is."""
@@ -272,26 +270,29 @@ class Tree:
             free = joints.Free.model_construct(type="free", child=name, position=tuple(p.tolist()), attitude=attitude)
             body = mechanics.Body.model_construct(mass=given.mass, com=given.com, box=given.size)
             return make(name=name, bodies={name: body}, joints={f"{name}.free": free})
-        ropes: dict[str, mechanics.Rope] = {}
+        ropes, at = dict[str, mechanics.Rope](), kinematics.poses(around)
         for rope, (i, lower, hooked) in self.ropes(name).items():
             upper = self.upper(given.holders[i])
             assert upper is not None
             start, end, over = _end(upper), _end(lower), list[mechanics.Over]()
             length = given.length if isinstance(given, Equaliser) else given.lengths[i]
             if isinstance(given, Equaliser):
-                made = self._rope(name, given, upper, kinematics.poses(around)[upper.body][1]).sheaves[0]
+                ends = lower, self.lower(given.to[1]) or lower
+                made = equalising(name, given, upper, at[upper.body][1], ends, self.at).sheaves[0]
                 over = [
                     mechanics.Over.model_construct(
                         body=upper.body, at=upper.p, axis=made.axis, radius=made.radius, friction=made.friction,
                         efficiency=made.efficiency,
                     )
                 ]  # fmt: skip
-                start, end = end, _end(self.lower(given.to[1]) or lower)
+                start, end = end, _end(ends[1])
             light = self.hooks[upper.body].block if upper.body in self.hooks else self.frames[upper.body].mass
             damping = 2.0 * given.sling.damping * sqrt(given.sling.EA / length * light)
+            edges = [] if isinstance(given, Equaliser) or not hooked else given.over_edges
             ropes[rope] = mechanics.Rope.model_construct(
-                start=start, end=end, over=over, EA=given.sling.EA, length=length, damping=damping, hooked=hooked
-            )
+                start=start, end=end, over=over, over_edges=edges, EA=given.sling.EA, length=length, damping=damping,
+                hooked=hooked,
+            )  # fmt: skip
         return make(name=name, ropes=ropes)
 
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import msgspec
+import numpy as np
+from heavylift.kernel.compiler.symbol import Array
+from heavylift.kernel.description.mechanics import System, merge
 from heavylift.kernel.description.signals import guard_of
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.interlock import Interlock, Stopped
@@ -12,6 +15,7 @@ from heavylift.nodes.plan.verbs import VERBS, Verb
 from heavylift.nodes.scene.construction.targets import Actor, targets
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.interlocks import Interlock as Keys
+from heavylift.nodes.scene.keys.parts.kinematics import Poses, place, poses
 from heavylift.nodes.scene.language.phrases import CrossTest
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
@@ -141,14 +145,29 @@ class _Builder:
         return verb, verb.sign if not way else 1 if way == verb.ways[0] else -1
 
     def _towards(self, path: Path, actor: Actor, test: CrossTest) -> int:
-        """The way that brings the two of a gap together, as they stand at the start along the rails."""
-        places = {crane.name: crane.gantry.start for crane in self.yard.cranes}
-        names = test.of.split()
-        if test.quantity != "gap" or not all(name in places for name in names) or actor.kind != "gantry":
-            self.source.fault((*path, "towards"), "it is known between goliaths that travel on one pair of rails only")
-            return 0
-        other = names[1] if names[0] == actor.model else names[0]
-        return 1 if places[other] > places[actor.model] else -1
+        """The way along a straight drive that brings the two of a gap together, as they stand at the start."""
+        boxes, sides = self.conditions.subjects.boxes, dict[bool, Array]()
+        axis, poses = self._axis(actor)
+        for model, point, _ in (boxes[name] for name in test.of.split() if test.quantity == "gap" and name in boxes):
+            starts = [crane.gantry.start for crane in self.yard.cranes if crane.name == model]
+            if starts or point.body in poses:
+                sides[model == actor.model] = point.p + np.array([starts[0], 0, 0]) if starts else place(point, poses)
+        way = float(axis @ (sides[False] - sides[True])) if len(sides) == 2 else 0.0
+        if not way:
+            told = "it is known of a gap between two machines, of which this one travels or traverses to the other"
+            self.source.fault((*path, "towards"), told)
+        return 1 if way > 0.0 else -1
+
+    def _axis(self, actor: Actor) -> tuple[Array, Poses]:
+        """The direction in the world in which a drive moves at the start, if it is straight; where all machines are."""
+        whole = merge([m.system for m in self.mechanisms], self.yard.scene.gravity)
+        moved = System(whole.bodies, whole.joints)
+        at = poses(moved) if not any(moved.outside) else {}
+        joints = {drive.name: joint for drive in whole.drives for joint in whole.joints if joint.name == drive.joint}
+        joint = joints.get(actor.name)
+        if joint is not None and joint.kind == "prismatic" and joint.parent in at:
+            return at[joint.parent][1] @ np.array(joint.R_PJ) @ np.array(joint.axis), at
+        return np.array([float(actor.kind == "gantry"), 0.0, 0.0]), at
 
 
 def _emergency(given: Keys, actor: Actor) -> float | None:

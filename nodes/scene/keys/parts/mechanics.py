@@ -116,12 +116,14 @@ class Over(End):
 class Rope(Base):
     """A tension-only elastic rope; `length` is unstretched.  `rigid`: it cannot stretch, and has no EA and damping.
 
-    From `start` to `end`, on its way perhaps `over` points and sheaves, or over separate `lines` of one tension.
+    From `start` to `end`, on its way perhaps `over` points and sheaves or `over edges` of the body of one of its ends,
+    or over separate `lines` of one tension.
     """
 
     start: End | None = None
     end: End | None = None
     over: list[Over] = Field(default_factory=list)
+    over_edges: list[str] = Field(default_factory=list)
     lines: list[Line] = Field(default_factory=list)
     EA: u.Force | None = None
     rigid: bool = False
@@ -129,6 +131,11 @@ class Rope(Base):
     damping: u.Damping | None = None
     winch: Winch | None = None
     hooked: bool = True
+
+    @property
+    def plain(self) -> bool:
+        """Whether it runs over points without friction only."""
+        return not self.over_edges and all(x.plain for x in self.over)
 
 
 class Support(Base):

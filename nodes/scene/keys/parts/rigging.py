@@ -12,7 +12,21 @@ from heavylift.nodes.scene.keys.base import Base, Name, Place
 from heavylift.nodes.scene.text import units as u
 from pydantic import Discriminator, Field, Tag
 
-__all__ = ["Equaliser", "Frame", "Rigging", "SlingType", "Slings"]
+__all__ = ["Edge", "Equaliser", "Frame", "Rigging", "SlingType", "Slings"]
+
+
+class Edge(Base):
+    """An edge of a body that ropes bend over where they meet it, from one end to the other: the axis of its rounding.
+
+    A rope slides along it freely; over it the tension grows against the sliding by exp(friction * wrap).
+    """
+
+    on: str
+    start: Place = Field(alias="from")
+    end: Place = Field(alias="to")
+    radius: u.Extent
+    friction: u.Ratio = 0.0
+    inside: Place | None = None  # a point behind the edge as ropes see it; left out: the body's centre of mass
 
 
 class SlingType(Base):
@@ -35,6 +49,7 @@ class Slings(Base):
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of the one that is tightest at the start; those that carry a frame: none
     sling: SlingType = SlingType()
     shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
+    over_edges: list[str] = Field(default_factory=list)  # of the block or frame below, from above, where they meet them
 
     @property
     def holders(self) -> list[str]:

@@ -1,0 +1,105 @@
+"""Edges of a scene: slings and ropes bend over them, and what is wrong with an edge is told where it stands."""
+
+from math import acos, atan2, cos, hypot, sin, sqrt
+
+import numpy as np
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import bundled, parse
+
+G = 9.80665
+TEXT = bundled()["edge"].read_text(encoding="utf-8")
+RADIUS, AXIS = 0.3, (-9.7, 2.7)  # y and z of the heel's rounding on the block
+
+
+def at(state, body: str, p) -> np.ndarray:
+    """A point of a body in the world."""
+    place, R = state.poses[body]
+    return np.array(place) + np.array(R) @ np.array(p)
+
+
+def unrolled(hook: np.ndarray, lug: np.ndarray) -> tuple[float, np.ndarray]:
+    """Length of a sling over the heel and how it leaves the hook, both by the block's axes: tangents, an arc between
+    them, and a rise along the edge that is the same everywhere."""
+    p, q = (np.array([x[1] - AXIS[0], x[2] - AXIS[1]]) for x in (hook, lug))
+    wrap = atan2(q[1], -q[0]) * -1.0 + atan2(p[1], -p[0]) - acos(RADIUS / hypot(*p)) - acos(RADIUS / hypot(*q))
+    assert wrap > 0.0
+    tangents = [sqrt(hypot(*x) ** 2 - RADIUS**2) for x in (p, q)]
+    flat, rise = sum(tangents) + RADIUS * wrap, lug[0] - hook[0]
+    touches = atan2(p[1], -p[0]) - acos(RADIUS / hypot(*p))
+    tangent = np.array([-RADIUS * cos(touches), RADIUS * sin(touches)]) - p
+    u = np.array([rise / flat, *(tangent / hypot(*tangent))])
+    return hypot(flat, rise), u / np.linalg.norm(u)
+
+
+def test_the_tilted_block_is_held_by_what_its_slings_pull_around_its_heel() -> None:
+    """Without friction: each sling is as long as plane geometry says, and all forces on the block balance."""
+    text = TEXT.replace("friction: 0.15", "friction: 0").split("  - stage: back")[0]
+    tilted = parse(text, passing=True).statics.states[-1]
+    place, R = (np.array(x) for x in tilted.poses["block"])
+    total, turning = np.array([0.0, 0.0, -160e3 * G]), np.zeros(3)
+    for i, x in enumerate((-2.0, 2.0), 1):
+        hook, lug = R.T @ (at(tilted, "crane.H3", (0.0, 0.0, -2.0)) - place), np.array([x, -10.15, -1.5])
+        length, u = unrolled(hook, lug)
+        T = tilted.tensions[f"rear.sling-{i}"]
+        assert pytest.approx(250e6 * (length / 14.0 - 1.0), rel=1e-5) == T
+        force = -T * (R @ u)
+        total, turning = total + force, turning + np.cross(R @ hook, force)
+    for i, x in enumerate((-3.0, 3.0), 1):
+        lug, hook = at(tilted, "block", (x, 8.0, 3.2)), at(tilted, f"crane.H{i}", (0.0, 0.0, -2.0))
+        force = tilted.tensions[f"front.sling-{i}"] * (hook - lug) / np.linalg.norm(hook - lug)
+        total, turning = total + force, turning + np.cross(lug - place, force)
+    assert np.abs(total).max() < 1e-4 * 160e3 * G
+    assert np.abs(turning).max() < 1e-4 * 160e3 * G * 10.0
+
+
+ROPE = """\
+heavylift: 1
+name: quay
+mechanism:
+  bodies: {load: {mass: 1 t, inertia: [1 t m2, 1 t m2, 1 t m2]}}
+  joints: {guide: {type: prismatic, child: load, axis: [0, 0, 1], start: -5 m, at: [3 m, 0, 0]}}
+  ropes:
+    fall:
+      start: {body: world, at: [-4 m, 0 m, 0.1 m]}
+      end: {body: load}
+      over edges: [quay]
+      EA: 20 MN
+      length: 10.04 m
+      damping: 3 kN s/m
+edges:
+  quay: {on: world, from: [0, -1 m, 0], to: [0, 1 m, 0], radius: 0.2 m, friction: 0.1, inside: [-1 m, 0, -1 m]}
+actions:
+  - fall: unhook
+"""
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_rope_passes_on_the_side_that_looks_away_from_what_is_inside(turned: bool) -> None:
+    """Whichever end of the edge is named first; a rope over it is one over a sheave, and can be taken off."""
+    ends = "from: [0, -1 m, 0], to: [0, 1 m, 0]"
+    text = ROPE.replace(ends, "from: [0, 1 m, 0], to: [0, -1 m, 0]") if turned else ROPE
+    (rope,) = parse(text, passing=True).plan.mechanisms[0].system.reevings
+    (edge,) = rope.edges
+    assert (edge.axis[1], *edge.span) == (1.0, 0.0, 2.0) if not turned else (1.0, -2.0, 0.0)
+    assert (edge.edge, edge.radius, edge.friction, rope.hooked) == ("quay", 0.2, 0.1, True)
+
+
+BAD = {
+    "no such edge": ("over edges: [heel]", "over edges: [hell]", "rigging.rear.over edges[0]: there is no edge 'hell'"),
+    "another body": ("heel: {on: block", "heel: {on: world", "where the rope has no end: name edges of what it holds"),
+    "no length": ("to: [5 m, -9.7 m", "to: [-5 m, -9.7 m", "the edge 'heel' has no length: keep 'from' and 'to' apart"),
+    "no radius": ("radius: 0.3 m", "radius: 0 m", "a length must be greater than zero here"),
+    "no side": ("friction: 0.15}", "friction: 0.15, inside: [0 m, -9.25 m, 6.9 m]}", "not plain: give it 'inside'"),
+    "too short": ("length: 14 m", "length: 2.2 m", "2.2 m of rope with 0.3 m of slack do not reach over its edges"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_what_is_wrong_with_an_edge_is_told(name: str) -> None:
+    old, new, sentence = BAD[name]
+    assert TEXT.count(old) == 1
+    with pytest.raises(SceneError) as told:
+        parse(TEXT.replace(old, new), passing=True)
+    assert sentence in str(told.value)
+    assert "scene.yaml:" in str(told.value)
