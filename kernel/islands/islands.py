@@ -1,8 +1,8 @@
 """Islands that nothing ties together are solved apart: each takes its own steps, and one that rests takes none.
 
 Each runs ahead of the others (see `running_ahead`), and an event costs what its own island costs, however many there
-are.  Steps depend on the history of an island alone, so nothing that is seen depends on spans or turns.  A command stops
-the island that it is meant for, not the others: what is shown with it is read from their dense output.
+are.  Steps depend on the history of an island alone, so nothing that is seen depends on spans or turns.  A command
+stops the island that it is meant for, not the others: what is shown with it is read from their dense output.
 
 A rope that is hooked between two islands makes them one; when it is taken off, and a part rests by then, the island is
 cut again once that pays (see `island.Rent`).
