@@ -165,7 +165,8 @@ class Recording:
             found.setdefault(signal, []).append(column)
         if len(found) == 1:
             ((signal, columns),) = found.items()
-            return with_own_rows(self, only(self.signal(signal), columns))
+            with self.reading():
+                return with_own_rows(only(self.signal(signal), columns), self.topics.values(), self._decoded)
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:
