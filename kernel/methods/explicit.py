@@ -138,8 +138,8 @@ class SemiImplicitEuler(Method):
     """Velocities first, then coordinates with the new ones; quaternions go through dq/dt = N(q) v.
 
     Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1.2 (1.9).  Its energy error stays bounded, its frequency
-    error is that of leapfrog, (w h)^2 / 24.  The dense output is a step of the method to that time, so that events lie on
-    its own solution.
+    error is that of leapfrog, (w h)^2 / 24.  The dense output is a step of the method to that time, so that events
+    lie on its own solution.
     """
 
     name = "semi-implicit-euler"
