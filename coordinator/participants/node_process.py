@@ -15,9 +15,11 @@ from heavylift.coordinator.transport.session import Ticket
 from heavylift.nodes.models import KERNEL
 
 from .alive import life_sign
-from .participant import Participant
+from .participant import Participant, version
 
 __all__ = ["main"]
+
+version()  # which every node tells: read once, before processes are forked
 
 
 def main(arguments: list[str]) -> int:

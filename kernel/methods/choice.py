@@ -12,12 +12,11 @@ from heavylift.kernel.model.program import Program
 
 from .at_rest import AtRest
 from .control import Control, ErrorControl, FixedStep
-from .explicit import DormandPrince5, DormandPrince8, Kutta4
+from .explicit import DormandPrince5, DormandPrince8, Kutta4, SemiImplicitEuler
 from .method import Method
 from .radau import Radau5
 from .rosenbrock import RosenbrockW
 from .sdirk import DiagonallyImplicit
-from .semi_implicit import SemiImplicitEuler
 from .tableaus import SDIRK2, SDIRK3
 
 __all__ = ["METHODS", "choose", "control_of"]

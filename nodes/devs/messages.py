@@ -59,6 +59,9 @@ class _MessageType(msgspec.StructMeta):
         _REGISTRY[name] = typing.cast("type[Message]", cls)
 
 
+_HALVES = re.compile("[\ud800-\udfff]").search  # of characters, which no text may have
+
+
 def _place(cls: type) -> tuple[str, str]:
     """Where a class is defined; a script that is imported once more, under its name, is the same place."""
     file: str | None = getattr(sys.modules.get(cls.__module__), "__file__", None)
@@ -110,7 +113,7 @@ def _plain(self: Message) -> bool:
 
 def _compiled(hints: dict[str, object]) -> Callable[[object], bool]:
     """A function of m that checks expressions: a loop over fields costs more than all else that sending does."""
-    names: dict[str, object] = {"halves": re.compile("[\ud800-\udfff]").search}
+    names: dict[str, object] = {"halves": _HALVES}
     try:
         text = " and ".join(_check(x, hint, names) for x, hint in hints.items())
         return typing.cast("Callable[[object], bool]", eval(f"lambda m: {text or True}", names))

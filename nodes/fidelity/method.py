@@ -36,8 +36,8 @@ SWUNG, FOLLOWED = 0.45, 6e-4  # part of what a swing tips that long steps damp, 
 AGAIN = 0.025  # what else long steps miss where a load is lifted again, whose loaders they have damped; measured: 0.022
 DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
 SNAPS = 10.0  # times the fourth power of their number: how much more lumps do as slack slings come taut; measured
-FOLLOWS, DAMPS_AWAY, LATE = 0.08, 40.0, 0.3  # errors of `radau5` over tol^(1/2), tol^(5/4); of lift-off over tol^(1/2)
-SMALL = 0.3  # [m] a swing below it is followed less well
+PARTS_LATE = 0.002  # of tension and position, where a load that has stood parts again, beside `chance`
+SMALL = 0.3  # [m] a swing below it is followed less well by `radau5`
 DAMPS = "nothing damps what it would damp away"
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
@@ -105,14 +105,17 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     n, lasts, events = states(case, at), duration(case), case.stages
     steps = (25.0 * events + 2.5 * min(lasts, 20.0 * events)) * power(1e-3 / tolerance, 0.25)
     steps += 0.5 * lasts * sqrt(1e-4 / tolerance)
-    smooth = max(FOLLOWS * sqrt(tolerance), DAMPS_AWAY * power(tolerance, 1.25))
-    away = smooth * max(1.0, BOTH_SIDES * case.swings.most / case.way)
+    root, damped = sqrt(tolerance), power(tolerance, 1.25)
+    jumps = 3.0 if case.changes else 1.0
     errors: Errors = {
-        "rope tension": smooth,
-        "swing": smooth * max(1.0, SMALL / max(case.swings.most, 1e-3)) * (3.0 if case.changes else 1.0),
-        "position": away,
-        "lift-off time": LATE * sqrt(tolerance),
+        "rope tension": max(0.08 * root, 40.0 * damped),
+        "swing": jumps * max(0.05 * root, 30.0 * damped) * max(1.0, SMALL / max(case.swings.most, 1e-3)),
+        "position": jumps * max(0.05 * root, 15.0 * damped) * max(1.0, BOTH_SIDES * case.swings.most / case.way),
+        "lift-off time": EVENT * root * (3.0 if case.again else 1.0),
     }
+    if case.again:
+        errors["rope tension"] += PARTS_LATE
+        errors["position"] += PARTS_LATE
     spent = 8.5 * steps + 7.5 * n * events
     linear = radau_algebra(n, 0.35 * steps + 15.0 * events, 2.15 * steps, steps)
     able = at.ropes != "rigid" and at.slings != "rigid"

@@ -285,15 +285,18 @@ def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
     return f"{crane}.gantry.drive" if axis == "gantry" else f"{crane}.{axis}-slide.drive"
 
 
+_DECODER = msgspec.json.Decoder(Plan)  # made where this is imported, before processes of nodes are forked
+
+
 def encode(plan: Plan) -> bytes:
     """The plan as canonical JSON: equal plans have equal bytes."""
-    once = msgspec.json.decode(msgspec.json.encode(plan), type=Plan)  # defaults are told from equal values by identity
+    once = _DECODER.decode(msgspec.json.encode(plan))  # defaults are told from equal values by identity
     return msgspec.json.encode(once)
 
 
 def decode(data: bytes) -> Plan:
     """The plan from its canonical JSON, which is data of others; raises msgspec.ValidationError if it is none."""
-    plan = msgspec.json.decode(data, type=Plan)
+    plan = _DECODER.decode(data)
     named(functions(plan))
     return plan
 
