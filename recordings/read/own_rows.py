@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping
+from typing import Protocol
 
 import msgspec
 import numpy as np
@@ -10,16 +11,24 @@ from heavylift.recordings.format.samples import POSE, Field
 from heavylift.recordings.format.schema import field_places, samples_template
 from heavylift.recordings.format.viewer_messages import frames_template
 
+from .container import Raw, Read, Topic
 from .decoding import Form, decoded
 from .signal import Signal
-
-if TYPE_CHECKING:
-    from .reader import Recording
 
 __all__ = ["with_own_rows"]
 
 
-def with_own_rows(rec: Recording, signal: Signal) -> Signal:
+class Streamed(Read, Protocol):
+    """A recording, as far as it is needed here."""
+
+    @property
+    def topics(self) -> Mapping[str, Topic]: ...
+
+    @property
+    def stream(self) -> Callable[..., Iterator[tuple[str, Raw]]]: ...
+
+
+def with_own_rows(rec: Streamed, signal: Signal) -> Signal:
     """Columns of a signal, those of one lift with its own rows among those of all; at one time these come last."""
     for topic in rec.topics.values():
         with rec.reading():
