@@ -23,9 +23,10 @@ import numpy as np
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import Input, UncertainInput, inputs, settings, uncertain_inputs
+from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.faults import raise_faults
-from heavylift.nodes.scene.text.overlay import override, path_in
+from heavylift.nodes.scene.text.overlay import path_in
 from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.units import NUMBER

@@ -17,8 +17,8 @@ from itertools import groupby, pairwise
 from heavylift.coordinator.run.in_memory import CUT, Played, play
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.loading import parse
-from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.rewriting import rewritten
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 from heavylift.recordings.format.text import clock

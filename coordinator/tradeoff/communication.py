@@ -5,27 +5,33 @@ where they are, and the rope's force of that instant is held until the next.  Ea
 energy: x'' = -w^2 x(nh) held over h has |lambda|^2 = 1 + (w h)^2 / 2, a damping ratio of -w h / 4 to first order.
 That is why bodies tied together by taut ropes are given to one kernel.
 
-Distributed: the same scene in one process and with a process per node, as `heavylift run` runs it.  Both give the same
-digest; the wall time is that between the start and the last answer, with the recording.
+Distributed: the same scene in one process, in two and with a process per node, as `heavylift run` runs it: all with the
+same digest.  Beside it what may be given up for speed: samples, and, where the scene has models of its own, that they
+answer at once (their delay is the lookahead of their ports).  Wall time is that between the start and the last answer,
+with the recording; processor time is that of all processes.
 """
 
 from __future__ import annotations
 
 import tempfile
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot, log, pi, sqrt
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 from typing import TYPE_CHECKING
 
+import msgspec
 from heavylift.coordinator.participants.participant import PRELOAD
 from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.description.forces import Load, Signal
 from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.fidelity.case import Case, case_of
+from heavylift.nodes.models import node_names
 from heavylift.nodes.plan.plan import Plan
 
 if TYPE_CHECKING:
@@ -37,6 +43,7 @@ EXCHANGES = (0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
 PERIODS = 6.0  # over which amplitudes are compared
 BUDGET = 0.01  # growth of an amplitude over a run that somebody may accept
 STRETCH = 0.01  # [m] at the start
+LATER_ns = 100_000_000  # that models of a user may answer late
 
 
 def hanging(scene: LoadedScene) -> Case:
@@ -53,9 +60,24 @@ def held_forces(scene: LoadedScene, lasts: float) -> list[Held]:
 
 
 def distributed(scene: LoadedScene) -> list[Distributed]:
-    """Run a scene as it is written, in this process and in processes of its own."""
+    """Run a scene as it is written, in this process and in processes of its own, and with less said; the last one is
+    that of a process per node."""
+    plan, nodes = scene.plan, node_names(scene.plan)
+    apart = Placement.apart(nodes)
+    rows: list[tuple[str, str, Plan, Placement | None]] = [
+        ("one process", "least overhead", plan, None),
+        ("two processes", "the kernel has a core of its own", plan, Placement.spread(nodes, 2)),
+        ("a process per node, a tenth of the samples", "a shorter recording, with the peaks all the same",
+         msgspec.structs.replace(plan, samples_hz=0.1 * plan.samples_hz), apart),
+    ]  # fmt: skip
+    if any(own.delay < LATER_ns for own in plan.models):
+        late = tuple(msgspec.structs.replace(own, delay=max(own.delay, LATER_ns)) for own in plan.models)
+        told = f"own models answer {LATER_ns * 1e-6:g} ms later: no waiting for them at each sample"
+        rows.append(("a process per node, lookahead", told, msgspec.structs.replace(plan, models=late), apart))
+    rows.append(("a process per node", "each dies and is replaced alone; other hosts, other programs", plan, apart))
     with tempfile.TemporaryDirectory(prefix="heavylift-") as folder:
-        return [_run(scene, Path(folder) / "run.mcap", apart) for apart in (False, True)]
+        path = Path(folder) / "run.mcap"
+        return [_run(replace(scene, plan=changed), path, where, buys, at) for where, buys, changed, at in rows]
 
 
 @dataclass(frozen=True)
@@ -145,15 +167,18 @@ def _alone(name: str, mass: float, x: float) -> Simulation:
 
 @dataclass(frozen=True)
 class Distributed:
-    """A run of the product: simulated and wall seconds, of which the kernel's and those of starting and leaving;
-    grants, each answered by one DONE; digest."""
+    """A run of the product: where, and what that buys; simulated and wall seconds, of which the kernel's and those of
+    starting and leaving, and of processors; grants, each answered by one DONE; size of the recording; digest."""
 
     where: str
+    buys: str
     simulated_s: float
     wall_s: float
     kernel_s: float
     around_s: float
+    cpu_s: float
     grants: int
+    recorded_bytes: int
     digest: str
 
     @property
@@ -162,15 +187,21 @@ class Distributed:
         return max(0.0, self.wall_s - self.around_s - self.kernel_s) / self.grants
 
 
-def _run(scene: LoadedScene, output: Path, apart: bool) -> Distributed:
-    crew = Processes(PRELOAD) if apart else None
-    began = time.perf_counter()
+def _run(scene: LoadedScene, output: Path, where: str, buys: str, at: Placement | None) -> Distributed:
+    crew = None if at is None else Processes(PRELOAD)
+    began, before = time.perf_counter(), _processors()
     try:
-        result = run(scene, output, in_process=not apart, processes=crew)
+        result = run(scene, output, in_process=at is None, processes=crew, placement=at, force=True)
     finally:
         if crew is not None:
             crew.end()
-    where = "a process per node" if apart else "one process"
     wall, spent = time.perf_counter() - began, result.budget
+    size, cpu = result.recording.stat().st_size, _processors() - before
     around = spent.start + spent.exit
-    return Distributed(where, result.sim_s, wall, spent.kernel, around, result.grants, result.digest)
+    return Distributed(where, buys, result.sim_s, wall, spent.kernel, around, cpu, result.grants, size, result.digest)
+
+
+def _processors() -> float:
+    """Processor time of this process and of those that have ended [s]."""
+    spent = [getrusage(who) for who in (RUSAGE_SELF, RUSAGE_CHILDREN)]
+    return sum(x.ru_utime + x.ru_stime for x in spent)

@@ -192,7 +192,7 @@ def _stands(plan: Plan, history: History) -> tuple[Flags, Floats]:
         return np.zeros(n, bool), depth
     row = _up(pose[:, 3:])
     deepest = np.full(n, -np.inf)
-    for pad in plan.block.pads:
+    for pad in (pad for pad in plan.block.pads if not pad.support.on):  # others are high above it
         height = pose[:, 2] + sum(p * r for p, r in zip(pad.support.point.p, row, strict=True))
         np.maximum(deepest, pad.support.height - height, out=deepest)
     return deepest >= -CONTACT, np.maximum(depth, deepest)

@@ -7,7 +7,7 @@ complex systems in two planes.  Factors live in a block of doubles beside the st
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from .function import OPAQUE, Primitive
 from .native_loops import LANES, VECTOR, Code, padded
 
-__all__ = ["Factors", "product", "solver"]
+__all__ = ["Factors", "product", "solver", "times"]
 
 Number = list[str]  # registers of the real and, if there is one, the imaginary part
 
@@ -78,7 +78,7 @@ class Factors:
             with c.loop(first, stride, LANES) as i:
                 below = c.lanes("sgt", i, k)
                 old = [c.load(c.at(p, i), VECTOR) for p in column]
-                for x, o, p, f in zip(_times(c, old, wide, VECTOR), old, column, factors, strict=True):
+                for x, o, p, f in zip(times(c, old, wide, VECTOR), old, column, factors, strict=True):
                     c.store(c.keep(below, x, o), c.at(p, i), VECTOR)
                     c.store(c.keep(below, x), c.at(f, i), VECTOR)
             with c.loop(after, n) as j:
@@ -100,7 +100,7 @@ class Factors:
         with c.loop(n - 1, -1, -1) as k:
             column = [c.at(p, c.integer("mul", k, stride)) for p in planes]
             inverse = [c.load(c.at("%M", place, k)) for place in self.inverses]
-            value = _times(c, [c.load(c.at(p, k)) for p in x], inverse)
+            value = times(c, [c.load(c.at(p, k)) for p in x], inverse)
             for v, p in zip(value, x, strict=True):
                 c.store(v, c.at(p, k))
             _less(c, x, value, column, "0", k, ("slt", k))
@@ -162,7 +162,7 @@ def solver(name: str, factors: Factors, ny: int) -> Primitive:
             c.store(c.load(c.at(buffer, i)), c.at(f"%{part}", i))
     tail = [c.load(c.at("%tail", p)) for p in range(factors.planes)]
     with c.loop(n, ny) as i:
-        value = _times(c, [c.load(c.at(f"%b_{p}", i)) for p in parts], tail)
+        value = times(c, [c.load(c.at(f"%b_{p}", i)) for p in parts], tail)
         for part, v in zip(parts, value, strict=True):
             c.store(v, c.at(f"%{part}", i))
 
@@ -198,7 +198,9 @@ def _size(c: Code, x: Number) -> str:
     return sizes[0] if len(x) == 1 else c.let(f"fadd double {sizes[0]}, {sizes[1]}")
 
 
-def _times(c: Code, a: Number, b: Number, kind: str = "double") -> Number:
+def times(c: Code, a: Sequence[str], b: Sequence[str], kind: str = "double") -> Number:
+    """Registers of a b, real or complex."""
+
     def mul(x: str, y: str) -> str:
         return c.let(f"fmul {kind} {x}, {y}")
 
@@ -243,6 +245,6 @@ def _less(
             if only:
                 mask = c.lanes(only[0], i, only[1])
                 x = [c.keep(mask, e) for e in x]
-            for p, e in zip(target, _times(c, x, wide, VECTOR), strict=True):
+            for p, e in zip(target, times(c, x, wide, VECTOR), strict=True):
                 old = c.load(c.at(p, i), VECTOR)
                 c.store(c.let(f"fsub {VECTOR} {old}, {e}"), c.at(p, i), VECTOR)

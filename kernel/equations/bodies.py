@@ -71,9 +71,16 @@ def balances(system: System, graph: Graph) -> Section:
             "r centre of mass, p origin of the body's joint, w angular velocity, all in world axes;",
             "F, M applied force and moment about r; Fci, Mci force and moment (about pi) of joint i on body i;",
             "which joint forces are subtracted is row i of T^-T",
+            *_water(graph, "besides, the water takes A a + v x* (A v) of its added mass A: of"),
         ),
         equations=groups,
     )
+
+
+def _water(graph: Graph, told: str) -> tuple[str, ...]:
+    """A line about bodies with an added mass, if there are any."""
+    names = [link.body.name for link in graph.links if link.body.added is not None]
+    return (f"{told} {', '.join(names)}",) if names else ()
 
 
 def _elastic(n: int) -> Formula:
@@ -112,6 +119,7 @@ def recursion(graph: Graph) -> Section:
         (
             "Fig. 6 of the paper with the sign of (d) corrected, six components, world axes about the tree's point;",
             "a0 = -g (the ground accelerates upwards), fe the applied wrench (M + r x F, F)",
+            *_water(graph, "I holds the added mass of the water, on which g does not act: of"),
         ),
         equations=groups,
     )

@@ -58,6 +58,8 @@ class ErrorControl:
         ok = good | (s.forced > 0.0)
         down = select(error > 1.0, maximum(0.2, 0.9 * power(maximum(error, 1.0), x.down)), 0.1)  # 0.1: not a number
         up = minimum(5.0, maximum(0.2, 0.9 * power(maximum(error, 1e-10), x.up) * power(s.error, x.memory)))
+        if x.held > 1.0:
+            up = select((up >= 1.0) & (up < x.held), 1.0, up)
         following = minimum(s.h_max, select(good, select(last, maximum(s.h, h * up), h * up), h * down))
         return Verdict(ok, following, select(good, maximum(error, 1e-4), s.error), following < s.h_min)
 

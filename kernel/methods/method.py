@@ -28,11 +28,13 @@ LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing wou
 
 @dataclass(frozen=True)
 class Exponents:
-    """Step control: h grows by error^up last_error^memory after success, shrinks by error^down (Gustafsson's PI)."""
+    """Step control: h grows by error^up last_error^memory after success, shrinks by error^down (Gustafsson's PI); a
+    growth below `held` is not worth new factors."""
 
     down: float
     up: float
     memory: float
+    held: float = 1.0
 
 
 @dataclass

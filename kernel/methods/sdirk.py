@@ -14,25 +14,22 @@ from collections.abc import Mapping
 import numpy as np
 from heavylift.kernel.algebra.spatial import join, quaternion_rate
 from heavylift.kernel.compiler.emit import Parts, While
-from heavylift.kernel.compiler.function import OPAQUE, Function, Primitive
+from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.layout import Places
-from heavylift.kernel.compiler.native_linear_algebra import Factors, product, solver
-from heavylift.kernel.compiler.native_loops import Code
 from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.model.tangent_stiffness import one_sided
 from heavylift.kernel.multibody.motion import rates
 
 from .control import NEAR
-from .method import LONGEST, Attempt, Build, Exponents, Method, combine, fallen_in, inside, length
+from .method import LONGEST, Attempt, Build, Exponents, combine, fallen_in, inside, length
 from .tableaus import Diagonal
+from .velocity_space import VelocitySpace
 
 __all__ = ["DiagonallyImplicit"]
 
 LONG = 10.0  # [s] a step, where tensions decide
-MOVED, SPED = 1e-6, 1e-5  # [m, rad], [m/s, rad/s] finite differences
 MOST = 25.0  # iterations of a stage
 RENEWALS = 4.0  # of the Jacobian in one stage
 SLOW = 0.5  # rate of convergence above which the Jacobian is renewed
@@ -43,7 +40,7 @@ BARELY = 0.3  # of the tolerance: the same of a step that can be no shorter, whe
 ROUND_OFF = 1e-13  # [m, rad] a change that is none
 
 
-class DiagonallyImplicit(Method):
+class DiagonallyImplicit(VelocitySpace):
     """Solves its stages one after the other in `prologue`; z is the state of the one at work, k are their slopes."""
 
     scalars: tuple[str, ...] = (
@@ -53,7 +50,8 @@ class DiagonallyImplicit(Method):
     )  # fmt: skip
 
     def __init__(self, program: Program, tableau: Diagonal, tensions_only: bool = False) -> None:
-        self.program, self.tableau = program, tableau
+        super().__init__(program)
+        self.tableau = tableau
         self.tensions_only = tensions_only and bool(program.system.straight_ropes)
         self.longest = LONG if self.tensions_only else LONGEST
         self.evaluations = 2 if self.tensions_only else 1  # beside the iterations
@@ -61,27 +59,13 @@ class DiagonallyImplicit(Method):
         self.exponents = Exponents(down=-1.0 / self.order, up=-1.0 / self.order, memory=0.0)
         self._slopes = tuple(f"k{i}" for i in range(len(tableau.A)))
         self._fell = tuple(f"fell{i}" for i in range(len(tableau.A) - 1))
-        abreast = max([1, *(k.v.stop - k.v.start for k in program.graph.links)])
-        self._along = tuple(f"way{m}" for m in range(abreast))
-        self.vectors = ("d1", "d2", "d3", "z", "base", "here", *self._slopes, *self._along, "way", "first", "last")
+        self.vectors = ("d1", "d2", "d3", "base", *self._slopes, *self._of_jacobian)
         self.scalars = (*self.scalars, *self._fell)
         self.counted = {"iterations": 1, "differences": 1}
         n, ny = program.nv, program.ny
-        self._none = np.zeros(n)
-        self._row = Factors(n, 1, 0).stride  # of a column: all of J_q, then all of J_v
-        self._factors = Factors(n, 1, 2 * n * self._row)
-        self.matrices = self._factors.stop
-        self._solve = solver("solve_real", self._factors, n)
-        self._times_J_q = product("stiffness_times", n, self._row, 0)
         self._staged = Function(
             "staged", self._staged_text, {"base": ny, "z": ny, "d": n, "f": ny, "e": 1}, vectors=["x"]
         )
-        self._displaced = Function("displaced", self._displaced_text, {"y": ny, "u": n, "w": n}, vectors=["x"])
-        at = slice(program.nq, program.nq + n)
-        self._velocities = Function("velocities", lambda y: {"x": y[at]}, {"y": ny}, vectors=["x"])
-
-    def constants(self) -> dict[str, Value]:
-        return {"stale": 1.0, **dict(zip(("way", "first", "last"), self._reached().T, strict=True))}
 
     def forgotten(self) -> dict[str, float]:
         return {"begun": 1.0}
@@ -107,39 +91,18 @@ class DiagonallyImplicit(Method):
             q.append(base[k.q_modes] + e * v[k.v_modes])
         return {"x": join(*q, v, base[first:] + e * f[first:])}
 
-    def _reached(self) -> np.ndarray:
-        """(ny, 3) of each velocity: its number in its joint, its first coordinate, one behind the last."""
-        out = np.zeros((self.program.ny, 3))
-        for k in self.program.graph.links:
-            for v in range(k.v.start, k.v.stop):
-                out[v] = v - k.v.start, k.q.start, k.q.stop
-            for i in range(k.v_modes.stop - k.v_modes.start):
-                out[k.v_modes.start + i] = 0, k.q_modes.start + i, k.q_modes.start + i + 1
-        return out
-
-    def _displaced_text(self, y: Value, u: Value, w: Value) -> dict[str, Value]:
-        """State after a small displacement along u and a change w of the velocities."""
-        p = self.program
-        first = p.nq + p.nv
-        q = []
-        for k in p.graph.links:
-            q += [y[k.q] + rates(k.joint.kind, y[k.q], u[k.v]), y[k.q_modes] + u[k.v_modes]]
-        return {"x": join(*q, y[p.nq : first] + w, y[first:])}
-
     # ---- before the step: Jacobian, factors, stages --------------------------------------------------------
 
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
     ) -> tuple[Function | Parts, ...]:
-        p = self.program
-        differences = one_sided(at, rate, sizes, p.nq, p.nv, self._row, (MOVED, SPED))
         return (
             build("begin", self._begin),
             While(
                 "stages",
                 at["newton"],
                 (
-                    While("differences", at["columns"], (build("ways", self._ways), differences)),
+                    self._jacobian(build, at, rate, sizes),
                     While("factors", at["factor"], (self._factorise(at),)),
                     build("iterate", self._iterate, matrices=True),
                 ),
@@ -165,40 +128,6 @@ class DiagonallyImplicit(Method):
         for i, node in reversed([*enumerate(c[:-1])]):
             x = select(s.stage < i + 0.5, node, x)
         return s.t + x * h
-
-    def _ways(self, s: StepState, rate: Rate) -> None:
-        """How unit velocities move the coordinates, the first of all joints at once, then the second ones, ..."""
-        for m, name in enumerate(self._along):
-            u = self._none.copy()
-            for k in self.program.graph.links:
-                u[k.v][m : m + 1] = u[k.v_modes] = 1.0
-            setattr(s, name, self._displaced(y=s.z, u=u, w=self._none).x - s.z)
-
-    def _factorise(self, at: Places) -> Primitive:
-        """I - e J_v - e^2 J_q, then its factors."""
-        n, F = self.program.nv, self._factors
-        c = Code("factorise", ["X", "M"])
-        e = c.load(c.at("%X", at["e"]))
-        with c.loop(0, n) as j:
-            source, target = c.integer("mul", j, self._row), c.integer("mul", j, F.stride)
-            with c.loop(0, n) as i:
-                J_q, J_v = (c.load(c.at("%M", source, c.integer("add", i, k))) for k in (0, n * self._row))
-                x = c.let(f"fadd double {J_v}, {c.let(f'fmul double {e}, {J_q}')}")
-                x = c.let(f"fmul double {e}, {x}")
-                c.store(c.let(f"fneg double {x}"), c.at("%M", c.integer("add", target, F.start), i))
-            diagonal = c.at("%M", c.integer("add", target, F.start), j)
-            c.store(c.let(f"fadd double {c.load(diagonal)}, 1.0"), diagonal)
-        F.factorise(c)
-        c.store("0.0", c.at("%X", at["factor"]))
-
-        def floats(X: np.ndarray, M: np.ndarray) -> dict[str, Value]:
-            J = M[: 2 * n * self._row].reshape(2, n, self._row)[:, :, :n].transpose(0, 2, 1)
-            F.write(M, np.eye(n) - X[at["e"]] * (J[1] + X[at["e"]] * J[0]))
-            F.factorise_floats(M)
-            X[at["factor"]] = 0.0
-            return {}
-
-        return Primitive("factorise", floats, {"X": OPAQUE, "M": OPAQUE}, {}, c.text())
 
     def _iterate(self, s: StepState, rate: Rate) -> None:
         """One simplified Newton iteration of the stage at work; a new Jacobian or the next stage where it is due."""

@@ -23,7 +23,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.joint_table import JOINTS, Motion
 from heavylift.kernel.description.mechanics import Joint, JointKind
 
-__all__ = ["axes_of", "columns", "placement", "rates"]
+__all__ = ["axes_of", "columns", "placement", "rates", "speeds"]
 
 
 class Jointed(Protocol):
@@ -69,6 +69,20 @@ def rates(kind: JointKind, q: Array, v: Array) -> Any:
     if i is None:
         return v
     return join(quaternion_matrix(*q[i:]) @ v[:i], quaternion_rate(q[i:], v[i:])) if i else quaternion_rate(q, v)
+
+
+def speeds(kind: JointKind, q: Array, rate: Array) -> Any:
+    """(n_v,) velocities that move the coordinates at these rates, as nearly as the joint can."""
+    i = JOINTS[kind].quaternion
+    if i is None:
+        return rate
+    x, y, z, w = q[i:]
+    a, b, c, d = rate[i:]
+    scale = 2.0 / (x * x + y * y + z * z + w * w)
+    turning = scale * np.array(
+        [w * a + z * b - y * c - x * d, w * b + x * c - z * a - y * d, w * c + y * a - x * b - z * d]
+    )
+    return join(quaternion_matrix(*q[i:]).T @ rate[:i], turning) if i else turning
 
 
 def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) -> tuple[list[Any], Any]:

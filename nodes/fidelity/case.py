@@ -237,7 +237,8 @@ def _mirrored(plan: Plan, ordered: set[str], carrying: set[str]) -> bool:
     if block is None or any(joint.endswith(".gantry") for joint in ordered):
         return False
     middle = block.pose[0] + block.body.com[0]
-    if abs(block.body.com[0]) > MIRRORED or any(abs(q) > MIRRORED for q in block.pose[4:6]):
+    turned = any(abs(q) > MIRRORED for q in block.pose[4:6]) or any(block.body.products[:2])
+    if abs(block.body.com[0]) > MIRRORED or turned:
         return False
     places = {lug.name: lug.p for lug in block.lugs}
     cranes = [c for c in plan.cranes if c.name in carrying]

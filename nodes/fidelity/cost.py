@@ -74,8 +74,8 @@ def attempts(case: Case, at: Fidelity) -> float:
 
 
 def radau_algebra(n: int, factorisations: float, iterations: float, attempted: float) -> float:
-    """Evaluations of n states that take as long as the linear algebra of Radau IIA."""
-    return 0.0063 * factorisations * n * n + 0.052 * iterations * n + 3.3 * attempted
+    """Evaluations of n states that take as long as the linear algebra of Radau IIA, of half as many velocities."""
+    return 0.002 * factorisations * n * n + 0.013 * iterations * n + 3.3 * attempted
 
 
 def rosenbrock_algebra(n: int, attempted: float) -> float:

@@ -36,6 +36,8 @@ SWUNG, FOLLOWED = 0.45, 6e-4  # part of what a swing tips that long steps damp, 
 AGAIN = 0.025  # what else long steps miss where a load is lifted again, whose loaders they have damped; measured: 0.022
 DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
 SNAPS = 10.0  # times the fourth power of their number: how much more lumps do as slack slings come taut; measured
+FOLLOWS, DAMPS_AWAY, LATE = 0.08, 40.0, 0.3  # errors of `radau5` over tol^(1/2), tol^(5/4); of lift-off over tol^(1/2)
+SMALL = 0.3  # [m] a swing below it is followed less well
 DAMPS = "nothing damps what it would damp away"
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
@@ -98,21 +100,23 @@ def ros34pw2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
 
 
 def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
-    """Bound by accuracy: 2 evaluations a step and 3 per iteration.  Where nothing happens one iteration does, and
-    Jacobian and factors serve for long; at the ends of a stage they are made anew, with a step each."""
-    often = max(1.0 / LONGEST, 11.5 * power(1e-4 / tolerance, 0.2))
-    errors = _errors(case, at, tolerance, often, resolved=power(1e-3 / tolerance, 0.4))
-    n, finer = states(case, at), 1e-4 / tolerance
-    steps, jumps = often * duration(case), 40.0 * case.stages
-    jacobians = jumps * min(1.0, power(0.1 / finer, 0.33)) + 0.06 * min(1.0, sqrt(finer)) * steps
-    factors = 1.5 * jumps + min(0.6, 0.15 * power(finer, 0.55)) * steps
-    iterations = 2.0 * power(finer, 0.14) * steps + 2.0 * jumps
-    spent = 2.0 * (steps + jumps) + 3.0 * iterations + n * jacobians
-    linear = radau_algebra(n, factors, iterations, steps + jumps)
+    """As long as the state allows: dense behind events, where loads bounce, and of up to 10 s where nothing happens.
+    Jacobians are made anew at the ends of a stage and where iterations become slow, with two iterations a step."""
+    n, lasts, events = states(case, at), duration(case), case.stages
+    steps = (25.0 * events + 2.5 * min(lasts, 20.0 * events)) * power(1e-3 / tolerance, 0.25)
+    steps += 0.5 * lasts * sqrt(1e-4 / tolerance)
+    smooth = max(FOLLOWS * sqrt(tolerance), DAMPS_AWAY * power(tolerance, 1.25))
+    away = smooth * max(1.0, BOTH_SIDES * case.swings.most / case.way)
+    errors: Errors = {
+        "rope tension": smooth,
+        "swing": smooth * max(1.0, SMALL / max(case.swings.most, 1e-3)) * (3.0 if case.changes else 1.0),
+        "position": away,
+        "lift-off time": LATE * sqrt(tolerance),
+    }
+    spent = 8.5 * steps + 7.5 * n * events
+    linear = radau_algebra(n, 0.35 * steps + 15.0 * events, 2.15 * steps, steps)
     able = at.ropes != "rigid" and at.slings != "rigid"
-    why = f"implicit: {often:.0f} steps a second" if able else "it does not keep rigid ropes"
-    if case.changes:
-        able, why = False, "its long steps can fail where a hook is taken from the load"
+    why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
     if _bare(case):
         able, why = False, DAMPS
     return Stepped("radau5", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
@@ -207,11 +211,8 @@ def _bare(case: Case) -> bool:
     return _damping(case) < DAMPED / 3.0
 
 
-def _errors(
-    case: Case, at: Fidelity, tolerance: float, often: float, rattle: float = 0.0, resolved: float = 1.0
-) -> Errors:
-    """`often`: steps per second; `rattle`: of a hook in stiff modes [m]; `resolved`: square of how much denser steps
-    are where the load bounces."""
+def _errors(case: Case, at: Fidelity, tolerance: float, often: float, rattle: float = 0.0) -> Errors:
+    """`often`: steps per second; `rattle`: of a hook in stiff modes [m]."""
     bends = at.girder == "elastic"
     root = sqrt(tolerance)
     smooth = max(SMOOTH * root, tolerance)
@@ -225,5 +226,5 @@ def _errors(
     stretch = min(h.stretch(case.gravity, bends) for h in case.hooks)
     snaps = SNAPS * at.lumps * at.lumps * at.lumps * at.lumps if at.ropes == "massive" else 1.0
     rattle *= max(snaps, 1.0 / (_damping(case) / DAMPED + 1.0 / RATTLES))
-    errors["rope tension"] = max(missed) / max(1.0, resolved) + rattle / stretch
+    errors["rope tension"] = max(missed) + rattle / stretch
     return errors

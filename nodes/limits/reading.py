@@ -214,8 +214,9 @@ def _wind(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     ran = signals.dynamic and len(signals.t) > 0
     end = float(signals.t[-1]) if ran else np.inf if plan.end is None else plan.end
     times = sorted({0.0, *(t for s in winds for t in s.times if t <= end)} | ({end} if np.isfinite(end) else set()))
-    exact = max(((_strongest(winds, np.array([t])).item(), t) for t in times), key=lambda x: (x[0], -x[1]))
-    return Reading(_strongest(winds, signals.t), exact)
+    speeds = _strongest(winds, np.array(times))
+    first = int(np.argmax(speeds))
+    return Reading(_strongest(winds, signals.t), (speeds[first].item(), times[first]))
 
 
 def _strongest(winds: list[Signal], t: Column) -> Column:
@@ -225,9 +226,10 @@ def _strongest(winds: list[Signal], t: Column) -> Column:
         if not s.times:
             speeds.append(np.full(len(t), abs(s.value)))
             continue
-        speeds.append(np.abs(np.interp(t, s.times, s.values)))
-        for at, value in zip(s.times, s.values, strict=True):
-            speeds.append(np.where(t == at, abs(value), 0.0))
+        values, last = np.abs(np.array(s.values)), len(s.times) - 1
+        before, behind = (np.searchsorted(s.times, t, side) for side in ("left", "right"))
+        jump = np.maximum(values[np.minimum(before, last)], values[behind - 1])
+        speeds += [np.abs(np.interp(t, s.times, s.values)), np.where(behind > before, jump, 0.0)]
     return np.asarray(np.max(speeds, axis=0))
 
 

@@ -21,7 +21,7 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
-from heavylift.kernel.description.mechanics import Line, MethodName, Point, Support, Vector
+from heavylift.kernel.description.mechanics import Line, Matrix, MethodName, Point, Support, Vector
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
 
@@ -44,11 +44,19 @@ LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wro
 
 
 class Inertia(Item, frozen=True, kw_only=True):
-    """Mass [kg], centre of mass in the body frame [m], moments about it along the body axes [kg m2]."""
+    """Mass [kg], centre of mass in the body frame [m], moments and products (Ixy, Ixz, Iyz) about it along the body
+    axes [kg m2]."""
 
     mass: float
     com: Vector = (0.0, 0.0, 0.0)
     moments: Vector
+    products: Vector = (0.0, 0.0, 0.0)
+
+    @property
+    def matrix(self) -> Matrix:
+        """(3, 3)."""
+        (xx, yy, zz), (xy, xz, yz) = self.moments, self.products
+        return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
 
 
 class Axis(Item, frozen=True, kw_only=True):
@@ -165,6 +173,7 @@ class Block(Item, frozen=True, kw_only=True):
     name: str = "block"
     body: Inertia
     size: Vector = (0.0, 0.0, 0.0)  # zeros: not given
+    slices: tuple[tuple[Vector, Vector], ...] = ()  # boxes, middle and edges, that hold its shape if it is no box
     pose: tuple[float, float, float, float, float, float, float]
     lugs: tuple[Lug, ...]
     pads: tuple[Pad, ...]

@@ -7,7 +7,7 @@ stiffness.  Solids and strands of one `thing` make up what a planner names: the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import TYPE_CHECKING, Literal
@@ -17,7 +17,19 @@ if TYPE_CHECKING:
 
     from .plan import Block, Crane, Loader, Mechanism, Plan
 
-__all__ = ["GROUND", "STOOLS", "Kind", "Relation", "Solid", "Strand", "relation", "solids", "strands", "untouched"]
+__all__ = [
+    "GROUND",
+    "STOOLS",
+    "Kind",
+    "Relation",
+    "Solid",
+    "Strand",
+    "around",
+    "relation",
+    "solids",
+    "strands",
+    "untouched",
+]
 
 Kind = Literal["block", "portal", "trolley", "loader", "rope", "sling", "stools", "mechanism"]
 Relation = Literal["apart", "through", "joined"]
@@ -64,7 +76,7 @@ def solids(plan: Plan) -> tuple[Solid, ...]:
     for loader in plan.loaders:
         found += _loader(loader, plan)
     if plan.block:
-        found += [_block(plan.block), *_stools(plan.block)]
+        found += [*_block(plan.block), *_stools(plan.block)]
     return (*found, *(shape for mechanism in plan.mechanisms for shape in _contacts(mechanism)))
 
 
@@ -124,11 +136,12 @@ def _loader(loader: Loader, plan: Plan) -> Iterator[Solid]:
     yield Solid(loader.name, "beam", "loader", f"{loader.name}.lower", (mid[0], mid[1], mid[2] / 2), size)
 
 
-def _block(block: Block) -> Solid:
-    """The box that the scene gives; of a plan without one, that of its mass and inertia."""
-    if any(block.size):
-        return Solid(block.name, "", "block", block.name, (0.0, 0.0, 0.0), block.size)
-    return Solid(block.name, "", "block", block.name, block.body.com, edges(block.body.mass, block.body.moments))
+def _block(block: Block) -> Iterator[Solid]:
+    """The slices or the box that the scene gives; of a plan without one, that of its mass and inertia."""
+    size = (0.0, 0.0, 0.0), block.size
+    own = size if any(block.size) else (block.body.com, edges(block.body.mass, block.body.moments))
+    for centre, sides in block.slices or (own,):
+        yield Solid(block.name, "", "block", block.name, centre, sides)
 
 
 def _stools(block: Block) -> Iterator[Solid]:
@@ -153,6 +166,17 @@ def _contacts(mechanism: Mechanism) -> Iterator[Solid]:
             case Ball() if shape.radius > 0.0:
                 size = (2.0 * shape.radius,) * 3
                 yield Solid(shape.body, "", "mechanism", shape.body, shape.p, size, form="ball")
+
+
+def around(boxes: Sequence[tuple[Vector, Vector]]) -> tuple[Vector, Vector]:
+    """Middle and edges of the box around boxes that lie alike [m]."""
+    if len(boxes) == 1:
+        return boxes[0]
+    low = [min(c[i] - s[i] / 2 for c, s in boxes) for i in range(3)]
+    high = [max(c[i] + s[i] / 2 for c, s in boxes) for i in range(3)]
+    x, y, z = ((p + q) / 2 for p, q in zip(low, high, strict=True))
+    a, b, c = (q - p for p, q in zip(low, high, strict=True))
+    return (x, y, z), (a, b, c)
 
 
 def edges(mass: float, moments: Vector) -> Vector:

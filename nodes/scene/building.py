@@ -24,12 +24,13 @@ from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_models, check_models
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.nodes import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.extending import extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
-from heavylift.nodes.scene.text.overlay import override
+from heavylift.nodes.scene.text.meshes import shaped
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed
@@ -61,6 +62,7 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
     for setting in overrides:
         override(source, setting)
     tabled(source)
+    shaped(source)
     gather(source)
     whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
     return _built(source, path, text, overrides, passing, whole)
@@ -136,6 +138,7 @@ def _side_by_side(
 
     def alone(own: Source) -> LoadedScene:
         tabled(own)
+        shaped(own)
         gather(own)
         return _built(own, path, text)
 

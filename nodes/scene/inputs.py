@@ -21,9 +21,11 @@ from math import floor, inf, log10, sqrt
 import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.keys.base import written
+from heavylift.nodes.scene.keys.defaults import listed
 from heavylift.nodes.scene.keys.quantities import below, quantity
 from heavylift.nodes.scene.keys.validate import uncertainties
 from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.overlay import parts
 from heavylift.nodes.scene.text.source import Path, Source, read
 from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, standard
 from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity, tidy
@@ -186,16 +188,15 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
     kind: object = None
     path: Path = ()
     whole = ""
-    for word in name.split("."):
+    for word in parts(name):
         key: str | int = word
         inside = below(at, kind)
         if isinstance(at, BaseModel):
             key = written(word)
         elif isinstance(at, list | tuple):
             key = AXES.get(word, int(word) if word.isdecimal() else word)
-            if not isinstance(source.at(path), list) and (found := quantity(kind)):
-                si = next(unit for unit, factor in found.dimension.units.items() if factor == 1)
-                whole = f"{'.'.join(map(str, path))}=[{', '.join(f'{x!r} {si}' for x in at)}]"
+            if not isinstance(source.at(path), list) and (usual := listed(at, kind)):
+                whole = f"{'.'.join(map(str, path))}=[{', '.join(map(str, usual))}]"
         elif not inside and not isinstance(at, dict):
             raise SceneError(f"input {name}: '{path[-1]}' is a quantity and has no '{word}'")
         if key not in inside:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 __all__ = ["REEVING", "Acted", "Pose", "StaticState", "reeved"]
 
@@ -28,8 +28,8 @@ class StaticState:
     speeds: Mapping[str, float]  # drive or winch -> commanded speed [m/s]; hoisting is negative
     hooked: Mapping[str, str]  # sling -> lug
     grounded: bool  # whether a support of the block is closed
-    modes: Mapping[str, tuple[float, ...]]  # flexible body -> its mode coordinates [m or rad]
     stiffness: float | None  # smallest eigenvalue of stiffness over inertia [1/s2], below 0 unstable; None: not looked
+    modes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # of flexible bodies: coordinates [m or rad]
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ class Template:
         stamped = [i for i in range(len(image)) if image.startswith(time, i)]
         assert len(stamped) == stamps, "a name looks like a time stamp"
         starts = [image.index(marker) for marker in markers]
-        self._image = np.frombuffer(image, np.uint8)
+        self._image, self._starts = np.frombuffer(image, np.uint8), np.array(starts, np.intp)
         self._runs: list[slice] = []  # bytes of numbers that stand side by side
         for at in starts:
             begin = self._runs.pop().start if self._runs and self._runs[-1].stop == at else at
@@ -67,12 +67,9 @@ class Template:
         out[:, self._stamps] = np.tile(stamp_bytes(times), (1, len(self._stamps) // 12))
         return out
 
-    def decode(self, messages: Sequence[bytes]) -> NDArray[np.float64]:
-        """(n, numbers) of messages made by `encode`; ValueError if one was not."""
-        size = len(self._image)
-        if any(len(message) != size for message in messages):
+    def decode(self, data: NDArray[np.uint8], *wanted: slice) -> list[NDArray[np.float64]]:
+        """(n, numbers) of messages (n, bytes) made by `encode`, for each of these places; ValueError if one was not."""
+        if data.shape[1] != len(self._image) or ((data != self._image) & self._fixed).any():
             raise ValueError(WRONG)
-        data = np.frombuffer(b"".join(messages), np.uint8).reshape(len(messages), size)
-        if not np.array_equal(data[:, self._fixed], np.tile(self._image[self._fixed], (len(messages), 1))):
-            raise ValueError(WRONG)
-        return np.concatenate([data[:, :0], *(data[:, run] for run in self._runs)], axis=1).view("<f8")
+        starts = (self._starts[x] for x in wanted)
+        return [np.take(data, (at[:, None] + np.arange(8)).ravel(), axis=1).view("<f8") for at in starts]

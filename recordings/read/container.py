@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import struct
 import zlib
-from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Concatenate, NamedTuple, ParamSpec, Protocol, TypeVar
 
 import msgspec
+import numpy as np
 import zstandard
 from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
@@ -28,8 +28,9 @@ from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
 from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
+from numpy.typing import NDArray
 
-__all__ = ["BROKEN", "LIMIT", "RATIO", "RECORD", "Container", "Raw", "Topic", "guarded", "records", "unpacked"]
+__all__ = ["BROKEN", "LIMIT", "RATIO", "RECORD", "Container", "Raw", "Table", "Topic", "guarded", "records", "unpacked"]
 
 FOOTER = struct.Struct("<BQQQI")
 LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
@@ -77,6 +78,14 @@ class Raw(NamedTuple):
     log_time: int
     publish_time: int
     data: bytes
+
+
+class Table(NamedTuple):
+    """Messages of a channel that have one length: when they were published (n,) [ns], and their bytes (n, length)."""
+
+    channel: int
+    times: NDArray[np.int64]
+    data: NDArray[np.uint8]
 
 
 class Container:
@@ -187,28 +196,35 @@ class Container:
             )
             return {record.name: record.data for record in found}
 
-    def messages(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[Raw]:
-        """The messages of these channels in the order of the file; `only`: of each channel those of these numbers,
-        rising.  Chunks without any of them are not unpacked."""
-        before = dict.fromkeys(channels, 0)  # messages of each channel
-        for index in sorted(self.summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
-            offsets = index.message_index_offsets
-            if offsets and channels.isdisjoint(offsets):
-                continue
+    def messages(self, channels: set[int]) -> Iterator[Raw]:
+        """The messages of these channels in the order of the file."""
+        for index in self._chunks(channels):
             with self.reading():
-                if only is not None and offsets:
+                found = list(_messages(self._unpack(index), channels))
+            yield from found
+
+    def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[Table]:
+        """The same, those of a channel that have one length together; `only`: of each channel those of these numbers,
+        rising.  Chunks without any of them are not unpacked."""
+        before, wanted = dict.fromkeys(channels, 0), np.array([] if only is None else only, np.int64)
+        for index in self._chunks(channels):
+            with self.reading():
+                if only is not None and (offsets := index.message_index_offsets):
                     counts = {c: self._count(offsets[c], c) for c in channels & offsets.keys()}
-                    if not any(_any_in(only, before[c], before[c] + n) for c, n in counts.items()):
+                    if not any(len(_between(wanted, before[c], n)) for c, n in counts.items()):
                         before |= {c: before[c] + n for c, n in counts.items()}
                         continue
-                found = list(_messages(self._unpack(index), channels))
-            if only is None:
-                yield from found
-                continue
-            for raw in found:
-                if _any_in(only, before[raw.channel], before[raw.channel] + 1):
-                    yield raw
-                before[raw.channel] += 1
+                found = list(_tables(self._unpack(index), channels))
+            for channel, times, data in found:
+                kept = slice(None) if only is None else _between(wanted, before[channel], len(times))
+                yield Table(channel, times[kept], data[kept])
+                before[channel] += len(times)
+
+    def _chunks(self, channels: set[int]) -> Iterator[ChunkIndex]:
+        """Those that may hold messages of these channels, in the order of the file."""
+        for index in sorted(self.summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
+            if not index.message_index_offsets or not channels.isdisjoint(index.message_index_offsets):
+                yield index
 
     def _count(self, offset: int, channel: int) -> int:
         """How many messages of a channel the index of a chunk at this place tells of."""
@@ -226,10 +242,10 @@ class Container:
         return data
 
 
-def _any_in(numbers: Sequence[int], first: int, end: int) -> bool:
-    """Whether some of these rising numbers lie from `first` to before `end`."""
-    i = bisect_left(numbers, first)
-    return i < len(numbers) and numbers[i] < end
+def _between(numbers: NDArray[np.int64], first: int, count: int) -> NDArray[np.int64]:
+    """Those of rising numbers that are among so many from `first` on, counted from there."""
+    found: NDArray[np.int64] = numbers[slice(*np.searchsorted(numbers, (first, first + count)))] - first
+    return found
 
 
 def unpacked(chunk: Chunk) -> bytes:
@@ -250,9 +266,9 @@ def unpacked(chunk: Chunk) -> bytes:
     return data
 
 
-def records(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """Opcode, begin and end of the content of each record of an unpacked chunk; ValueError if they are not whole."""
-    place = 0
+def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
+    """Opcode, begin and end of the content of each record of an unpacked chunk from a place on; ValueError if they are
+    not whole."""
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
         begin, place = place + RECORD.size, place + RECORD.size + length
@@ -267,6 +283,38 @@ def _messages(data: bytes, channels: set[int]) -> Iterator[Raw]:
         if opcode == Opcode.MESSAGE and data[begin] | data[begin + 1] << 8 in channels:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
             yield Raw(channel, sequence, log_time, publish_time, data[begin + MESSAGE.size : end])
+
+
+def _tables(data: bytes, channels: set[int]) -> Iterator[Table]:
+    """The same by tables: what a sampler writes repeats after a few records, and is then taken as rows of bytes."""
+    flat, place = np.frombuffer(data, np.uint8), 0
+    while place < len(data):
+        heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content
+        known: set[int] = set()
+        for opcode, begin, end in records(data, place):
+            if opcode != Opcode.MESSAGE or end - begin < MESSAGE.size:
+                if opcode == Opcode.MESSAGE:
+                    raise ValueError("a message is shorter than its head")
+                channel = -1
+            else:
+                channel = data[begin] | data[begin + 1] << 8
+            if channel in known:
+                break
+            heads.append((channel, begin - place, end - place))
+            known.add(channel)
+        step = heads[-1][2]
+        rows = flat[place : place + (len(data) - place) // step * step].reshape(-1, step)
+        same = np.ones(len(rows), bool)
+        for _, begin, _ in heads:
+            at = slice(begin - RECORD.size, begin + 2)  # opcode, length, channel
+            same &= (rows[:, at] == rows[0, at]).all(axis=1)
+        count = len(rows) if same.all() else int(np.argmin(same))
+        for channel, begin, end in heads:
+            if channel in channels:
+                stamp = rows[:count, begin + MESSAGE.size - 8 : begin + MESSAGE.size]
+                times = np.ascontiguousarray(stamp).view("<u8").ravel().astype(np.int64)
+                yield Table(channel, times, rows[:count, begin + MESSAGE.size : end])
+        place += count * step
 
 
 class Read(Protocol):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Protocol
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import msgspec
 import numpy as np
@@ -11,38 +10,29 @@ from heavylift.recordings.format.samples import POSE, Field
 from heavylift.recordings.format.schema import field_places, samples_template
 from heavylift.recordings.format.viewer_messages import frames_template
 
-from .container import Raw, Read, Topic
-from .decoding import Form, decoded
+from .container import Topic
+from .decoding import Form, Rows
 from .signal import Signal
 
 __all__ = ["with_own_rows"]
 
 
-class Streamed(Read, Protocol):
-    """A recording, as far as it is needed here."""
-
-    @property
-    def topics(self) -> Mapping[str, Topic]: ...
-
-    @property
-    def stream(self) -> Callable[..., Iterator[tuple[str, Raw]]]: ...
-
-
-def with_own_rows(rec: Streamed, signal: Signal) -> Signal:
+def with_own_rows(
+    signal: Signal, topics: Iterable[Topic], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
+) -> Signal:
     """Columns of a signal, those of one lift with its own rows among those of all; at one time these come last."""
-    for topic in rec.topics.values():
-        with rec.reading():
-            found = _form(topic.name, topic.metadata, signal)
-            if found is None:
-                continue
-            form, columns = found
-            parts = [part for (part,) in decoded(rec.stream, {topic.name: form})]
-            t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
-            own = np.concatenate([np.zeros((0, len(columns))), *(values[signal.name] for _, values in parts)])
-            picked = own[:, [columns.index(name) for name in signal.names]]
-            order = np.argsort(np.concatenate([signal.t, t]), kind="stable")
-            values = np.concatenate([signal.values, picked])[order]
-            return Signal(np.concatenate([signal.t, t])[order], values, signal.names, signal.unit, signal.name)
+    for topic in topics:
+        found = _form(topic.name, topic.metadata, signal)
+        if found is None:
+            continue
+        form, columns = found
+        parts = [part for (part,) in decoded({topic.name: form})]
+        t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
+        own = np.concatenate([np.zeros((0, len(columns))), *(values[signal.name] for _, values in parts)])
+        picked = own[:, [columns.index(name) for name in signal.names]]
+        order = np.argsort(np.concatenate([signal.t, t]), kind="stable")
+        values = np.concatenate([signal.values, picked])[order]
+        return Signal(np.concatenate([signal.t, t])[order], values, signal.names, signal.unit, signal.name)
     return signal
 
 

@@ -11,9 +11,9 @@ come with the rows of that lift alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ from heavylift.recordings.write.sink import CHECKPOINT, FORMAT
 from numpy.typing import NDArray
 
 from .container import LIMIT, Container, Raw, Topic
-from .decoding import Form, decoded
+from .decoding import Form, Rows, decoded
 from .notebook import drawing, recording_html
 from .own_rows import with_own_rows
 from .part import Part, chosen
@@ -110,14 +110,19 @@ class Recording:
                 raise ValueError("a checkpoint is beyond the limit")
             return zstandard.decompress(packed)
 
-    def messages(self, *topics: str, only: Sequence[int] | None = None) -> Iterator[Raw]:
-        """The undecoded messages of these topics in the order of the file; `only`: of each those of these numbers."""
-        return self._file.messages({self._channels[topic] for topic in topics if topic in self._channels}, only)
+    def messages(self, *topics: str) -> Iterator[Raw]:
+        """The undecoded messages of these topics in the order of the file."""
+        return self._file.messages({self._channels[topic] for topic in topics if topic in self._channels})
 
-    def stream(self, *topics: str, only: Sequence[int] | None = None) -> Iterator[tuple[str, Raw]]:
+    def stream(self, *topics: str) -> Iterator[tuple[str, Raw]]:
         """The same with the topic of each message."""
         names = {number: topic for topic, number in self._channels.items()}
-        return ((names[raw.channel], raw) for raw in self.messages(*topics, only=only))
+        return ((names[raw.channel], raw) for raw in self.messages(*topics))
+
+    def _decoded(self, forms: Mapping[str, Form], only: Sequence[int] | None = None) -> Iterator[list[Rows]]:
+        """Rows of these topics; `only`: of each those of these numbers."""
+        numbers = {self._channels[topic]: form for topic, form in forms.items()}
+        return decoded(self._file.tables(set(numbers), only), numbers)
 
     def reading(self) -> AbstractContextManager[None]:
         """Context that turns errors of decoding into a RecordingError about this file."""
@@ -160,7 +165,8 @@ class Recording:
             found.setdefault(signal, []).append(column)
         if len(found) == 1:
             ((signal, columns),) = found.items()
-            return with_own_rows(self, only(self.signal(signal), columns))
+            with self.reading():
+                return with_own_rows(only(self.signal(signal), columns), self.topics.values(), self._decoded)
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:
@@ -221,7 +227,7 @@ class Recording:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
         with self._file.reading():
             for topic, form in self._forms([name for name in names if name not in self._signals]).items():
-                parts = [part for (part,) in decoded(self.stream, {topic: form})]
+                parts = [part for (part,) in self._decoded({topic: form})]
                 t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
                 for name in form[1]:
                     columns = self.columns(name)
@@ -243,7 +249,7 @@ class Recording:
         others = [name for name in names if name in self._fields and name not in numbers]
         self.load(others)
         with self._file.reading():
-            for found in decoded(partial(self.stream, only=only), self._forms([*numbers, *poses])):
+            for found in self._decoded(self._forms([*numbers, *poses]), only):
                 n = min(len(times) for times, _ in found)
                 if any(times[:n] != found[0][0][:n] for times, _ in found):
                     raise ValueError("its signals do not have the same times")

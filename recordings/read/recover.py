@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 import msgspec
+import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.mcapfile import MAGIC
 from heavylift.recordings.format.samples import Field
@@ -193,9 +194,9 @@ class _Copy:
         try:
             fields = msgspec.json.decode(channel.metadata["signals"], type=list[Field])
             names = next((f.columns for f in fields if f.signal == "rope/peak"), [])
-            rows, places = samples_template(fields).decode(self._samples), field_places(fields)
-            T, when = (rows[:, places[signal]] for signal in PEAKS)
-            found = T.argmax(axis=0) if len(rows) else []
+            sent = np.array([np.frombuffer(x, np.uint8) for x in self._samples])  # ValueError if their lengths differ
+            T, when = samples_template(fields).decode(sent, *(field_places(fields)[signal] for signal in PEAKS))
+            found = T.argmax(axis=0)
             return {
                 name: Peak(float(T[r, i]), float(when[r, i]))
                 for i, (name, r) in enumerate(zip(names, found, strict=False))

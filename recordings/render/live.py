@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping, Sequence
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import msgspec
 import numpy as np
@@ -61,7 +61,7 @@ class LivePage(Spectator):
             "boxes": boxes,
             "rig": [{"t": 0.0, "lines": lines}],
             "rated": run.get("rated", {}),
-            "supports": run.get("supports", []),
+            "supports": [s for s in cast("list[dict[str, object]]", run.get("supports", [])) if not s.get("on")],
             "stages": [],
             "events": [],
             "peaks": [],

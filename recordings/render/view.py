@@ -92,7 +92,7 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
         "boxes": boxes,
         "rig": [{"t": rig.t_ns * 1e-9, "lines": rig.lines} for rig in rec.rigs()],
         "rated": rated,
-        "supports": rec.fact("supports", []),
+        "supports": [s for s in rec.fact("supports", []) if not s.get("on")],  # what moves is drawn as it is
         "stages": [{"t": t, "name": name} for t, name in stages if name],
         "paces": [{"t": p.start, "end": p.end, "name": p.name, "long": p.long} for p in paces(rec)],
         "events": events,

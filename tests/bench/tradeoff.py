@@ -1,9 +1,10 @@
 """Is what is promised kept?  Random lifts of every kind, each on the rung and in the steps that are chosen for it,
 against the richest rung in fine steps.
 
-    python tests/bench/tradeoff.py [--json] [--short] [--scenes 200] [--seed 1] [--minutes 28] [--of FILE ...]
+    python tests/bench/tradeoff.py [--json] [--short] [--scenes 200] [--seed 1] [--minutes 28] [--world] [--of FILE ...]
 
-The generator and its kinds: tests/nodes/fidelity/lifts_of_kinds.py.  Every lift is judged: one that fails, or does not
+The generator and its kinds: tests/nodes/fidelity/lifts_of_kinds.py; `--world`: lifts_of_the_world.py, by other cranes
+and rigging, most of which nothing is promised of.  Every lift is judged: one that fails, or does not
 end, is missed.  What is not promised, by a note, is counted apart.  A share has beside it the lower bound of its
 confidence interval of 95 % (Clopper and Pearson 1934).  `--of` pools what other seeds have written with `--keep FILE`.
 `--short` takes one lift of one hook at one accuracy, beside two lumps in rough steps.
@@ -32,15 +33,17 @@ SEEN = 2e-4  # error below which nothing is told of a prediction
 WORKERS = 2
 
 
-def one(seed, deadline):
+def one(seed, deadline, world):
     """What became of one lift at each accuracy, or why nothing did; None after the deadline."""
     from heavylift.kernel.errors import HeavyliftError
+    from lifts_of_kinds import lift_of_kinds
+    from lifts_of_the_world import lift_of_the_world
     from promised import judged
 
     if time.monotonic() > deadline:
         return None
     try:
-        return judged(seed, ACCURACIES, rough=SHORT)
+        return judged(seed, ACCURACIES, rough=SHORT, draw=lift_of_the_world if world else lift_of_kinds)
     except HeavyliftError as error:  # one scene that is refused must not hide the others
         return f"{seed}: {type(error).__name__}: {error}"
 
@@ -50,17 +53,18 @@ def least(kept, n):
     return float(beta.ppf(0.05, kept, n - kept + 1)) if kept else 0.0
 
 
-def told(found):
-    """Rows of all that was judged."""
+def told(found, world):
+    """Rows of all that was judged; of a world of cranes most is not promised."""
+    few, part = ({}, {}) if world else ({"at_most": 0.25}, {"at_least": 0.05})
     promised = [j for j in found if not j.notes]
     kinds = sorted({kind for j in found for kind in j.kinds})
     lifts = {j.seed: j.kinds for j in found}
     row("lifts judged", len(lifts))
-    row("not promised, of all", 1.0 - len(promised) / len(found), at_most=0.1)
+    row("not promised, of all", 1.0 - len(promised) / len(found), **({} if world else {"at_most": 0.1}))
     for kind in kinds:
         mine = [j for j in found if kind in j.kinds]
-        row(f"part of the lifts: {kind}", sum(kind in k for k in lifts.values()) / len(lifts), at_least=0.05)
-        row(f"not promised: {kind}", sum(bool(j.notes) for j in mine) / len(mine), at_most=0.25)
+        row(f"part of the lifts: {kind}", sum(kind in k for k in lifts.values()) / len(lifts), **part)
+        row(f"not promised: {kind}", sum(bool(j.notes) for j in mine) / len(mine), **few)
     for accuracy in ACCURACIES:
         at = [j for j in promised if j.accuracy == accuracy]
         kept = sum(j.worst <= 1.0 for j in at)
@@ -112,6 +116,7 @@ def main():
             "--seed": {"type": int, "default": 1},
             "--minutes": {"type": float, "default": 28.0, "help": "no scene is begun later"},
             "--workers": {"type": int, "default": WORKERS},
+            "--world": {"action": "store_true", "help": "lifts by other cranes and rigging"},
             "--keep": {"type": Path, "help": "file to write what was judged to"},
             "--of": {"type": Path, "nargs": "+", "help": "files to read it from"},
         },
@@ -122,7 +127,7 @@ def main():
         first, deadline = 1000 * given.seed + FIRST, time.monotonic() + 60.0 * given.minutes
         seeds = range(first, first + given.scenes)
         with ProcessPoolExecutor(given.workers) as pool:
-            every = [x for x in pool.map(one, seeds, repeat(deadline)) if x is not None]
+            every = [x for x in pool.map(one, seeds, repeat(deadline), repeat(given.world)) if x is not None]
         spent = getrusage(RUSAGE_CHILDREN)
         row("CPU time of a lift [s]", (spent.ru_utime + spent.ru_stime) / max(1, len(every)))
         found = [j for x in every if not isinstance(x, str) for j in x]
@@ -131,7 +136,7 @@ def main():
         print("".join(f"{x}\n" for x in lost), end="", file=sys.stderr)
     if given.keep:
         given.keep.write_bytes(pickle.dumps(found))
-    told(found)
+    told(found, given.world)
 
 
 if __name__ == "__main__":

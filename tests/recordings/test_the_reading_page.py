@@ -14,6 +14,7 @@ import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Part, Recorder, Recording, Signal
 from heavylift.recordings.format import mcapfile
+from heavylift.recordings.read.container import MESSAGE, RECORD, _tables
 from small_run import SECOND
 
 PAGE = Path(__file__).parents[2] / "recordings/READING.md"
@@ -33,8 +34,8 @@ def test_every_block_of_the_page_runs(recorded: Path, monkeypatch: pytest.Monkey
 def test_only_what_is_asked_for_is_read(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rec = Recording(recorded)
     asked: list[str] = []
-    plain = rec.messages
-    monkeypatch.setattr(rec, "messages", lambda *topics, only=None: (asked.extend(topics), plain(*topics))[1])
+    plain = rec._decoded
+    monkeypatch.setattr(rec, "_decoded", lambda forms, only=None: (asked.extend(forms), plain(forms, only))[1])
     rec.load(["rope/tension", "rope/peak"])
     assert isinstance(rec["rope/tension"], Signal)
     assert asked == ["/samples"], "once for both, and no poses"
@@ -127,3 +128,22 @@ def test_a_signal_is_a_data_frame(recorded: Path) -> None:
     assert frame.index.name == "time [s]"
     assert [*frame.columns] == ["x [m]", "y [m]", "z [m]", "qx [1]", "qy [1]", "qz [1]", "qw [1]"]
     assert frame["qw [1]"].iloc[0] == Recording(recorded).signal("pose/hook").values[0, 6]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_tables_hold_the_messages_of_a_chunk_in_their_order(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    length = {1: 40, 2: 40, 3: 7}
+    order = random.choice([1, 2, 3], 40).tolist() + 30 * random.permutation([1, 2, 3]).tolist() + 25 * [2] + [1, 1, 3]
+    sent = {1: [], 2: [], 3: []}  # type: dict[int, list[tuple[int, bytes]]]
+    data = b""
+    for t, channel in enumerate(order):
+        body = random.bytes(length[channel] if t % 50 else 9)
+        sent[channel].append((t, body))
+        data += RECORD.pack(5, 22 + len(body)) + MESSAGE.pack(channel, t, 0, t) + body
+    found: dict[int, list[tuple[int, bytes]]] = {1: [], 3: []}
+    for table in _tables(data, {1, 3}):
+        found[table.channel] += [(t, x.tobytes()) for t, x in zip(table.times.tolist(), table.data, strict=True)]
+    assert found == {1: sent[1], 3: sent[3]}
+    with pytest.raises(ValueError, match="whole records"):
+        list(_tables(data[:-1], {1, 3}))

@@ -32,10 +32,12 @@ def test_frames_decode_to_what_the_library_would_write() -> None:
     bodies = [f"west.body{i}" for i in range(19)]
     poses = np.random.default_rng(3).normal(size=(len(TIMES), 19, 7))
     template = frames_template(bodies)
-    messages = [message.tobytes() for message in template.encode(TIMES, poses)]
+    messages = template.encode(TIMES, poses)
     for data, t_ns, pose in zip(messages, TIMES, poses, strict=True):
-        assert FrameTransforms.FromString(data) == library_frames(t_ns, bodies, pose)
-    assert np.array_equal(template.decode(messages), poses.reshape(len(TIMES), -1))
+        assert FrameTransforms.FromString(data.tobytes()) == library_frames(t_ns, bodies, pose)
+    whole, fourth = template.decode(messages, slice(None), slice(21, 28))
+    assert np.array_equal(whole, poses.reshape(len(TIMES), -1))
+    assert np.array_equal(fourth, poses[:, 3])
 
 
 def test_a_zero_decodes_to_the_same_frames() -> None:
@@ -45,8 +47,9 @@ def test_a_zero_decodes_to_the_same_frames() -> None:
 
 
 def test_frames_of_another_form_are_refused() -> None:
+    message = library_frames(7, ["hook"], np.zeros((1, 7))).SerializeToString()
     with pytest.raises(ValueError, match="not of the form of its channel"):
-        frames_template(["block"]).decode([library_frames(7, ["hook"], np.zeros((1, 7))).SerializeToString()])
+        frames_template(["block"]).decode(np.frombuffer(message, np.uint8)[None])
 
 
 @pytest.mark.parametrize("counts", [[1], [2, 15], [16, 61, 3000], [1] * 20])

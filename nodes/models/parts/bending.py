@@ -16,8 +16,7 @@ __all__ = ["block_body"]
 
 def block_body(name: str, given: Inertia, flexible: Flexible | None) -> Body:
     """A body of the description that has these mass properties, with all that bends of it."""
-    x, y, z = given.moments
-    moments: Matrix = ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
+    moments = given.matrix
     if flexible is None or flexible.beam is None:
         return Body(name, given.mass, given.com, moments, flexible)
     beam = flexible.beam

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import NoReturn, TypeVar
 
-from heavylift.kernel.description.mechanics import Body, Joint, Matrix, System, merge
+from heavylift.kernel.description.mechanics import Body, Joint, System, merge
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, InPort, Model, Out
 from heavylift.nodes.plan.places import numbered
@@ -36,9 +36,7 @@ def declared(models: list[Model]) -> System:
 
 def body(name: str, inertia: Inertia) -> Body:
     """A body of the description from its inertia in the plan."""
-    x, y, z = inertia.moments
-    moments: Matrix = ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
-    return Body(name, inertia.mass, inertia.com, moments)
+    return Body(name, inertia.mass, inertia.com, inertia.matrix)
 
 
 class Part(Atomic):

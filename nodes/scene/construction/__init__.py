@@ -3,6 +3,7 @@
 yard                         what the builders share
 signals                      what is measured: in conditions, by interlocks, by models of a user's own
 machines, loaders, stools    cranes, loaders, block and rig; the fidelity of the scene
+vessels, obstacles           what floats; what blocks can meet
 limiting                     the table of limits
 mechanisms, mechanism, ropes, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
 rigging                      hooks of machines made of parts, and what hangs on them

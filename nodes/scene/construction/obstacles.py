@@ -35,6 +35,9 @@ def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
     sizes = {name: block.size for name, block in blocks.items()}
     if not blocks:
         source.fault((OBSTACLES if scene.obstacles else "floor",), "there is no block that could meet it", on_key=True)
+    if bends := next((name for name, block in blocks.items() if block.flexible), ""):
+        told = f"'{bends}' bends, and only rigid blocks meet floor and obstacles: leave either away"
+        source.fault((OBSTACLES if scene.obstacles else "floor",), told, on_key=True)
     taken = {*scene.machines, *scene.cranes, *scene.vessels, *scene.rigging, *blocks}
     for name, given in scene.obstacles.items():
         if name in taken:

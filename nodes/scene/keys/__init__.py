@@ -5,6 +5,8 @@ quantities        which quantity stands at a path, and whether its uncertainty m
 base              names, places, ends; directions and attitudes
 parts             bodies, joints, laws and hooks of a mechanism or machine
 wind              what blows, as forces of a mechanism
+vessels           what floats, and the waves
+obstacles         floor and boxes that blocks meet
 actions           the lines of the action list
 interlocks        what stops a machine by itself
 nodes             models of a user's own; which process hosts which nodes

@@ -22,7 +22,7 @@ from .nodes import OwnModel, Process
 from .obstacles import Floor, Obstacle
 from .parts.flexible import Hull, Mode
 from .parts.machines import GoliathParts, Machine, PartName
-from .parts.mechanics import Chart, Mechanism, MechanismGroup, Ramp
+from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
 from .parts.rigging import Edge, Rigging, SlingType
 from .vessels import Vessel, Waves
 from .wind import Wind
@@ -150,14 +150,24 @@ class Supports(Base):
     friction: u.Ratio = 0.4  # assumed
 
 
+class Mesh(Base):
+    """A closed surface of triangles in a file .stl, .glb or .gltf, which gives the block's size and mass properties."""
+
+    file: str
+    unit: Literal["m", "cm", "mm"] = "m"  # of its places
+    density: u.Density | None = None  # gives the mass of the block, instead of `mass`
+    slices: list[tuple[Place, tuple[u.Extent, u.Extent, u.Extent]]] = Field(default_factory=list)  # made of the file
+
+
 class Block(Base):
     """The block: a box with lugs; `at` is the middle of the box, `com` its centre of mass from there."""
 
     mass: u.Mass
     size: tuple[u.Extent, u.Extent, u.Extent]
+    shape: Mesh | None = None  # instead of the box; what it gives need not be written
     at: Place
     com: Place = (0.0, 0.0, 0.0)
-    inertia: tuple[u.Inertia, u.Inertia, u.Inertia] | None = None  # left out: a uniform box
+    inertia: Moments | None = None  # left out: a uniform box
     lugs: dict[Name, Place]
     beam: Hull | None = None  # left out, as `modes`: it is rigid
     modes: dict[Name, Mode] = Field(default_factory=dict)  # instead: those of a table

@@ -10,13 +10,13 @@ number of a place, `stage up/all hooks` a key of the action of that name, and a 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from .faults import closest
 from .source import DEEPEST, Data, Mark, Path, Source, child, read
 from .units import NUMBER
 
-__all__ = ["merged", "override", "path_in"]
+__all__ = ["merged", "override", "parts", "path_in"]
 
 AXES = {"x": 0, "y": 1, "z": 2}
 STAGE = re.compile(r"\s*stage\s+([^/]+?)\s*/\s*(.+)")
@@ -35,8 +35,11 @@ def merged(below: Source, above: Source) -> Source:
     return found
 
 
-def override(source: Source, setting: str) -> None:
-    """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""
+def override(source: Source, setting: str, default: Callable[[Source, Path], list[Data] | None]) -> None:
+    """Lays one `dotted.path=text` over the scene; its marks point into the setting itself.
+
+    `default`: the list at a path that the scene does not write.
+    """
     dotted, equals, text = setting.partition("=")
     file = "--set"
     path = path_in(source, dotted)
@@ -62,16 +65,22 @@ def override(source: Source, setting: str) -> None:
         if below is None and isinstance(at, dict) and isinstance(part, str):
             after = path[depth + 1]
             if isinstance(after, int) or (after in AXES and depth + 2 == len(path)):
-                whole = ".".join(map(str, path[: depth + 1]))
-                told = f"one number of '{whole}' cannot be set, the scene has none: set it whole, '{whole}=[...]'"
-                source.fault((), told, mark=Mark(file, 1, 1, setting))
-                return
-            below = at[part] = {}
+                usual = default(source, path[: depth + 1])
+                if usual is None:
+                    whole = ".".join(map(str, path[: depth + 1]))
+                    told = f"one number of '{whole}' cannot be set, the scene has none: set it whole, '{whole}=[...]'"
+                    source.fault((), told, mark=Mark(file, 1, 1, setting))
+                    return
+                below = at[part] = usual
+                place = AXES.get(str(after), after) if len(usual) == len(AXES) else after
+                path = (*path[: depth + 1], place, *path[depth + 2 :])
+            else:
+                below = at[part] = {}
             source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
         at = below
     last, value = path[-1], inner.data["value"]
     if isinstance(at, str) and (said := _said(at, str(last), text.strip())):
-        override(source, f"{'.'.join(map(str, path[:-1]))}={said}")
+        override(source, f"{'.'.join(map(str, path[:-1]))}={said}", default)
         return
     _forget(source, path, child(at, last))
     match at, last:
@@ -93,12 +102,16 @@ def path_in(source: Source, text: str) -> Path:
     path: list[str | int] = []
     if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
         path, text = ["actions", stages.index(named[1])], named[2]
-    for word in PART.findall(text):
-        part = word.strip()
+    for part in parts(text):
         at = source.at(tuple(path))
         place = isinstance(at, list) and len(at) == len(AXES) and part in AXES
         path.append(AXES[part] if place else int(part) if part.isdecimal() and len(part) < 10 else part)
     return tuple(path)
+
+
+def parts(text: str) -> list[str]:
+    """The keys and numbers of a path that a user has written."""
+    return [word.strip() for word in PART.findall(text)]
 
 
 def _stages(source: Source) -> list[str]:

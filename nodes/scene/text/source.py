@@ -3,7 +3,8 @@
 YAML 1.2 through ruamel's composer: the nodes are walked once into plain data, and each path of that data
 gets the mark (file, line, column) of its key and of its value, so that any later error can point at what
 the user wrote. `extends: other.yaml` merges mappings key by key (lists and values replace); marks keep
-their own file. A mapping has no order: `ordered` puts its keys into that of their names.
+their own file. `<<: *name` lays the mapping that an anchor names below another. A mapping has no order: `ordered` puts
+its keys into that of their names.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ Path: TypeAlias = tuple[str | int, ...]
 Data: TypeAlias = "dict[str, Data] | list[Data] | str | int | float | bool | None"
 
 DEEPEST = 40  # levels of a scene
+MERGE = "<<"
 MOST_VALUES = 50_000  # of a scene, those that an alias stands for counted each time
 MOST_DIGITS = 100  # of a number
 
@@ -195,9 +197,27 @@ def _composed(text: str, name: str) -> Source:
             return mapping(node, path, above)
         return _scalar(node, path, source)
 
+    known: dict[int, list[tuple[Node, Node]]] = {}
+
+    def whole(node: MappingNode, path: Path) -> list[tuple[Node, Node]]:
+        """Keys and values of a mapping, behind its own those that `<<: *name` or `<<: [*one, *other]` brings in."""
+        if id(node) not in known:
+            known[id(node)] = []  # what it would bring into itself
+            below = [x for key, x in node.value if key.value == MERGE]
+            pairs = [(key, x) for key, x in node.value if key.value != MERGE]
+            for x in (x for one in below for x in (one.value if isinstance(one, SequenceNode) else [one])):
+                words = {key.value for key, _ in pairs if isinstance(key, ScalarNode)}
+                if isinstance(x, MappingNode):
+                    pairs += [(key, y) for key, y in whole(x, path) if str(key.value) not in words]
+                    continue
+                mark = at(x.start_mark.line, x.start_mark.column)
+                source.fault(path, "'<<' lays a mapping below this one, such as '<<: *name'", mark=mark)
+            known[id(node)] = pairs
+        return known[id(node)]
+
     def mapping(node: MappingNode, path: Path, above: tuple[int, ...]) -> dict[str, Data]:
         made: dict[str, Data] = {}
-        for key, child in node.value:
+        for key, child in whole(node, path):
             mark = at(key.start_mark.line, key.start_mark.column)
             word = key.value if isinstance(key, ScalarNode) else None
             if word is None:

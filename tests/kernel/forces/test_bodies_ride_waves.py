@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.description.forces import Bushing, Load, Signal, Wave
 from heavylift.kernel.description.mechanics import Body, Drive, Joint, Point, System
+from heavylift.kernel.equations import equations
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
@@ -184,6 +185,14 @@ def test_a_floating_body_answers_as_its_equations_in_the_frequency_domain():
         found += 2.0 / n * q * np.exp(-1j * W * t)
     want = np.linalg.solve(K - W * W * (rigid(hull) + A) + 1j * W * B, F)
     assert np.abs(found - want).max() < 2e-4 * np.abs(want).max()
+
+
+def test_its_equations_tell_of_the_water():
+    """Of the body that has an added mass, in both forms of its equations."""
+    free = Joint("free", "free", "world", "hull", q0=(0.0,) * 6 + (1.0,))
+    told = equations(System((SLENDER,), (free,)))
+    assert "the water takes A a + v x* (A v) of its added mass A: of hull" in told
+    assert "added mass of the water, on which g does not act: of hull" in told
 
 
 def test_only_prescribed_drives_follow_waves():

@@ -1,8 +1,8 @@
 """Is what is promised kept, on lifts of every kind?  The chosen rung and steps, against the richest rung.
 
-`judged(seed, accuracies)` runs the lift of a seed as it is written, as it is asked at each accuracy, and as truly as
-the kernel can: four lumps a rope, steps of dop853 at 1e-9.  A run that chooses four lumps is judged against eight, in
-steps of radau5 at 1e-7 where ropes are damped.
+`judged(seed, accuracies)` runs the lift of a seed, or what else is drawn, as it is written, as it is asked at each
+accuracy, and as truly as the kernel can: four lumps a rope, steps of dop853 at 1e-9.  A run that chooses four lumps is
+judged against eight, in steps of radau5 at 1e-7 where ropes are damped.
 `rough`: two lumps at 1e-6, to see that all of this works.
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import inf
@@ -26,6 +27,7 @@ from measuring import Seen, apart
 
 STEPS, ROUGH = ["method=dop853", "tolerance=1e-9"], ["method=dop853", "tolerance=1e-6"]
 STIFF = ["method=radau5", "tolerance=1e-7"]  # of eight damped lumps: explicit steps would be a sixteenth as long
+Drawing = Callable[[int], Drawn]
 STILL = ("set down", "drop", "different speeds")  # kinds that swing only where something moves sideways
 
 
@@ -72,9 +74,9 @@ def richest(lumps: int) -> str:
 
 
 @cache
-def truth(seed: int, lumps: int = 4, rough: bool = False) -> Seen:
+def truth(seed: int, lumps: int = 4, rough: bool = False, draw: Drawing = lift_of_kinds) -> Seen:
     """The lift of a seed on the richest rung, in fine steps."""
-    drawn = lift_of_kinds(seed)
+    drawn = draw(seed)
     steps = STIFF if lumps > 4 and "no damping" not in drawn.kinds else STEPS
     rung = [richest(2), *ROUGH] if rough else [richest(lumps), *steps]
     try:
@@ -88,13 +90,20 @@ def _seen(drawn: Drawn, settings: list[str]) -> Seen:
     return Seen.of(scene, lifted(scene))
 
 
-def judged(seed: int, accuracies: tuple[float, ...], rough: bool = False) -> list[Judged]:
+def judged(
+    seed: int, accuracies: tuple[float, ...], rough: bool = False, draw: Drawing = lift_of_kinds
+) -> list[Judged]:
     """The lift of a seed at each accuracy; levels that are modelled and solved alike share one run."""
-    drawn, runs = lift_of_kinds(seed), dict[object, Outcome]()
-    _parsed(drawn.text)  # what follows the path of the list is compiled
-    scene, seconds = _parsed(drawn.text)
-    plain = start() + seconds + lifted(scene, timed=True).seconds
-    return [_judged(seed, drawn, accuracy, plain, rough, runs) for accuracy in accuracies]
+    runs = dict[object, Outcome]()
+    return [_judged(seed, draw, accuracy, rough, runs) for accuracy in accuracies]
+
+
+@cache
+def plain(text: str) -> float:
+    """CPU time of a process that runs a scene as it is written [s]."""
+    _parsed(text)  # what follows the path of the list is compiled
+    scene, seconds = _parsed(text)
+    return start() + seconds + lifted(scene, timed=True).seconds
 
 
 @cache
@@ -115,7 +124,8 @@ def _parsed(text: str, *overrides: str) -> tuple[LoadedScene, float]:
 Outcome = tuple[dict[str, float], float, str]  # errors of each quantity, CPU time [s], why it failed
 
 
-def _judged(seed: int, drawn: Drawn, accuracy: float, plain: float, rough: bool, runs: dict[object, Outcome]) -> Judged:
+def _judged(seed: int, draw: Drawing, accuracy: float, rough: bool, runs: dict[object, Outcome]) -> Judged:
+    drawn = draw(seed)
     ask = asked_of(seed, drawn)
     scene, read = _parsed(drawn.text, f"ask=[{', '.join(ask)}]", f"accuracy={100 * accuracy:g} %")
     plan, verdict = scene.plan, scene.verdict
@@ -127,17 +137,17 @@ def _judged(seed: int, drawn: Drawn, accuracy: float, plain: float, rough: bool,
     if alike is None:  # nothing is promised
         runs[alike] = {}, inf, ""
     elif alike not in runs:
-        runs[alike] = _outcome(seed, scene, 8 if f.ropes == "massive" and f.lumps == 4 else 4, rough)
+        runs[alike] = _outcome(seed, scene, 8 if f.ropes == "massive" and f.lumps == 4 else 4, rough, draw)
     errors, seconds, failed = runs[alike]
     return Judged(
         seed, drawn.kinds, accuracy, {q: errors[q] for q in ask if q in errors}, predicted, verdict.notes, rung,
-        start() + read + seconds, plain, failed,
+        start() + read + seconds, inf if verdict.notes else plain(drawn.text), failed,
     )  # fmt: skip
 
 
-def _outcome(seed: int, scene: LoadedScene, lumps: int, rough: bool) -> Outcome:
+def _outcome(seed: int, scene: LoadedScene, lumps: int, rough: bool, draw: Drawing) -> Outcome:
     try:
         run = lifted(scene, timed=True)
-        return apart(Seen.of(scene, run), truth(seed, lumps, rough)), run.seconds, ""
+        return apart(Seen.of(scene, run), truth(seed, lumps, rough, draw)), run.seconds, ""
     except (HeavyliftError, KeyError, ValueError) as error:  # it did not end, or a stage has never begun
         return {}, 0.0, f"{type(error).__name__}: {error}"

@@ -5,6 +5,7 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.run.watch import Watch
 from heavylift.nodes.scene import check, load, parse
 from lifts_of_kinds import lift_of_kinds
+from lifts_of_the_world import lift_of_the_world
 
 DEAR = 8001117  # many moves in time with the swing
 
@@ -112,3 +113,12 @@ def test_an_accuracy_that_nothing_keeps_is_not_called_chosen():
 def test_percentages_have_digits_enough():
     assert str(verdict(accuracy="1 %")).startswith("asked: lift-off time, to 1 % of each")
     assert "0.00 %" not in str(verdict(accuracy="0.3 %", ask="[swing]"))
+
+
+@pytest.mark.parametrize("seed", [1, 4, 5, 29])
+def test_by_other_cranes_and_rigging_nothing_is_promised_without_a_rule(seed: int) -> None:
+    """A pedestal crane in the wind, an equaliser, a mobile gantry; goliaths in the wind."""
+    drawn = lift_of_the_world(seed)
+    notes = parse(drawn.text, overrides=["ask=[rope tension]", "accuracy=10 %"]).verdict.notes
+    why = "the wind acts on the lift" if "goliath" in str(drawn.kinds) else "what is made of parts is modelled"
+    assert why in notes[0]

@@ -30,8 +30,8 @@ block:
   size: [40 m, 6 m, 3 m]
   at: [0 m, 12 m, 2.5 m]
   lugs: {lugs}
-  {bends}
   supports: {{height: 1 m, at: [[-14 m, -2 m], [14 m, -2 m], [-14 m, 2 m], [14 m, 2 m]]}}
+  {bends}
 cranes: {cranes}
 rigging: {rigging}
 actions:
@@ -216,6 +216,7 @@ def test_a_run_samples_what_bends_and_tells_it() -> None:
         ),
         ("modes: {a: {frequency: 1 Hz, mass: 1 t, shape: {L9: [0, 0, 1]}}}", "the block has no lug or stool 'L9'"),
         ("modes: {a: {frequency: 1 Hz, mass: 1 t, shape: {L0: [0, 0, 0]}}}", "mode 1 needs a displacement"),
+        ("beam: {EI y: 6 GN m2}\nfloor: {height: 0 m}", "only rigid blocks meet floor"),
         ("inertia: [1 t m2, 1 t m2, 1 t m2]\n  beam: {EI y: 6 GN m2}", "give the beam a 'mass', that of what bends"),
     ],
 )

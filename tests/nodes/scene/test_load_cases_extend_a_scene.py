@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import load
+from heavylift.nodes.scene.text.source import read
 
 HEAVIER = """\
 heavylift: 1
@@ -84,3 +85,16 @@ def test_a_file_that_is_no_text(tmp_path: Path) -> None:
     (tmp_path / "run.yaml").write_bytes(b"\x89MCAP\xff\xfe")
     with pytest.raises(SceneError, match="cannot be read: it is not UTF-8 text"):
         load(tmp_path / "run.yaml")
+
+
+def test_what_an_anchor_names_is_laid_below() -> None:
+    text = "a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\nc: &c {<<: [*a, {x: 5, z: 6}]}\nd: {q: 1, <<: *c}\n"
+    found = read(f"{text}e: &e {{<<: *e, f: 1}}\n", "s")
+    assert found.data["b"] == {"y": 3, "x": 1}
+    assert (found.data["c"], found.data["d"]) == ({"x": 1, "y": 2, "z": 6}, {"q": 1, "x": 1, "y": 2, "z": 6})
+    assert (found.data["e"], found.faults) == ({"f": 1}, [])
+    assert (found.keys["b", "x"].line, found.keys["b", "y"].line) == (1, 2)
+    (fault,) = read("g: {<<: 3}\n", "s").faults
+    assert fault.sentence == "'<<' lays a mapping below this one, such as '<<: *name'"
+    doubled = [f"a{i}: &a{i} {{<<: [*a{i - 1}, *a{i - 1}], k{i}: 1}}" for i in range(1, 60)]
+    assert len(read("\n".join(["a0: &a0 {k0: 1}", *doubled]), "s").data["a59"]) == 60

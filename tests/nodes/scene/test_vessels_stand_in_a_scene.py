@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from heavylift.kernel.analysis.modes import modes
@@ -10,7 +12,7 @@ from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.models import system
-from heavylift.nodes.scene import parse
+from heavylift.nodes.scene import load, parse
 
 G = 9.80665
 WAVES = "waves: {height: 2 m, period: 8 s, heading: 150 deg, ramp: 10 s}\n"
@@ -185,3 +187,11 @@ def test_a_vessel_floats_on_an_even_keel_with_its_crane() -> None:
     carried = sum(body.mass for body in system(scene.plan).bodies if body.name != "crane.main")
     assert z == pytest.approx(-12e3 / (1025.0 * 3200.0), rel=1e-3)
     assert R[0][2] == pytest.approx(12e3 * 26.0 / (carried * 180.0), rel=0.02)
+
+
+def test_a_scene_in_waves_is_no_instance(tmp_path: Path) -> None:
+    """The wave would meet its vessels elsewhere; it is said so."""
+    (tmp_path / "sea.yaml").write_text(GIVEN + "actions: [{wait: 1 s}]\n")
+    (tmp_path / "yard.yaml").write_text("heavylift: 1\nname: yard\nlifts: {a: {extends: sea.yaml, at: [0 m, 90 m]}}\n")
+    with pytest.raises(SceneError, match="a scene with vessels in waves cannot be one of several lifts"):
+        load(tmp_path / "yard.yaml")

@@ -10,6 +10,7 @@ from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import Point, Vector
 from heavylift.kernel.description.signals import Quantity, Signal
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.shapes import around
 from heavylift.nodes.scene.construction.yard import Yard, parts_of
 
 __all__ = ["Subjects"]
@@ -113,7 +114,9 @@ def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[
         x, y, z = parts_of(yard.scene.cranes[crane.name]).bodies.main.box
         found[crane.name] = crane.name, Point(f"{crane.name}.main", (0.0, y / 2, z / 2)), _half((x, y, z))
     for m in mechanisms:
-        found |= {shape.body: (m.name, Point(shape.body, shape.centre), _half(shape.size)) for shape in m.shapes}
+        for body in dict.fromkeys(shape.body for shape in m.shapes):
+            centre, size = around([(x.centre, x.size) for x in m.shapes if x.body == body])
+            found[body] = m.name, Point(body, centre), _half(size)
     return found
 
 

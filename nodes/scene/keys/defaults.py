@@ -1,0 +1,51 @@
+"""Settings laid over a scene, also on one number of a list that the scene leaves to its default."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene.text import overlay
+from heavylift.nodes.scene.text.machine_types import gather
+from heavylift.nodes.scene.text.source import Data, Path, Source
+from heavylift.nodes.scene.text.tables import tabled
+
+from .quantities import below, quantity
+from .validate import validate
+
+__all__ = ["default_list", "listed", "override"]
+
+
+def override(source: Source, setting: str) -> None:
+    """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""
+    overlay.override(source, setting, default_list)
+
+
+def default_list(source: Source, path: Path) -> list[Data] | None:
+    """What stands at a path that the scene does not write, if that is a list of numbers or words."""
+    trial = deepcopy(source)
+    try:
+        tabled(trial)
+        gather(trial)
+        at: object = validate(trial)
+    except SceneError:  # which is told when the scene is built
+        return None
+    kind: object = None
+    for part in path:
+        inside = below(at, kind)
+        if part not in inside:
+            return None
+        at, kind = inside[part]
+    return listed(at, kind) if isinstance(at, tuple | list) else None
+
+
+def listed(at: tuple[object, ...] | list[object], kind: object) -> list[Data] | None:
+    """A list as a scene writes it; None if what is in it are no numbers or words."""
+    found = quantity(kind)
+    si = next((unit for unit, factor in found.dimension.units.items() if factor == 1), "") if found else ""
+    written: list[Data] = []
+    for x in at:
+        if not isinstance(x, int | float | str):
+            return None
+        written.append(x if found is None or isinstance(x, str | bool) else f"{x!r} {si}".strip())
+    return written

@@ -1,0 +1,15 @@
+"""What processes, fewer samples and a lookahead of models cost and buy: every row of the table is a run."""
+
+from heavylift.coordinator.tradeoff.communication import distributed
+from heavylift.nodes.scene import load
+
+
+def test_the_rows_that_change_nothing_share_a_digest():
+    rows = {row.where: row for row in distributed(load("lift", ["end=5 s"]))}
+    here, two, apart = (rows[where] for where in ("one process", "two processes", "a process per node"))
+    assert here.digest == two.digest == apart.digest
+    fewer = rows["a process per node, a tenth of the samples"]
+    assert fewer.digest != apart.digest
+    assert fewer.recorded_bytes < apart.recorded_bytes
+    assert apart.grants >= two.grants
+    assert all(0.0 < row.cpu_s < 60.0 for row in rows.values())

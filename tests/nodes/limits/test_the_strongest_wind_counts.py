@@ -1,0 +1,33 @@
+"""The wind's speed at any time is that of its strongest history, at a jump that of the larger side."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from heavylift.kernel.description.forces import Signal
+from heavylift.nodes.limits.reading import _strongest
+
+
+def speed(s: Signal, t: float) -> float:
+    """One history at one time, by its definition."""
+    here = [abs(v) for at, v in zip(s.times, s.values, strict=True) if at == t]
+    if here:
+        return max(here)
+    if not s.times or t <= s.times[0] or t >= s.times[-1]:
+        return abs(s.value) if not s.times else abs(s.values[0] if t <= s.times[0] else s.values[-1])
+    i = next(i for i, at in enumerate(s.times) if at > t)
+    (a, b), (u, v) = s.times[i - 1 : i + 1], s.values[i - 1 : i + 1]
+    return abs(u + (v - u) * (t - a) / (b - a))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_random_histories_with_jumps(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    winds = [Signal(-4.0)]
+    for _ in range(2):
+        times = np.sort(np.repeat(random.integers(0, 50, 8), random.integers(1, 3, 8)))[:12]
+        times = [t for i, t in enumerate(times.tolist()) if i < 2 or times[i - 2] != t]  # a jump has two sides
+        winds.append(Signal(0.0, tuple(map(float, times)), tuple(random.uniform(-9.0, 9.0, len(times)).tolist())))
+    t = np.sort([*random.uniform(-5.0, 60.0, 40), *range(50)])
+    expected = [max(speed(s, x) for s in winds) for x in t.tolist()]
+    assert _strongest(winds, t) == pytest.approx(expected, rel=1e-12)

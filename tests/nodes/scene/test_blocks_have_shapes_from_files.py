@@ -1,0 +1,162 @@
+"""`shape:` of a block: what a closed mesh weighs, where its middle is, how it is drawn, and which files are refused."""
+
+from __future__ import annotations
+
+import sys
+from itertools import pairwise
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.models import system
+from heavylift.nodes.plan.shapes import around, solids
+from heavylift.nodes.scene import LoadedScene, load
+from heavylift.nodes.scene.text.meshes import slices, solid
+
+trimesh = pytest.importorskip("trimesh")
+
+SCENE = """
+heavylift: 1
+name: shaped
+end: 1 s
+block:
+  shape: %s
+  at: [0 m, 0 m, 3 m]
+  %s
+  lugs: {N1: [0 m, 0 m, 1 m]}
+  supports: {height: 0.5 m, at: [[-2 m, -1 m], [2 m, -1 m], [-2 m, 1 m], [2 m, 1 m]]}
+floor: {}
+"""
+
+
+def scene(
+    folder: Path, mesh: trimesh.Trimesh, file: str = "hull.stl", shape: str = "", more: str = "mass: 60 t"
+) -> LoadedScene:
+    """A scene beside the file of a mesh."""
+    mesh.export(folder / file)
+    path = folder / "shaped.yaml"
+    path.write_text(SCENE % (shape or file, more))
+    return load(path)
+
+
+def hull() -> trimesh.Trimesh:
+    """A prism with a bow that is no mirror image of anything."""
+    points = np.array([(-4, -2, 0), (3, -2, 0), (5, 1, 0), (-4, 2, 0)], float)
+    return trimesh.convex.convex_hull(np.vstack([points, points * [0.8, 0.7, 1.0] + [0.3, 0.0, 3.0]]))
+
+
+def test_a_box_and_a_tetrahedron_have_the_moments_of_the_books() -> None:
+    """12 I = m (b2 + c2) of a box; of a corner of it I = 3/80 m (b2 + c2), its middle at a quarter of each edge."""
+    found = solid(trimesh.creation.box((6.0, 4.0, 2.0)).triangles.tolist())
+    assert found.volume == pytest.approx(48.0, rel=1e-14)
+    assert found.moments == pytest.approx((4.0 * 20.0, 4.0 * 40.0, 4.0 * 52.0, 0.0, 0.0, 0.0), abs=1e-12)
+    o, a, b, c = (0.0, 0.0, 0.0), (6.0, 0.0, 0.0), (0.0, 4.0, 0.0), (0.0, 0.0, 2.0)
+    found = solid([(o, b, a), (o, a, c), (o, c, b), (a, b, c)])
+    assert found.volume == pytest.approx(8.0, rel=1e-14)
+    assert found.middle == pytest.approx((1.5, 1.0, 0.5), rel=1e-14)
+    assert found.moments[:3] == pytest.approx([0.3 * x for x in (20.0, 40.0, 52.0)], rel=1e-13)
+    assert found.moments[3:] == pytest.approx([8.0 / 80.0 * x for x in (24.0, 12.0, 8.0)], rel=1e-13)
+
+
+def test_finer_balls_come_to_two_fifths_of_m_r_squared() -> None:
+    """Errors of volume and moment fall by four with each division of the triangles, as those of inscribed planes do."""
+    errors = []
+    for n in (2, 3, 4):
+        found = solid(trimesh.creation.icosphere(n, radius=2.0).triangles.tolist())
+        errors.append(1.0 - found.moments[0] / (0.4 * (4.0 / 3.0 * pi * 8.0) * 4.0))
+    assert errors[-1] < 0.01
+    assert [a / b for a, b in pairwise(errors)] == pytest.approx([4.0, 4.0], rel=0.05)
+
+
+def test_a_skew_hull_weighs_what_another_library_says(tmp_path: Path) -> None:
+    """Centre of mass and all six moments against trimesh, of a stated mass and of a density, and in millimetres."""
+    mesh = hull()
+    box = (mesh.bounds[0] + mesh.bounds[1]) / 2.0
+    whole = scene(tmp_path, mesh)
+    block = whole.plan.block
+    assert block is not None
+    assert block.size == pytest.approx(mesh.extents, rel=1e-6)
+    assert block.body.com == pytest.approx(mesh.center_mass - box, rel=1e-5)
+    body = next(b for b in system(whole.plan).bodies if b.name == "block")
+    assert np.array(body.inertia) == pytest.approx(60e3 / mesh.volume * mesh.moment_inertia, rel=1e-5, abs=1.0)
+    mesh.apply_scale(1000.0)
+    small = scene(tmp_path, mesh, "mm.stl", "{file: mm.stl, unit: mm, density: 800 kg/m3}", "").plan.block
+    assert small is not None
+    assert small.body.mass == pytest.approx(800.0 * mesh.volume * 1e-9, rel=1e-5)
+    assert small.size == pytest.approx(block.size, rel=1e-5)
+
+
+def test_gltf_has_its_y_upwards(tmp_path: Path) -> None:
+    """A box 6 m long, 4 m high in the file's y: it is 4 m high in the scene's z."""
+    block = scene(tmp_path, trimesh.creation.box((6.0, 4.0, 2.0)), "box.glb").plan.block
+    assert block is not None
+    assert block.size == pytest.approx((6.0, 2.0, 4.0))
+
+
+def test_it_is_drawn_as_slices_that_hold_all_of_it(tmp_path: Path) -> None:
+    """Twelve along the longest edge, of which each point of the surface lies in one; together less than the box."""
+    mesh = hull()
+    boxes = list(slices(mesh.triangles.tolist(), 12))
+    points = trimesh.sample.sample_surface(mesh, 500, seed=1)[0]
+    inside = [np.all(np.abs(points - at) <= 0.5 * np.array(edges) + 1e-9, axis=1) for at, edges in boxes]
+    assert len(boxes) == 12
+    assert np.any(inside, axis=0).all()
+    assert mesh.volume < sum(np.prod(edges) for _, edges in boxes) < np.prod(mesh.extents)
+    drawn = [x for x in solids(scene(tmp_path, mesh).plan) if x.kind == "block"]
+    assert len(drawn) == 12
+
+
+@pytest.mark.parametrize(
+    ("shape", "more", "told"),
+    [
+        ("open.stl", "mass: 60 t", "the surface in 'open.stl' is not closed: mend it where it was drawn"),
+        ("no.stl", "mass: 60 t", "the shape 'no.stl' cannot be read: No such file or directory"),
+        ("hull.step", "mass: 60 t", "'hull.step' is no .stl, .glb or .gltf file"),
+        ("large.stl", "mass: 60 t", "'large.stl' is 9000 m long; give its unit, such as"),
+        ("hull.stl", "", "has either a 'mass' or, with its shape, a 'density'"),
+        (
+            "hull.stl",
+            "{mass: 60 t, size: [9 m, 4 m, 4 m]}",
+            "'hull.stl' is 9 x 4 x 3 m large, and the block 9",
+        ),
+        ("noise.stl", "mass: 60 t", "'noise.stl'"),
+        ("../hull.stl", "mass: 60 t", "is outside of the scene's folder"),
+    ],
+)
+def test_what_cannot_be_a_shape_is_a_sentence(tmp_path: Path, shape: str, more: str, told: str) -> None:
+    """With the place in the scene."""
+    mesh = hull()
+    trimesh.Trimesh(mesh.vertices, mesh.faces[1:]).export(tmp_path / "open.stl")
+    (tmp_path / "noise.stl").write_bytes(b"solid nothing")
+    big = mesh.copy()
+    big.apply_scale(1000.0)
+    big.export(tmp_path / "large.stl")
+    more = more.strip("{}").replace(", size", "\n  size")
+    with pytest.raises(SceneError, match=r"shaped\.yaml:6:\d+") as error:
+        scene(tmp_path, mesh, shape=shape, more=more)
+    assert told in str(error.value)
+
+
+def test_without_the_library_it_is_told_how_to_have_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One sentence."""
+    mesh = hull()
+    mesh.export(tmp_path / "hull.stl")
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    (tmp_path / "shaped.yaml").write_text(SCENE % ("hull.stl", "mass: 60 t"))
+    with pytest.raises(SceneError, match=r"a shape needs trimesh: pip install 'heavylift\[shapes\]'"):
+        load(tmp_path / "shaped.yaml")
+
+
+def test_one_of_several_blocks_has_a_shape_too(tmp_path: Path) -> None:
+    """Its slices are drawn, and the box around them is what gaps are measured from."""
+    mesh = hull()
+    mesh.export(tmp_path / "hull.stl")
+    text = SCENE.replace("block:", "blocks:\n ship:").replace("\n  ", "\n    ") % ("hull.stl", "mass: 60 t")
+    (tmp_path / "shaped.yaml").write_text(text)
+    machine = next(m for m in load(tmp_path / "shaped.yaml").plan.mechanisms if m.name == "ship")
+    assert len(machine.shapes) == 12
+    centre, size = around([(x.centre, x.size) for x in machine.shapes])
+    assert centre == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    assert size == pytest.approx(mesh.extents, rel=1e-6)

@@ -1,0 +1,77 @@
+"""A setting may name one number of any list that a scene leaves to its default: the others keep their defaults."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from copy import deepcopy
+
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import load, parse
+from heavylift.nodes.scene.inputs import inputs
+from heavylift.nodes.scene.keys.defaults import listed, override
+from heavylift.nodes.scene.keys.quantities import below
+from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.text.machine_types import gather
+from heavylift.nodes.scene.text.source import Path, Source, read
+from heavylift.nodes.scenes import bundled
+
+SCENES = ("lift", "turnover", "spreader", "jib", "wind-tandem", "arm")
+
+
+def unwritten(source: Source) -> Iterator[tuple[Path, list[object]]]:
+    """Path and values of each list of a scene that stands in no line of it."""
+
+    def look(at: object, kind: object, path: Path) -> Iterator[tuple[Path, list[object]]]:
+        values = listed(at, kind) if isinstance(at, tuple | list) else None
+        if values and source.at(path) is None and path[:1] != ("machines",):  # which types write
+            yield path, list(values)
+        for key, (value, inner) in below(at, kind).items():
+            yield from look(value, inner, (*path, key))
+
+    trial = deepcopy(source)
+    gather(trial)
+    yield from look(validate(trial), None, ())
+
+
+TEXTS = {name: bundled()[name].read_text() for name in SCENES}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_number_of_every_default_can_be_set(name: str) -> None:
+    found = list(unwritten(read(TEXTS[name], name)))
+    assert found, "there are such lists"
+    for path, values in random.Random(1).sample(found, min(6, len(found))):
+        i = random.Random(2).randrange(len(values))
+        dotted = ".".join(map(str, path))
+        for place in (f"{dotted}[{i}]", f"{dotted}.{i}", *([f"{dotted}.{'xyz'[i]}"] if len(values) == 3 else [])):
+            source = read(TEXTS[name], name)
+            override(source, f"{place}={values[i]}")
+            assert not source.faults, place
+            assert source.at(path) == [*values[:i], source.at((*path, i)), *values[i + 1 :]]
+            whole = read(TEXTS[name], name)
+            override(whole, f"{dotted}=[{', '.join(map(str, values))}]")
+            scenes = []
+            for each in (source, whole):
+                gather(each)
+                scenes.append(validate(each))
+            assert scenes[0] == scenes[1], place
+
+
+def test_settings_variants_and_limits_name_it_alike() -> None:
+    text = TEXTS["lift"]
+    plans = [
+        parse(text, "lift.yaml", [f"{path}=0.1 m"]).plan for path in ("block.com[0]", "block.com.x", "block.com.0")
+    ]
+    assert plans[0] == plans[1] == plans[2]
+    assert plans[0].block is not None
+    assert plans[0].block.body.com == (0.1, 0.0, 0.0)
+    ways = {one.path for one in (inputs(load("lift"), [name])[0] for name in ("block.com[0]", "block.com.x"))}
+    assert ways == {("block", "com", 0)}
+
+
+@pytest.mark.parametrize("setting", ["block.com[5]=1 m", "block.com.w=1 m", "block.mass[0]=1 t", "block.lugs[0]=1 m"])
+def test_what_is_no_place_of_it_is_refused(setting: str) -> None:
+    with pytest.raises(SceneError, match=r"--set:1:1|no place|block"):
+        parse(TEXTS["lift"], "lift.yaml", [setting])
