@@ -30,17 +30,15 @@ from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 from numpy.typing import NDArray
 
-__all__ = ["BROKEN", "LIMIT", "RATIO", "RECORD", "Container", "Raw", "Table", "Topic", "guarded", "records", "unpacked"]
+from .chunks import LIMIT, RECORD, Raw, Table, messages_of, tables_of, unpacked
+
+__all__ = ["BROKEN", "RATIO", "Container", "Topic", "guarded"]
 
 FOOTER = struct.Struct("<BQQQI")
-LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
 RATIO = 100  # most that a whole file may grow when it is unpacked; what runs record grows four times
 P = ParamSpec("P")
 R = TypeVar("R")
 S = TypeVar("S", bound="Read")
-INNER = frozenset(map(int, (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)))  # what may stand in a chunk
-RECORD = struct.Struct("<BQ")
-MESSAGE = struct.Struct("<HIQQ")
 INDEX, ENTRY = struct.Struct("<BQHI"), 16  # of the messages of a channel in a chunk; bytes for each of them
 BROKEN = (
     McapError,
@@ -68,24 +66,6 @@ class Topic(NamedTuple):
     encoding: str
     metadata: dict[str, str]
     messages: int
-
-
-class Raw(NamedTuple):
-    """A message as it stands in the file."""
-
-    channel: int
-    sequence: int
-    log_time: int
-    publish_time: int
-    data: bytes
-
-
-class Table(NamedTuple):
-    """Messages of a channel that have one length: when they were published (n,) [ns], and their bytes (n, length)."""
-
-    channel: int
-    times: NDArray[np.int64]
-    data: NDArray[np.uint8]
 
 
 class Container:
@@ -200,7 +180,7 @@ class Container:
         """The messages of these channels in the order of the file."""
         for index in self._chunks(channels):
             with self.reading():
-                found = list(_messages(self._unpack(index), channels))
+                found = list(messages_of(self._unpack(index), channels))
             yield from found
 
     def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[Table]:
@@ -214,7 +194,7 @@ class Container:
                     if not any(len(_between(wanted, before[c], n)) for c, n in counts.items()):
                         before |= {c: before[c] + n for c, n in counts.items()}
                         continue
-                found = list(_tables(self._unpack(index), channels))
+                found = list(tables_of(self._unpack(index), channels))
             for channel, times, data in found:
                 kept = slice(None) if only is None else _between(wanted, before[channel], len(times))
                 yield Table(channel, times[kept], data[kept])
@@ -246,75 +226,6 @@ def _between(numbers: NDArray[np.int64], first: int, count: int) -> NDArray[np.i
     """Those of rising numbers that are among so many from `first` on, counted from there."""
     found: NDArray[np.int64] = numbers[slice(*np.searchsorted(numbers, (first, first + count)))] - first
     return found
-
-
-def unpacked(chunk: Chunk) -> bytes:
-    """The records of a chunk; ValueError if it is too large, damaged or packed in a way of others."""
-    size = chunk.uncompressed_size
-    if size > LIMIT:
-        raise ValueError(f"a chunk of {size} bytes is beyond the limit")
-    if chunk.compression == "zstd":
-        if zstandard.get_frame_parameters(chunk.data).content_size != size:
-            raise ValueError("a chunk has another size than it says")
-        data = zstandard.decompress(chunk.data, size)
-    elif chunk.compression == "":
-        data = chunk.data
-    else:
-        raise ValueError(f"compression {chunk.compression} is not used by heavylift")
-    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
-        raise ValueError("a chunk's checksum is wrong")
-    return data
-
-
-def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
-    """Opcode, begin and end of the content of each record of an unpacked chunk from a place on; ValueError if they are
-    not whole."""
-    while place < len(data):
-        opcode, length = RECORD.unpack_from(data, place)
-        begin, place = place + RECORD.size, place + RECORD.size + length
-        if opcode not in INNER or place > len(data):
-            raise ValueError("a chunk is not made of whole records")
-        yield opcode, begin, place
-
-
-def _messages(data: bytes, channels: set[int]) -> Iterator[Raw]:
-    """The messages of these channels in an unpacked chunk."""
-    for opcode, begin, end in records(data):
-        if opcode == Opcode.MESSAGE and data[begin] | data[begin + 1] << 8 in channels:
-            channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
-            yield Raw(channel, sequence, log_time, publish_time, data[begin + MESSAGE.size : end])
-
-
-def _tables(data: bytes, channels: set[int]) -> Iterator[Table]:
-    """The same by tables: what a sampler writes repeats after a few records, and is then taken as rows of bytes."""
-    flat, place = np.frombuffer(data, np.uint8), 0
-    while place < len(data):
-        heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content
-        known: set[int] = set()
-        for opcode, begin, end in records(data, place):
-            if opcode != Opcode.MESSAGE or end - begin < MESSAGE.size:
-                if opcode == Opcode.MESSAGE:
-                    raise ValueError("a message is shorter than its head")
-                channel = -1
-            else:
-                channel = data[begin] | data[begin + 1] << 8
-            if channel in known:
-                break
-            heads.append((channel, begin - place, end - place))
-            known.add(channel)
-        step = heads[-1][2]
-        rows = flat[place : place + (len(data) - place) // step * step].reshape(-1, step)
-        same = np.ones(len(rows), bool)
-        for _, begin, _ in heads:
-            at = slice(begin - RECORD.size, begin + 2)  # opcode, length, channel
-            same &= (rows[:, at] == rows[0, at]).all(axis=1)
-        count = len(rows) if same.all() else int(np.argmin(same))
-        for channel, begin, end in heads:
-            if channel in channels:
-                stamp = rows[:count, begin + MESSAGE.size - 8 : begin + MESSAGE.size]
-                times = np.ascontiguousarray(stamp).view("<u8").ravel().astype(np.int64)
-                yield Table(channel, times, rows[:count, begin + MESSAGE.size : end])
-        place += count * step
 
 
 class Read(Protocol):

@@ -16,7 +16,8 @@ from heavylift.recordings.format.schema import samples_descriptor, samples_templ
 from heavylift.recordings.write.outputs import file_path, output_path
 from heavylift.recordings.write.sink import Sink
 
-from .container import Container, Raw
+from .chunks import Raw
+from .container import Container
 from .reader import BESIDE
 from .signal import Signal
 

@@ -28,10 +28,10 @@ from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of,
 from heavylift.recordings.write.sink import CHECKPOINT, FORMAT
 from numpy.typing import NDArray
 
-from .container import LIMIT, Container, Raw, Topic
-from .decoding import Form, Rows, decoded
+from .chunks import LIMIT, Raw
+from .container import Container, Topic
+from .decoding import Form, Rows, decoded, with_own_rows
 from .notebook import drawing, recording_html
-from .own_rows import with_own_rows
 from .part import Part, chosen
 from .signal import Signal, only
 

@@ -28,7 +28,8 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
 
-from .container import BROKEN, LIMIT, RATIO, RECORD, records, unpacked
+from .chunks import LIMIT, RECORD, records, unpacked
+from .container import BROKEN, RATIO
 
 __all__ = ["Recovered", "recover"]
 

@@ -14,7 +14,7 @@ import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Part, Recorder, Recording, Signal
 from heavylift.recordings.format import mcapfile
-from heavylift.recordings.read.container import MESSAGE, RECORD, _tables
+from heavylift.recordings.read.chunks import MESSAGE, RECORD, tables_of
 from small_run import SECOND
 
 PAGE = Path(__file__).parents[2] / "recordings/READING.md"
@@ -142,8 +142,8 @@ def test_tables_hold_the_messages_of_a_chunk_in_their_order(seed: int) -> None:
         sent[channel].append((t, body))
         data += RECORD.pack(5, 22 + len(body)) + MESSAGE.pack(channel, t, 0, t) + body
     found: dict[int, list[tuple[int, bytes]]] = {1: [], 3: []}
-    for table in _tables(data, {1, 3}):
+    for table in tables_of(data, {1, 3}):
         found[table.channel] += [(t, x.tobytes()) for t, x in zip(table.times.tolist(), table.data, strict=True)]
     assert found == {1: sent[1], 3: sent[3]}
     with pytest.raises(ValueError, match="whole records"):
-        list(_tables(data[:-1], {1, 3}))
+        list(tables_of(data[:-1], {1, 3}))

@@ -10,5 +10,6 @@ obstacles         floor and boxes that blocks meet
 actions           the lines of the action list
 interlocks        what stops a machine by itself
 nodes             models of a user's own; which process hosts which nodes
+defaults          settings laid over a scene, also on one number of a list that it leaves to its default
 editors           the JSON Schema of scene files
 """
