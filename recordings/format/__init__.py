@@ -7,5 +7,6 @@ rounding               how finely numbers are recorded
 viewer_messages        what viewers draw, in the foxglove schemas
 spool                  a temporary file of rows, read again in blocks
 digest                 what two equal runs share to the last byte
+settings               what a run says of itself in one or two lines
 text, html             tables and time spans for people; tables and pages of HTML
 """

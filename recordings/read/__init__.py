@@ -5,7 +5,7 @@ container, chunks safe access to a file of unknown origin; its chunks as message
 decoding          messages of several topics made numbers in one pass; rows of one lift alone
 signal, part      a signal over time; all that is recorded of a part of the scene
 notebook          how a signal looks in a notebook
-settings, verdict what a run says of itself; its verdict
+verdict           the verdict of a run
 pace              where steps were long and where short
 info, export      a recording as text; as a table for other programs
 said              what the ports of a DEVS run said, which has no samples

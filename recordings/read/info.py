@@ -8,10 +8,10 @@ from typing import Any
 
 import msgspec
 from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration, table
 
 from .reader import Recording
-from .settings import settings
 from .verdict import Judged, recorded_verdict
 
 __all__ = ["info", "info_data"]

@@ -8,10 +8,9 @@ from html import escape
 import numpy as np
 from heavylift.recordings.format.html import table
 from heavylift.recordings.format.samples import thinned
+from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration
 from numpy.typing import NDArray
-
-from .settings import settings
 
 __all__ = ["drawing", "heading", "recording_html", "signal_html"]
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleLayout, unit_of
-from heavylift.recordings.read.settings import settings
+from heavylift.recordings.format.settings import settings
 from numpy.typing import NDArray
 
 __all__ = [

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import MEASURED
+from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.read.pace import paces
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.said import silent
-from heavylift.recordings.read.settings import settings
 from heavylift.recordings.write.outputs import output_path
 from numpy.typing import NDArray
 

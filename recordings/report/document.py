@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.html import bullets, document, table
+from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import GENERATOR, duration
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.settings import settings
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.render.plot import plot
 from heavylift.recordings.render.storyboard import storyboard

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from heavylift.recordings.format.settings import settings
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.settings import settings
 
 __all__ = ["block_table", "scene_table"]
 

@@ -9,7 +9,7 @@ from heavylift.coordinator.run import run
 from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
-from heavylift.recordings.read.settings import settings
+from heavylift.recordings.format.settings import settings
 
 
 @pytest.mark.parametrize(
