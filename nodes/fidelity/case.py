@@ -85,7 +85,9 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
     longest, shortest = max(h.reach for h in hooks), min(h.length + h.depth for h in hooks)
     shortest = shortest if len(hooks) > 1 else longest  # several hooks hold a block level: it swings on its ropes alone
     slow, fast = sqrt(plan.gravity / longest), sqrt(plan.gravity / shortest)
-    swings = Swings((swinging(plan, followed, 0), swinging(plan, followed, 1)), (slow, fast), begins(followed))
+    way = max((abs(m.by) for m in moves if m.by is not None), default=1.0)
+    rests = swinging(plan, followed, 0, way), swinging(plan, followed, 1, way)
+    swings = Swings(rests, (slow, fast), begins(followed))
     ordered, drives = set[str](), dict[str, tuple[float, float]]()
     for crane in plan.cranes:
         for which, axis in (("gantry", crane.gantry), ("upper", crane.upper.axis), ("lower", crane.lower.axis)):
@@ -111,7 +113,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         changes=changes(plan, followed),
         flies_up=flies_up(plan, followed),
         awaited=any(isinstance(t, Lifted) for m in moves for t in terms(m.until)),
-        way=max((abs(m.by) for m in moves if m.by is not None), default=1.0),
+        way=way,
         lasts=min(sum(lasts(action) for action in plan.actions) + turning(plan), plan.end or inf),
         stages=len(plan.actions),
     )

@@ -22,7 +22,6 @@ from heavylift.nodes.plan.question import Asked
 
 from .case import Case
 from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, sdirk_algebra, states
-from .rests import STRAIGHT
 from .rules import Errors, overshoot, tipped
 
 __all__ = ["METHODS", "Stepped", "stepped"]
@@ -34,7 +33,7 @@ SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and pl
 BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest
 SWUNG, FOLLOWED = 0.45, 6e-4  # part of what a swing tips that long steps damp, and tolerance from which they do
 AGAIN = 0.025  # what else long steps miss where a load is lifted again, whose loaders they have damped; measured: 0.022
-DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more loads and lumps rattle without any
+DAMPED, RATTLES = 0.03, 2500.0  # usual damping of ropes, and how much more loads and lumps rattle without any
 SNAPS = 10.0  # times the fourth power of their number: how much more lumps do as slack slings come taut; measured
 PARTS_LATE = 0.002  # of tension and position, where a load that has stood parts again, beside `chance`
 SMALL = 0.3  # [m] a swing below it is followed less well by `radau5`
@@ -157,7 +156,7 @@ def long_steps(name: str, case: Case, at: Fidelity, tolerance: float) -> Stepped
     jacobians = 1.5 * case.stages + duration(case) / 15.0
     errors: Errors = dict.fromkeys(("swing", "position", "lift-off time"), float("inf"))
     errors["rope tension"] = max(5.0 * tolerance, min(m.most, m.damped * sqrt(tolerance)))
-    if case.askew or case.swings.jumps > STRAIGHT:  # swings that no ramp has made decide a peak, and are damped
+    if case.askew or case.swings.jumps:  # swings that no ramp has made decide a peak, and are damped
         errors["rope tension"] += SWUNG * tipped(case, 1.0) * min(1.0, sqrt(tolerance / FOLLOWED))
     errors["rope tension"] += AGAIN if case.again else 0.0
     able = at.ropes != "rigid" and at.slings != "rigid"

@@ -32,6 +32,7 @@ __all__ = ["awaiting", "begins", "bouncing", "changes", "flies_up", "swinging"]
 
 ABRUPT = 1e-3  # [s] what takes less time is a jump
 ASIDE, STRAIGHT = 0.005, 0.02  # [m] way, and jump, that count as none: ropes that stretch differently lean a block so
+CLOSE = 0.01  # of the longest way that the load goes: a jump that does not count, if that is less
 AXES = ("x", "y")
 ALIKE = 0.01  # parts of ways, so little apart, of moves that are not told from each other
 
@@ -65,8 +66,8 @@ def _given(plan: Plan, followed: Following) -> Iterator[tuple[list[Hookup | Unho
         yield [order for order in action.orders if isinstance(order, Hookup | Unhook)], acted.before
 
 
-def swinging(plan: Plan, followed: Following, axis: int) -> tuple[Knot, ...]:
-    """Knots of the block's rest along the rails (0) or across (1)."""
+def swinging(plan: Plan, followed: Following, axis: int, way: float) -> tuple[Knot, ...]:
+    """Knots of the block's rest along the rails (0) or across (1); `way`: the longest that it goes [m]."""
     assert plan.block is not None
     knots, name = list[Knot](), plan.block.name
     stood = followed.path.states[0].poses[name][0][axis]
@@ -80,7 +81,7 @@ def swinging(plan: Plan, followed: Following, axis: int) -> tuple[Knot, ...]:
                 continue
             step = here - (stood if a.grounded else a.poses[name][0][axis])
             if a.grounded or b.t - a.t < ABRUPT:
-                knots += [Knot(b.t, jump=step)] if abs(step) > STRAIGHT else []
+                knots += [Knot(b.t, jump=step)] if abs(step) > min(STRAIGHT, CLOSE * way) else []
             else:
                 steps.append((a, b, step))
         if max((abs(way) for way in accumulate(step for *_, step in steps)), default=0.0) > ASIDE:

@@ -34,6 +34,7 @@ SLOWER = 0.015, 0.003, 0.05  # times its square: error of the frequency on two l
 FASTER = 0.03, 0.006, 0.1  # the same of the block on its slings below hooks that swing the other way
 LET_FREE = 0.5  # of the first, with the hook for the load: as a block is let go aside of its hooks
 ROCKS = 0.045  # [m]
+PULLED_ALONG = 1.4  # of what a servo gives to a load that is let go aside: it was pulled by it, and damps the swing
 SWAYED = 1.6  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
 LEANING = 2.0  # heights of a block on more than three hooks, which the girders lift by one corner after the other
@@ -167,12 +168,20 @@ def hinges(case: Case, at: Fidelity) -> Choice:
 
 def idle_drives(case: Case, at: Fidelity) -> Choice:
     """Gantries and trolleys that no order moves stand still; their servos give way to what swings towards them: all of
-    the swing, or, of a gantry in a move across, what a lift that is not mirrored leans."""
+    the swing, or, of a gantry in a move across, what a lift that is not mirrored leans.  A load that is let go aside of
+    its hooks has pulled them along before it parts, and then swings less."""
     idle = tuple(joint for joint in case.drives if joint not in case.ordered)
     swings = case.swings.along(0)
     pulled = [j for j in idle if not j.endswith(".gantry") or swings]
     gives = max((m * case.gravity / case.reach / k for k, m in (case.drives[j] for j in pulled)), default=0.0)
     errors = _swung(case, gives / 2.0) if gives else Errors()
+    if gives and case.swings.jumps:
+        pulled = PULLED_ALONG * gives * case.swings.jumps
+        errors["swing"] += pulled / max(case.swings.least, case.swings.jumps)
+        errors["position"] += pulled / case.way
+    if gives and case.swings.lands:  # where it stands again is decided by the phase in which it rocks then
+        late = gives / 2.0 * case.swings.omegas[1] * case.lasts
+        errors["position"] = errors.get("position", 0.0) + ROCKS * min(1.0, late) / case.way
     return Choice("locked drives", "locked", {}, STATES * len(idle), errors, "no order moves them", bool(idle), idle)
 
 

@@ -7,7 +7,7 @@ from heavylift.nodes.scene import check, load, parse
 from lifts_of_kinds import lift_of_kinds
 from lifts_of_the_world import lift_of_the_world
 
-DEAR = 8001117  # many moves in time with the swing
+DEAR = 40  # many moves in time with the swing, soft servos
 
 
 class Listening(Watch):
@@ -77,16 +77,15 @@ def test_what_no_rule_looks_at_is_not_promised(named, key):
 
 
 def test_what_would_cost_more_than_it_is_worth_is_modelled_as_written_and_said():
-    """Two lumps a rope all the while, to be sure of a third of a percent; what is finer is kept at any price."""
+    """Lumped ropes all the while, to be sure of a third of a percent; what is finer is kept at any price."""
     drawn = lift_of_kinds(DEAR).text
     plain, asked, finer = (
-        parse(drawn, overrides=["ask=[lift-off time]", f"accuracy={a}"] if a else []) for a in ("", "0.3 %", "0.29 %")
+        parse(drawn, overrides=["ask=[rope tension]", f"accuracy={a}"] if a else []) for a in ("", "0.3 %", "0.29 %")
     )
-    assert "to 0.3 % it would take 2.0 times as long as without a question" in asked.verdict.notes[0]
+    assert "to 0.3 % it would take 2.5 times as long as without a question" in asked.verdict.notes[0]
     assert asked.plan.fidelity == plain.plan.fidelity
     assert asked.verdict.cost.product > 2e7
-    assert finer.verdict.notes == ()
-    assert (finer.plan.fidelity.ropes, finer.plan.fidelity.lumps) == ("massive", 2)
+    assert finer.plan.fidelity.ropes == "massive"
 
 
 def test_where_nothing_can_be_predicted_nothing_is_promised():
@@ -106,7 +105,7 @@ def test_an_accuracy_that_nothing_keeps_is_not_called_chosen():
     found = verdict(accuracy="1e-6 %", ask="[rope tension]")
     assert "no rung keeps an accuracy of 1e-06 % for certain" in found.notes[0]
     assert "chosen   " not in str(found)
-    assert "not promised" in str(found)
+    assert "kept although unfit" in str(found)
     assert verdict(accuracy="0.03 %", ask="[rope tension]").notes == ()
 
 

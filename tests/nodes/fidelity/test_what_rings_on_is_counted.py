@@ -6,7 +6,8 @@ import pytest
 from heavylift.nodes.fidelity.case import case_of
 from heavylift.nodes.fidelity.chance import chance
 from heavylift.nodes.fidelity.method import METHODS
-from heavylift.nodes.fidelity.rules import hinges, overshoot, rope_mass
+from heavylift.nodes.fidelity.rules import hinges, idle_drives, overshoot, rope_mass
+from heavylift.nodes.plan.question import Asked
 from heavylift.nodes.scene import parse
 from lifts_of_kinds import lift_of_kinds
 
@@ -45,7 +46,8 @@ def test_what_long_steps_delay_moves_the_place_of_a_load_that_swings_far():
     scene = parse(lift_of_kinds(FAR).text)
     case = case_of(scene.plan, scene.followed)
     errors = METHODS["radau5"](case, scene.plan.fidelity, 1e-2).errors
-    assert errors["position"] > 0.0143 > errors["swing"] == 0.01 > 0.0072
+    assert errors["position"] > 0.0143
+    assert errors["swing"] > 0.0072
 
 
 def test_a_block_let_go_aside_swings_against_its_hooks_beside_which_ropes_are_heavy():
@@ -84,3 +86,21 @@ def test_nothing_is_promised_of_what_rings_as_a_hook_is_taken_away():
     for seed, damped in ((1, True), (32, False)):
         found = parse(lift_of_kinds(seed).text, overrides=["ask=[swing]", "accuracy=10 %"]).verdict
         assert any("its ropes damp nothing of what that sets ringing" in note for note in found.notes) != damped
+
+
+@pytest.mark.parametrize(("seed", "quantity", "measured"), [(9007040, "swing", 0.1665), (9007119, "position", 0.0686)])
+def test_a_soft_servo_is_pulled_along_by_a_load_let_go_aside_and_by_one_that_rocks_as_it_lands(
+    seed: int, quantity: Asked, measured: float
+) -> None:
+    """Trolleys on servos of less than 0.2 Hz, locked; measured against four lumps without steps' errors."""
+    scene = parse(lift_of_kinds(seed).text)
+    case = case_of(scene.plan, scene.followed)
+    assert measured < idle_drives(case, scene.plan.fidelity).errors[quantity] < 2.0 * measured
+
+
+@pytest.mark.parametrize(("seed", "tolerance", "measured"), [(9007058, 1e-4, 0.0748), (9007038, 1.78e-5, 0.0156)])
+def test_what_rings_undamped_at_the_edge_of_stability_is_counted(seed: int, tolerance: float, measured: float) -> None:
+    """Peaks too high by so much, in steps of dop853 beside those of 1e-9."""
+    scene = parse(lift_of_kinds(seed).text, overrides=["ask=[rope tension]", "accuracy=1 %"])
+    case = case_of(scene.plan, scene.followed)
+    assert METHODS["dop853"](case, scene.plan.fidelity, tolerance).errors["rope tension"] > measured
