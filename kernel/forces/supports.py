@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.dense import dot, norm
 from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, select
 from heavylift.kernel.description.mechanics import Support
@@ -77,7 +77,8 @@ class SupportLaw(ForceLaw[Support]):
             else:  # the limit has fallen faster than the spring relaxes: it gives way and holds on
                 p[at.ANCHOR] = place - deflection(GIVEN_WAY * held, velocity, p[at.KT], p[at.DT])
             return "slip", normal
-        direction = velocity + SLIP_BLEND * p[at.DIRECTION]
+        late = dot(velocity.tolist(), p[at.DIRECTION].tolist()) + 0.5 * SLIP_BLEND  # by what steps may miss
+        direction = velocity + (SLIP_BLEND - 2.0 * min(0.0, late)) * p[at.DIRECTION]
         force = JUST_BELOW * p[at.MU] * normal * direction / max(norm(direction.tolist()), 1e-300)
         p[at.STICK], p[at.ANCHOR] = 1.0, place - deflection(force, velocity, p[at.KT], p[at.DT])
         return "stick", normal

@@ -176,9 +176,9 @@ def idle_drives(case: Case, at: Fidelity) -> Choice:
     gives = max((m * case.gravity / case.reach / k for k, m in (case.drives[j] for j in pulled)), default=0.0)
     errors = _swung(case, gives / 2.0) if gives else Errors()
     if gives and case.swings.jumps:
-        pulled = PULLED_ALONG * gives * case.swings.jumps
-        errors["swing"] += pulled / max(case.swings.least, case.swings.jumps)
-        errors["position"] += pulled / case.way
+        along = PULLED_ALONG * gives * case.swings.jumps
+        errors["swing"] += along / max(case.swings.least, case.swings.jumps)
+        errors["position"] += along / case.way
     if gives and case.swings.lands:  # where it stands again is decided by the phase in which it rocks then
         late = gives / 2.0 * case.swings.omegas[1] * case.lasts
         errors["position"] = errors.get("position", 0.0) + ROCKS * min(1.0, late) / case.way

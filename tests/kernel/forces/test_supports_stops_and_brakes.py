@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import atan2, cos, hypot, pi, radians, sin, sqrt
 
+import numpy as np
 import pytest
 from heavylift.kernel.description.mechanics import (
     Body,
@@ -16,6 +17,7 @@ from heavylift.kernel.description.mechanics import (
     Support,
     System,
 )
+from heavylift.kernel.forces.supports import SupportAt, SupportLaw
 from small_scenes import SECOND, G, X, cube, events, hand_over, imbalance, slider, started, times
 
 FINE = {"tolerance": 1e-11, "h_max": 0.01}
@@ -201,3 +203,16 @@ def test_a_pad_that_opens_does_not_slip_at_that_instant():
     assert [(e.name, e.what) for e in s.preview()] == [("pad0", "open")]
     s.events.fallen = both[1:]
     assert [(e.name, e.what) for e in s.preview()] == [("pad0", "slip")]
+
+
+@pytest.mark.parametrize("late", [0.0, 1e-9, 1e-6, 4e-6, 1e-3])
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
+def test_a_pad_that_is_found_to_stick_a_little_late_is_still_held_against_its_slip(late: float, angle: float) -> None:
+    """Steps may find it when the pad goes back already: the force goes on from that of the slip, and does not jump to
+    the other side, where the limit would be passed at once."""
+    mu, normal, k, d, along = 0.4, 1e5, 1e8, 1e6, np.array([cos(angle), sin(angle)])
+    p = np.array([0.0, 0.0, 0.0, 0.0, k, d, mu, k, d, 1.0, 0.0, 0.0, 0.0, *along])
+    pad = Support("pad", Point("block"), 0.0, k, d, mu, k, d)
+    assert SupportLaw().switch(pad, p, "rub", np.array([normal, 0.0, 0.0, *(-late * along)]))[0] == "stick"
+    held = -k * p[SupportAt.ANCHOR] - d * late * along
+    assert held == pytest.approx(mu * normal * along, rel=1e-6, abs=1e-3)
