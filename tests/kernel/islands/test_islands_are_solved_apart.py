@@ -26,7 +26,6 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.islands.choice import simulate
 from heavylift.kernel.islands.components import islands_of
 from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation.native.sample_row import labels
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 
@@ -143,6 +142,11 @@ def test_what_cannot_move_is_no_island() -> None:
     assert bodies(islands_of(merge([post, TWO], G))) == [["post", "load-a"], ["load-b"]]
 
 
+def test_many_small_islands_are_solved_together() -> None:
+    many = merge([lift(name, 10.0 * i) for i, name in enumerate("abcdefghijk")], G)
+    assert [len(names) for names in bodies(islands_of(many))] == [1, 1, 1, 1, 1, 1, 1, 4]
+
+
 def chain(name: str, links: int) -> System:
     """A chain of hinged links."""
     bodies = [Body(f"{name}{i}", 1.0, (0.0, 0.0, -1.0)) for i in range(links)]
@@ -154,9 +158,10 @@ def chain(name: str, links: int) -> System:
     return System(tuple(bodies), tuple(joints))
 
 
-def test_islands_are_apart_however_many() -> None:
-    many = [chain(name, links) for name, links in zip("abcdefghijklmn", [5] * 10 + [1] * 4, strict=True)]
-    assert [len(names) for names in bodies(islands_of(merge(many, G)))] == [5] * 10 + [1] * 4
+def test_large_islands_are_apart_however_many() -> None:
+    large = [chain(name, 5) for name in "abcdefghij"]
+    small = [chain(name, 1) for name in "stuv"]
+    assert [len(names) for names in bodies(islands_of(merge([*large, *small], G)))] == [5] * 10 + [4]
 
 
 def test_equal_islands_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -219,38 +224,6 @@ def test_nothing_depends_on_how_far_it_is_allowed_to_go() -> None:
     at_once, in_pieces = played(islands(), UP), played(islands(), UP, pieces=37)
     assert [(t, row.tobytes()) for t, row in in_pieces.rows] == [(t, row.tobytes()) for t, row in at_once.rows]
     assert in_pieces.log == at_once.log
-
-
-# ---- rows of one alone -----------------------------------------------------------------------------------------
-
-
-def test_an_event_of_one_lift_leaves_a_row_of_it_alone() -> None:
-    """The common samples and the rows of its own are, byte for byte, those of the lift by itself; peaks count on until
-    the next sample of all, energies and steps are those of all there."""
-    both = played(islands(lifts={"a": ["load-a"], "b": ["load-b"]}), UP)
-    assert isinstance(both, Islands)
-    *samples, _, (end, _) = both.rows  # the last sample is shown again where all stand
-    assert [t for t, _ in samples] == [i * SECOND // 10 for i in range(200)]
-    for lift_rows, place, own in zip(both.lifts, (0.0, 10.0), (UP[::2], UP[1:2]), strict=True):
-        alone = played(one(lift(lift_rows.name, place)), own)
-        counted = [
-            x for x in labels(alone.program) if x[0] not in ("peak", "peak_time", "kinetic", "potential", "steps")
-        ]
-        here, there, whole = (
-            [labels(p).index(x) for x in counted] for p in (alone.program, lift_rows.method.program, both.program)
-        )
-        found = [(t, row[there].tobytes()) for t, row in lift_rows.rows]
-        found += [(t, row[whole].tobytes()) for t, row in samples]
-        assert sorted(found) == sorted((t, row[here].tobytes()) for t, row in alone.rows if t < end)
-        assert len(lift_rows.rows) >= len(own)
-
-
-def test_lifts_that_something_may_tie_have_their_rows_in_common() -> None:
-    assert islands(lifts={"a": ["load-a"], "b": ["load-b"]}).lifts[0].name == "a"
-    assert not islands(TIED, lifts={"a": ["load-a"], "b": ["load-b"]}).lifts
-    three = merge([TIED, lift("c", 20.0)], G)
-    lifts = {name: [f"load-{name}"] for name in "abc"}
-    assert [x.name for x in islands(three, lifts=lifts).lifts] == ["a+b", "c"]
 
 
 # ---- cut again ----------------------------------------------------------------------------------------------

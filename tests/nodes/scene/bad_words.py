@@ -77,11 +77,11 @@ WORDS = {
             "from buffer to buffer"
         ),
     ),
-    "zero mass": (
+    "negative mass": (
         "arm",
-        [("mass: 400 kg", "mass: 0 kg")],
-        "0 kg",
-        "mechanism.bodies.link-1.mass: a mass must be greater than zero here, not 0 kg",
+        [("mass: 400 kg", "mass: -400 kg")],
+        "-400 kg",
+        "mechanism.bodies.link-1.mass: a mass must be zero or more here, not -400 kg",
     ),
     "zero speed": (
         "lift",
