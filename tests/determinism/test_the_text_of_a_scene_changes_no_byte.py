@@ -62,6 +62,7 @@ REWRITTEN: dict[str, Callable[[str, Random], str]] = {
 
 @pytest.mark.parametrize("name", sorted(bundled()))
 @pytest.mark.parametrize("kind", REWRITTEN)
+@pytest.mark.large(beyond=75)
 def test_every_text_of_a_scene_has_one_plan(name: str, kind: str, seeds: range) -> None:
     want = placeless(load(name).plan)
     for seed in seeds:
@@ -70,6 +71,7 @@ def test_every_text_of_a_scene_has_one_plan(name: str, kind: str, seeds: range) 
 
 
 @pytest.mark.parametrize("name", sorted(bundled()))
+@pytest.mark.large(beyond=10)
 def test_a_scene_in_two_files_has_the_plan_of_the_whole(name: str, tmp_path: Path, seeds: range) -> None:
     for seed in seeds:
         found = load(apart(data(text(name)), Random(seed), tmp_path))
@@ -83,6 +85,7 @@ def test_a_scene_has_the_digest_that_is_stored(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
+@pytest.mark.large(beyond=10)
 def test_another_text_has_the_same_digest(name: str) -> None:
     assert digest(everything(name)) == own(name)
 
