@@ -134,7 +134,7 @@ class Container:
         if size > LIMIT + RATIO * self.size:
             raise ValueError(f"it would unpack to {size} bytes, which no run records")
         self.summary: Summary = summary
-        self.counts: dict[int, int] = dict(summary.statistics.channel_message_counts)
+        self._counts: dict[int, int] = dict(summary.statistics.channel_message_counts)
 
     def _check_summary(self) -> None:
         self._stream.seek(-FOOTER.size - len(MAGIC), 2)
@@ -156,6 +156,20 @@ class Container:
         if found != opcode or body != length - RECORD.size:
             raise ValueError(f"no {opcode.name.lower()} stands where the index says")
         return ReadDataStream(self._stream)
+
+    def topics(self) -> dict[str, Topic]:
+        """All channels by topic."""
+        with self.reading():
+            return {
+                x.topic: Topic(
+                    x.topic,
+                    self.summary.schemas[x.schema_id].name,
+                    x.message_encoding,
+                    dict(x.metadata),
+                    self._counts.get(x.id, 0),
+                )
+                for x in self.summary.channels.values()
+            }
 
     def metadata(self) -> dict[str, dict[str, str]]:
         """All metadata records by name."""
