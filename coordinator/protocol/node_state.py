@@ -9,8 +9,6 @@ from heavylift.nodes.devs import FOREVER, Event, Tag
 
 from .messages import Delay
 
-__all__ = ["Known", "together"]
-
 NAMED = 4  # models of a node that are named in a sentence
 
 

@@ -43,8 +43,6 @@ if TYPE_CHECKING:
 
 Command = Callable[[Commanded], object]  # what is told to the simulation
 
-__all__ = ["Happened", "Result", "StageSpan", "simulate"]
-
 SAMPLES = 1000  # of a system that nobody asks for others
 STOP = "stop"
 

@@ -49,8 +49,6 @@ from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.partfile import PartFile
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, FmuBuilder, Real, String
 
-__all__ = ["Stepped", "Unit", "export"]
-
 KEPT = "scene.heavylift"
 CODE = """import ctypes
 

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
     from .communication import Distributed, Held
 
-__all__ = ["Measured", "communicating", "long_enough", "measure", "too_small", "unit_of"]
-
 TIGHT, TIGHTER = 1e-8, 1e-9  # tolerances of the reference and of what shows its convergence
 SCOUT = 1e-4
 MORE = 4.0  # times the scout's seconds that a tight run of high order takes

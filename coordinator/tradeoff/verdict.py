@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from heavylift.nodes.plan.question import Asked
 
-__all__ = ["LIMITS", "Answer", "Row", "Verdict", "answers", "front", "judge", "percent"]
-
 LIMITS = (0.1, 0.05, 0.01, 1e-3, 1e-4, 1e-5, 1e-6)  # to which each quantity alone is judged
 NOISE = 0.1  # relative difference of times that says nothing, or their spread if that is more
 

@@ -32,8 +32,6 @@ from numpy.typing import NDArray
 
 from .chunks import LIMIT, RECORD, Raw, Table, messages_of, tables_of, unpacked
 
-__all__ = ["BROKEN", "RATIO", "Container", "Topic", "guarded"]
-
 FOOTER = struct.Struct("<BQQQI")
 RATIO = 100  # most that a whole file may grow when it is unpacked; what runs record grows four times
 P = ParamSpec("P")

@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 from .content import Shown, bundled, deflated, event_shown, facts_shown, load_of, packed, shown, stage_name
 from .ghost import ghost
 
-__all__ = ["content", "page", "sample_rows", "view"]
-
 COARSE = 250_000  # numbers that are seen at once: 4 bytes each, as base64 1.3 MB
 FINE = 4_000_000  # most numbers in a page, deflated: the browser unpacks them when the page is there
 CLEARANCES = 3  # that the page tells
