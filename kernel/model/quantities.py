@@ -16,8 +16,6 @@ from heavylift.kernel.description.mechanics import Line, Point, System, Threshol
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.errors import KernelError
 
-__all__ = ["check_signal", "names", "numbers", "points", "scalar"]
-
 Watched: TypeAlias = Signal | Threshold
 Places: TypeAlias = Sequence[Scalars]  # of points, each x, y, z
 BEYOND = 1e-3  # of the last tension of a chart: what may hang beyond its last radius

@@ -17,8 +17,6 @@ from heavylift.kernel.compiler.symbol import Array
 
 from .trees import Tree, TreeBody
 
-__all__ = ["gathered", "merged"]
-
 
 def merged(tree: Tree) -> Tree:
     """The tree with the masses of fixed bodies given to the rigid bodies that carry them; numbers are floats."""

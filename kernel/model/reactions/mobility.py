@@ -19,8 +19,6 @@ from heavylift.kernel.multibody.graph import Link
 
 from .jacobian import Group, Pose, pose_of
 
-__all__ = ["Mobility", "Redundant", "mobility"]
-
 CLOSED = 1e-9  # scaled residual of a pose whose loops are closed
 ITERATIONS = 40
 NEAR = 0.03  # scaled length of a motion to a pose near by

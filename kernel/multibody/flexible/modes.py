@@ -29,8 +29,6 @@ from .buckling import Column
 from .rounding import rigid_motions, rounded, rounded_each
 from .small_deflections import Smallness, smallness
 
-__all__ = ["Modes", "modes_of"]
-
 DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others
 SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials along a beam, sought and refused; shapes are 1 at most
 HARDLY = 0.005  # of a mode's stiffness: so small a part of the buckling load is not looked at
