@@ -20,8 +20,6 @@ from heavylift.recordings.format.spool import Spool
 from heavylift.recordings.format.viewer_messages import Rig, RopeLine
 from numpy.typing import NDArray
 
-__all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
-
 Floats = NDArray[np.float64]
 SPEED = "joint/velocity"
 NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED, "deflection", "edge/force", "edge/place")

@@ -29,8 +29,6 @@ from heavylift.nodes.statics.state import Acted
 
 from .loaded_scene import LoadedScene
 
-__all__ = ["moved", "several", "source_of"]
-
 COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "step", "seed", "gravity", "microsteps")
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts

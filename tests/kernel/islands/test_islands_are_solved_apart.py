@@ -114,6 +114,15 @@ def grid(s: Simulation | Islands) -> Iterator[tuple[int, np.ndarray]]:
     return ((t, row) for t, row in s.rows if t % (SECOND // 10) == 0)
 
 
+def assert_alike(s: Simulation | Islands, whole: Simulation | Islands, *groups: str) -> None:
+    """The same columns of their rows, but for steps that are not the same."""
+    (times, rows), (same, expected) = (zip(*grid(x), strict=True) for x in (s, whole))
+    assert times == same
+    for group in groups:
+        x, y = (np.array(r)[:, whole.method.row_layout.at[group]] for r in (rows, expected))
+        assert np.abs(x - y).max() < APART * np.abs(y).max(), group
+
+
 # ---- what ties ----------------------------------------------------------------------------------------------
 
 
@@ -166,8 +175,7 @@ def test_large_islands_are_apart_however_many() -> None:
 
 def test_equal_islands_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path))
-    compiled = []
-    compile_ = Library._compile
+    compiled, compile_ = [], Library._compile
     monkeypatch.setattr(Library, "_compile", lambda *args: compiled.append(1) or compile_(*args))
     assert len(islands(merge([chain(name, 5) for name in "abcdefghij"], G)).parts) == 10
     assert len(compiled) == 1
@@ -193,7 +201,6 @@ def test_each_island_takes_the_steps_that_it_would_take_alone() -> None:
     for name, part in zip("ab", both.parts, strict=True):
         own = [(t, c) for t, c in UP if c.__closure__ and c.__closure__[1].cell_contents == name]
         alone = played(one(lift(name, 0.0 if name == "a" else 10.0)), own)
-        assert isinstance(alone, Simulation)
         assert part.state.tobytes() == alone.state.tobytes()
         assert (part["accepted"], part["rejected"]) == (alone["accepted"], alone["rejected"])
         assert [e for e in both.log if e[1].name.split("-")[1].startswith(name)] == alone.log
@@ -202,12 +209,7 @@ def test_each_island_takes_the_steps_that_it_would_take_alone() -> None:
 def test_islands_show_what_one_simulation_shows() -> None:
     both, whole = played(islands(), UP), played(one(), UP)
     assert [(e.name, e.what) for _, e in both.log] == [(e.name, e.what) for _, e in whole.log]
-    (times, rows), (same, expected) = (zip(*grid(s), strict=True) for s in (both, whole))
-    assert times == same
-    at = whole.method.row_layout.at
-    for group in ("q", "tension", "elongation", "poses", "potential"):
-        x, y = (np.array(r)[:, at[group]] for r in (rows, expected))
-        assert np.abs(x - y).max() < APART * np.abs(y).max(), group
+    assert_alike(both, whole, "q", "tension", "elongation", "poses", "potential")
 
 
 def test_an_island_at_rest_takes_no_steps_and_costs_nothing() -> None:
@@ -257,12 +259,7 @@ def test_a_loose_rope_keeps_its_far_end_for_when_it_is_hooked() -> None:
     hooked: list[Stage] = [(2.0, lambda s: s.hook("tug", L0=10.3)), (2.5, wind("a", -1.0))]
     s, whole = played(islands(scene), hooked, end=5.0), played(one(scene), hooked, end=5.0)
     assert ("tug", "taut") in [(e.name, e.what) for _, e in s.log]
-    at = whole.method.row_layout.at
-    (times, rows), (same, expected) = (zip(*grid(x), strict=True) for x in (s, whole))
-    assert times == same
-    for group in ("q", "elongation"):
-        x, y = (np.array(r)[:, at[group]] for r in (rows, expected))
-        assert np.abs(x - y).max() < APART * np.abs(y).max(), group
+    assert_alike(s, whole, "q", "elongation")
 
 
 @pytest.mark.parametrize("t", [1.0, 4.0, 18.0])
