@@ -10,6 +10,7 @@ from heavylift.coordinator.live.command_queue import STOP
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.replay import RecordedRun, verify
 from heavylift.coordinator.run import run
+from heavylift.coordinator.run.in_memory import play
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.devs import Tag, encode, ns
 from heavylift.nodes.models.parts.messages import OperatorCommand
@@ -58,6 +59,20 @@ def test_each_moves_as_if_it_were_alone(runs: dict[str, Recording]) -> None:
         assert later["time"] == pytest.approx(peak["time"] + 7.0, abs=2.0)
     end, there = beside["pose/a-block"].values[-1, :3], beside["pose/b-block"].values[-1, :3]
     assert there - end == pytest.approx((3.0, 40.0, 0.0), abs=2e-3)
+
+
+def test_what_happens_to_one_leaves_a_row_of_that_one_alone(runs: dict[str, Recording]) -> None:
+    """The samples of all have the common times; between them stand the rows of the lift to which something happened,
+    those that it has alone."""
+    alone, beside = runs["one"]["rope/tension/a-hall.main"], runs["two"]
+    common = beside.signal("rope/tension").t
+    assert [round(5.0 * t, 6) for t in common[:-1]] == [*range(len(common) - 1)]
+    own = {name: {*beside[f"pose/{name}-block/z"].t} - {*common} for name in "ab"}
+    assert {t for t in own["a"] if t < alone.t[-1]} == {*alone.t} - {*common, alone.t[-1]}
+    assert min(len(times) for times in own.values()) > 20
+    assert not own["a"] & own["b"]
+    assert {"/samples/a", "/samples/b", "/poses/a", "/poses/b"} <= {*beside.topics}
+    assert play(parse(TEXT).plan).digest == beside.result["digest"]
 
 
 def test_a_lift_among_others_is_the_scene_that_it_extends(runs: dict[str, Recording]) -> None:
