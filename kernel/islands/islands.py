@@ -39,7 +39,7 @@ from heavylift.kernel.simulation.snapshots import Snapshot, copied, foreign, rea
 from .components import islands_of, loose_ropes
 from .island import Island, inherit
 from .running_ahead import SPAN, RunningAhead
-from .sample_merge import Joining, LiftRows, untied
+from .sample_merge import Joining, LiftRows, logged, untied
 
 __all__ = ["Islands"]
 
@@ -115,6 +115,7 @@ class Islands(RunningAhead):
             p.stand()
         self.order.phase, self._soonest = SETTLED, None
         self.rows.append((0, self.samples.whole([p.struck for p in self.parts])))
+        self.log += logged(self.parts)
         self._collect()
 
     @property
@@ -229,7 +230,7 @@ class Islands(RunningAhead):
     def _stop_all(self) -> None:
         for p in self.parts:
             self._stop(p)
-        self._reach(self.epoch)
+        self._reach(self.epoch, whole=True)
 
     def _cut_again(self) -> None:
         """Cut islands whose ropes have been taken off, where a part of them rests and that pays."""
@@ -263,7 +264,7 @@ class Islands(RunningAhead):
         lock_of(self.system, lock)
         owner = next(p for p in self.parts if any(x.name == lock for x in p.given.locks))
         event = self._stop(owner).set_lock(lock, engaged)
-        self._collect()
+        self.log += logged(self._stopped)
         return event
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:

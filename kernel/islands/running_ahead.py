@@ -15,7 +15,7 @@ from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 
 from .island import Island
-from .sample_merge import Joining, news
+from .sample_merge import Joining, logged, noted
 
 __all__ = ["SPAN", "RunningAhead"]
 
@@ -79,12 +79,14 @@ class RunningAhead(Commanded):
                     p.extend(end, SPAN * self._sample_ns, pause)
             self._soonest = None
 
-    def _reach(self, t_ns: int) -> None:
-        """Nothing unknown happens before this time."""
+    def _reach(self, t_ns: int, whole: bool = False) -> None:
+        """Nothing unknown happens before this time; `whole`: show all that can be shown by now."""
         if self._next[0] <= t_ns and not self._firing:
             self._soonest = None
         self.reached = t_ns
-        if t_ns >= self._due or self._stopped or self.next_ns >= FOREVER_NS:
+        self.log += logged(self._stopped)
+        rested = any(p.recorder.rested for p in self._stopped)
+        if whole or rested or t_ns >= self._due or self.samples.struck or self.next_ns >= FOREVER_NS:
             for p in self.parts:
                 if p.marks:
                     p.forget(t_ns)
@@ -92,10 +94,8 @@ class RunningAhead(Commanded):
             self._due = t_ns + self._sample_ns
 
     def _collect(self) -> None:
-        """Samples, log and notes of the islands become those of all, in the order of time."""
-        log, notes = news(self.parts, min([self.reached, *(p.began for p in self.parts if not p.still)]))
-        self.log += log
-        self.notes += notes
+        """Samples and notes of the islands become those of all, in the order of time."""
+        self.notes += noted(self.parts, min([self.reached, *(p.began for p in self.parts if not p.still)]))
         end = min(self.reached, *(self.epoch if p in self._stopped else p.history for p in self.parts)) + 1
         more = self.samples.next_ns < end or any(p.recorder.rested for p in self._stopped)
         while more:

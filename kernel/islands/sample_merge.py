@@ -8,7 +8,7 @@ lifts stand in a scene, else of all.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,7 +26,7 @@ from heavylift.kernel.simulation.native.sample_row import labels, row_layout
 from .components import islands_of
 from .island import Island
 
-__all__ = ["Joining", "LiftRows", "Merge", "news", "untied"]
+__all__ = ["Joining", "LiftRows", "Merge", "logged", "noted", "untied"]
 
 Rows = list[tuple[int, np.ndarray]]
 
@@ -174,16 +174,22 @@ class Joining(Merge):
         return out
 
 
-def news(parts: Sequence[Island], until_ns: int) -> tuple[list[tuple[int, StateEvent]], list[Note]]:
-    """What islands have logged, and noted up to a time, since it was asked last, in the order of time."""
-    log: list[tuple[int, int, StateEvent]] = []
-    notes: list[Note] = []
-    for k, p in enumerate(parts):
+def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateEvent]]:
+    """What islands have logged since it was asked last."""
+    for p in parts:
         entries, noted = p.told
-        if len(p.log) == entries and len(p.notes) == noted:
-            continue
-        log += [(t, k, e) for t, e in p.log[entries:]]
-        fresh = [note for note in p.notes[noted:] if note.t_ns <= until_ns]
-        notes += fresh
-        p.told = len(p.log), noted + len(fresh)
-    return [(t, e) for t, _, e in sorted(log, key=lambda x: x[:2])], sorted(notes, key=lambda note: note.t_ns)
+        if len(p.log) > entries:
+            yield from p.log[entries:]
+            p.told = len(p.log), noted
+
+
+def noted(parts: Sequence[Island], until_ns: int) -> list[Note]:
+    """What islands have noted up to a time since it was asked last, in the order of time."""
+    out: list[Note] = []
+    for p in parts:
+        entries, before = p.told
+        if len(p.notes) > before:
+            fresh = [note for note in p.notes[before:] if note.t_ns <= until_ns]
+            p.told = entries, before + len(fresh)
+            out += fresh
+    return sorted(out, key=lambda note: note.t_ns)

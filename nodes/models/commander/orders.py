@@ -42,7 +42,7 @@ class Orders(Atomic):
         self.plan, self.owners = plan, owners(plan)
         self.own = next((each.machines for each in plan.lists if each.name == name), ())  # machines, of several lists
         self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
-        targets = [*machines(plan), *([TURN] if turns(plan) else [])]
+        targets = [*(self.own or machines(plan)), *([TURN] if turns(plan) else [])]
         self.aims = {
             self.add_in(aim_port(own.name, led.port), m.SetPoint): led for own in plan.models for led in own.leads
         }
