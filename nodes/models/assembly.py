@@ -115,6 +115,8 @@ class CommanderModel(Coupled):
                 self.connect(commander.ports[out], self.ports[out])
             self.connect(commander.finished, ending.heard)
             self.connect(self.command, commander.command)
+            for port in commander.aims:
+                self.connect(self.add_in(port.name, m.SetPoint), port)
             for name in each.machines:
                 self.connect(commander.to[name], self.add_out(f"order_{name}", m.Order))
 
