@@ -1,4 +1,4 @@
-"""A row of a sweep looks at no more than it tells: its verdict, its smallest clearance, its digest are those of `run`."""
+"""A row of a sweep looks at no more than it tells; its verdict, its smallest clearance, its digest are of `run`."""
 
 from __future__ import annotations
 

@@ -107,6 +107,8 @@ def test_another_study_is_not_mixed_in(tmp_path: Path) -> None:
     studied(tmp_path / "study")
     with pytest.raises(OutputError, match="holds another study"):
         sweep("pendulum", VARY[:1], into=tmp_path / "study", executor=AtOnce())
+    with pytest.raises(OutputError, match=r"holds another study \(limit 60 s, keep none\)"):
+        studied(tmp_path / "study", limit=1.0, keep="all")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear reader")
     with pytest.raises(OutputError, match="holds no study"):
