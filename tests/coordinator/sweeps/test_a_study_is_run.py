@@ -125,6 +125,11 @@ def test_a_run_that_takes_too_long_is_cut_aloud(tmp_path: Path) -> None:
     assert "4 WERE CUT" in page(study)
 
 
+def test_a_lift_that_its_scene_ends_is_no_whole_one(tmp_path: Path) -> None:
+    study = sweep("lift", ["end={1 s}"], into=tmp_path / "study", executor=AtOnce())
+    assert "1 red; 1 ARE UNFINISHED, for the scene ended before" in page(study)
+
+
 def test_recordings_are_kept_where_they_are_asked_for(tmp_path: Path) -> None:
     study = sweep("pendulum", ["end={1 s}"], into=tmp_path / "study", executor=AtOnce(), keep="all")
     assert (tmp_path / "study" / study.rows[0]["recording"]).stat().st_size > 1000
