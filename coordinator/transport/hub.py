@@ -154,6 +154,7 @@ class Hub(Exchange):
                 sample = self._inbox.recv()
             at = str(sample.key_expr)
             if at != self._wake_key and (got := self._open(at, sample, self._out)) is not None:
+                self._lookout.deadline = None
                 return got
 
     def epoch(self, process: str) -> int:
