@@ -157,7 +157,7 @@ class Modes:
         if beam is None:
             return np.array([none] * len(self.nodes))
         kept = remembered(f"{_key(self.flexible)}.shortening", bytes, lambda: self._shortened(beam).tobytes())
-        return np.frombuffer(kept).reshape(-1, *none.shape)
+        return np.frombuffer(kept).reshape(len(self.nodes), *none.shape)
 
     def _shortened(self, beam: Beam) -> np.ndarray:
         h, none = beam.length / beam.elements, np.zeros((len(self.mass),) * 2)
