@@ -25,14 +25,7 @@ from . import parts
 if TYPE_CHECKING:
     from .recalled import Past, Recalled
 
-__all__ = ["NODE_MODULE", "PRELOAD", "PRELOAD_SCENE", "Participant", "version"]
-
-NODE_MODULE = "heavylift.coordinator.participants.node_process"
-PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.plan.plan")  # what every node of a scene imports
-PRELOAD_SCENE = (
-    *PRELOAD,
-    "heavylift.coordinator.participants.kernel_node",
-)  # its kernel, too
+__all__ = ["Participant", "version"]
 
 
 @cache
