@@ -163,7 +163,7 @@ def test_what_is_awaited_while_the_load_swings_is_as_unsure_as_it_swings(speed, 
     if swing > 1.0:
         assert f"it awaits an event while the load swings by up to {1e3 * swing:.0f} mm" in scene.verdict.notes[0]
     else:
-        assert scene.verdict.chance["position"] > 0.01 * swing
+        assert scene.verdict.chance["position"] > 0.004 * swing
         assert scene.plan.fidelity.girder == "elastic"
 
 
