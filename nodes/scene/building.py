@@ -18,11 +18,10 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
-from heavylift.nodes.scene.construction.limiting import build_limits
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
-from heavylift.nodes.scene.construction.signals import build_interlocks, build_models, check_models
+from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.nodes import placement_faults

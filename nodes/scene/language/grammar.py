@@ -214,8 +214,9 @@ def _crossing(r: Reader) -> CrossTest:
         raise PhraseError(f"write '{sign}=' instead of '{sign}'", "", at)
     if not sign:
         r.expect(">=", "<=", after=f"after '{quantity}'")
-    turning = r.turning
-    return CrossTest(quantity, of, sign == ">=", r.quantity(row.dimension), turning, column)
+    turning, share = r.turning, row.rated and r.share
+    value = r.quantity(units.RATIO if share else row.dimension)
+    return CrossTest(quantity, of, sign == ">=", value, turning, column, share)
 
 
 def _quantity(r: Reader) -> str:

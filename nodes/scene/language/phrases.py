@@ -12,7 +12,7 @@
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
                | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | "after" time
-               | quantity (">=" | "<=") value
+               | quantity (">=" | "<=") value      (of "load of" and "tension of" also in %, of what is rated)
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
                | "length of" name | "tension of" (name | set "slings" | set "ropes") | "load of" hook
@@ -70,7 +70,8 @@ class GroundTest(Term, frozen=True):
 
 
 class CrossTest(Term, frozen=True):
-    """A measured quantity reaches a value [SI]; `turning`: it was written as that of an angle."""
+    """A measured quantity reaches a value [SI]; `turning`: it was written as that of an angle, `share`: in per cent of
+    what its subject is rated for."""
 
     quantity: str
     of: str
@@ -78,6 +79,7 @@ class CrossTest(Term, frozen=True):
     value: float
     turning: bool
     column: int
+    share: bool = False
 
 
 Test: TypeAlias = SlingTest | GroundTest | CrossTest | MovesDone | After

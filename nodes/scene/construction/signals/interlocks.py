@@ -101,6 +101,7 @@ class _Builder:
             ropes = dict.fromkeys(hook.rope for hook in subjects.hooks.values() if hook.model == machine)
             return [msgspec.structs.replace(test, of=rope) for rope in ropes]
         known = {*subjects.points, *subjects.hooks, *subjects.ropes, *subjects.boxes}
+        known |= {*(subjects.ratings[test.quantity] if test.share else ())}
         known |= {joint.name for m in self.mechanisms for joint in m.system.joints}
         words = [own if (own := f"{machine}.{word}") in known else word for word in test.of.split()]
         return [msgspec.structs.replace(test, of=" ".join(words))]
