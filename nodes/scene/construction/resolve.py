@@ -68,6 +68,7 @@ class _Resolver:
                     after += later
                 case "stop" if VERBS[phrase.verb].engages:
                     after.append(self._brakes(path, self._actors(path, target, phrase)))
+        self.levelling.follow(first.orders)
         return [first, *(plan.Action(orders=orders, where=first.where) for orders in after if orders)]
 
     def _brakes(self, path: Path, found: tuple[Actor, ...]) -> tuple[actions.Order, ...]:

@@ -100,11 +100,12 @@ def _level(r: Reader, name: str) -> OrderPhrase:
     speed = r.positive(units.SPEED)
     r.expect("within", after="after the speed")
     within = r.positive(units.ANGLE)
+    to = r.quantity(units.ANGLE) if r.take("at") else None
     r.expect("with", after="after the angle")
     hooks = [_names(r)]
     while r.take(","):
         hooks.append(_names(r))
-    return OrderPhrase(name, speed, within=within, hooks=tuple(hooks))
+    return OrderPhrase(name, speed, to=to, within=within, hooks=tuple(hooks))
 
 
 def _ramp(r: Reader, dimension: Dimension) -> float | SwingRamp:

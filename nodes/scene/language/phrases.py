@@ -8,7 +8,7 @@
                  | "until" condition ) ["together"]
     ramp       = acceleration ["in two pulses"] | "one swing"
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
-    level      = "level" speed "within" angle "with" hook {"," hook}
+    level      = "level" speed "within" angle ["at" angle] "with" hook {"," hook}
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
                | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | "after" time
@@ -25,7 +25,8 @@ overlap, each has half of the acceleration.
 
 Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
 middle of these lugs, where the block rests as the move begins.  `level` hoists, then lowers these hooks until the block
-lies as level as at the start, along the way on which they are apart from the others.  What is to `hold` stops; then the
+lies as level as at the start, or turned by an angle, that of the last turn unless it is written, along the way on which
+they are apart from the others.  What is to `hold` stops; then the
 brakes of its joint engage, if there are any.
 
 What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` an interlock watches each.
