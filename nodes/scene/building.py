@@ -18,6 +18,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
+from heavylift.nodes.scene.construction.level_luffing import measuring
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
@@ -89,6 +90,7 @@ def _built(
     )
     mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
+    mechanisms = measuring(yard, mechanisms)
     yard.interlocks = build_interlocks(yard, mechanisms)
     loaded = LoadedScene(
         msgspec.structs.replace(

@@ -63,6 +63,8 @@ def _order(r: Reader) -> OrderPhrase:
         case "stop" if not verb.engages and r.take("ramp"):
             turning = r.turning
             return OrderPhrase(name, turning=turning, ramp=r.positive(units.STROKE_RAMP))
+        case "stop" if verb.engages and r.take("height"):
+            return OrderPhrase(name, height=True)
         case "move" | "turn":
             return _motion(r, verb)
     if r.next:

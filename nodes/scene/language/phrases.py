@@ -1,7 +1,8 @@
 """The phrase language of the action list: what is written to the right of `target:`, `when:` and `until`.
 
     order      = motion | turn | level | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
-               | "engage" | "release" | "stop" ["ramp" acceleration] | "hold" | "bypass" | "restore" | "wait" time
+               | "engage" | "release" | "stop" ["ramp" acceleration] | "hold" ["height"]
+               | "bypass" | "restore" | "wait" time
     motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
                  | "to" (position ["of rope"] | "above" "[" lug {"," lug} "]") ["or" "until" condition]
@@ -26,8 +27,9 @@ overlap, each has half of the acceleration.
 Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
 middle of these lugs, where the block rests as the move begins.  `level` hoists, then lowers these hooks until the block
 lies as level as at the start, or turned by an angle, that of the last turn unless it is written, along the way on which
-they are apart from the others.  What is to `hold` stops; then the
-brakes of its joint engage, if there are any.
+they are apart from the others.  What is to `hold` stops; then the brakes of its joint engage, if there
+are any.  A winch that is to `hold height` winds and pays out as its boom luffs by an order of the same action, so that
+its hook stays as high.
 
 What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` an interlock watches each.
 
@@ -116,3 +118,4 @@ class OrderPhrase:
     until: ConditionPhrase | None = None
     lugs: tuple[str, ...] = ()
     seconds: float = 0.0
+    height: bool = False
