@@ -176,6 +176,7 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
     if low >= high or (step is not None and step <= 0):
         raise SceneError(f"--vary '{text}': the range is empty; let it lead upwards, in steps above 0")
     if step is None and not sampling:
+        _check(scene, Axis(path, (), float(low), float(high), unit, first=first, motion=motion))
         raise SceneError(f"--vary '{text}': say in which steps, 'by ...', or how many to draw, --sample 1000")
     if step is None:
         return Axis(path, (), float(low), float(high), unit, first=first, motion=motion)
