@@ -35,7 +35,8 @@ COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
-     "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together")
+     "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together",
+     "master")
 )  # fmt: skip
 MACHINES = (
     "cranes",
@@ -58,8 +59,9 @@ MACHINES = (
 EVERY = "all"  # subject of limits of the whole scene
 
 
-def source_of(whole: Source, name: str, path: Path) -> Source:
-    """What an instance is, as the source of a scene of its own: its keys laid over the scene that it extends."""
+def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> Source:
+    """What an instance is, as the source of a scene of its own: its keys laid over the scene that it extends; `at`:
+    where it is put [m]."""
     base = ("lifts", name)
     keys, values = (
         {at[2:]: mark for at, mark in some.items() if at[:2] == base} for some in (whole.keys, whole.values)
@@ -81,6 +83,9 @@ def source_of(whole: Source, name: str, path: Path) -> Source:
             blocks["block"] = block
         for some in (found.keys, found.values):
             some |= {("blocks", *at): mark for at, mark in some.items() if at[:1] == ("block",)}
+    waves = found.data.get("waves")
+    if isinstance(waves, dict):  # which meet it where it is put
+        waves.setdefault("origin", [f"{-x!r} m" for x in (*at, 0.0)])
     for key in ("end", "placement"):
         found.data.pop(key, None)
     return found
@@ -95,7 +100,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     alone: dict[str, LoadedScene] = {}
     lifts: list[tuple[str, LoadedScene]] = []
     for name in scene.lifts:
-        own = source_of(source, name, path)
+        own = source_of(source, name, path, scene.lifts[name].at)
         said = json.dumps(own.data, sort_keys=True)
         lifts.append((name, alone.get(said) or alone.setdefault(said, built(own))))
         _check(source, name, lifts[-1][1].plan)
@@ -131,9 +136,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
 
 
 def _check(source: Source, name: str, plan: Plan) -> None:
-    """Models hear and lead by names that the scene of all lifts does not know; waves meet vessels where they are."""
-    if any(drive.wave for machine in plan.mechanisms for drive in machine.system.drives):
-        source.fault(("lifts", name), "a scene with vessels in waves cannot be one of several lifts", on_key=True)
+    """Models hear and lead by names that the scene of all lifts does not know."""
     if plan.models:
         source.fault(("lifts", name), "a scene with models of its own cannot be one of several lifts", on_key=True)
 
