@@ -25,6 +25,7 @@ from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import Input, UncertainInput, inputs, settings, uncertain_inputs
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.overlay import path_in
 from heavylift.nodes.scene.text.source import read
@@ -205,6 +206,7 @@ def _check(scene: LoadedScene, axis: Axis) -> None:
         source = read(scene.merged or scene.text, scene.path.name, scene.path.parent)
         for setting in axis.setting(axis.quantile(p)[0]):
             override(source, setting)
+        alike(source)
         tabled(source)
         validate(source)
         if not source.faults:

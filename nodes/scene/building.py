@@ -27,7 +27,7 @@ from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.nodes import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
-from heavylift.nodes.scene.text.extending import extended
+from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
@@ -61,6 +61,7 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
         raise_faults(source, source.faults)
     for setting in overrides:
         override(source, setting)
+    alike(source)
     tabled(source)
     shaped(source)
     gather(source)
@@ -138,6 +139,7 @@ def _side_by_side(
     """A scene of several lifts, each built as if it were alone."""
 
     def alone(own: Source) -> LoadedScene:
+        alike(own)
         tabled(own)
         shaped(own)
         gather(own)

@@ -6,6 +6,7 @@ from copy import deepcopy
 
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.text import overlay
+from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.source import Data, Path, Source
 from heavylift.nodes.scene.text.tables import tabled
@@ -25,6 +26,7 @@ def default_list(source: Source, path: Path) -> list[Data] | None:
     """What stands at a path that the scene does not write, if that is a list of numbers or words."""
     trial = deepcopy(source)
     try:
+        alike(trial)
         tabled(trial)
         gather(trial)
         scene = validate(trial)

@@ -114,6 +114,8 @@ class Conditions:
             return self._share(path, test)
         of, quantity = test.of, test.quantity
         known = self.subjects.known(quantity)
+        if not of and QUANTITIES[quantity].of == "some" and len(self.yard.scene.blocks) == 1:
+            (of,) = self.yard.scene.blocks  # as that of an instance is
         if self.yard.block and quantity in ("angle", "height") and of in {"", "block"}:
             kind: Literal["angle", "height"] = "angle" if quantity == "angle" else "height"
             return "block", Signal(kind, of="block", point=None if kind == "angle" else Point("block"))
