@@ -49,6 +49,7 @@ class References:
         self._at, self._P = parameters.at, P
         self._masters = [m.name for m in system.masters] + [m.name for m in system.measured]
         self._commanded = {m.name for m in system.masters}
+        self._followers = {m.name: m.followers for m in system.measured if m.followers}
         drives = {d.joint: d.name for d in system.drives}
         self._asked = [m.name for m in system.masters] + [drives.get(m.of, m.name) for m in system.measured]
         self._still = {r.name for r in system.straight_ropes if not r.winch}
@@ -152,6 +153,8 @@ class References:
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
         if master and name in self._placed and master not in self._commanded:
             raise KernelError(f"'{name}' cannot follow '{master}': a prescribed drive follows commanded masters only")
+        if name not in self._followers.get(master, (name,)):
+            raise KernelError(f"'{name}' cannot follow '{master}', which {', '.join(self._followers[master])} may")
         if not all(map(isfinite, f)):
             raise KernelError(f"'{name}' cannot follow {f}: the coefficients must be finite numbers")
         self.admit("set_follow")

@@ -36,7 +36,7 @@ OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
      "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together",
-     "master")
+     "master", "followers")
 )  # fmt: skip
 MACHINES = (
     "cranes",

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import SceneError
+from heavylift.kernel.islands.components import islands_of
+from heavylift.nodes.models import system
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scene.construction.level_luffing import follow
 from heavylift.recordings import Recording
@@ -92,6 +94,24 @@ def test_what_a_chart_stops_keeps_its_height(tmp_path: Path) -> None:
     z = [float(np.interp(t, pose.t, pose.values[:, 2])) for t in (start, trip, pose.t[-1])]
     assert z[1] == pytest.approx(z[0], abs=0.02), "beside what the load swings"
     assert z[0] - z[2] == pytest.approx(0.5, abs=0.02)
+
+
+def test_instances_hold_heights_of_their_own(tmp_path: Path) -> None:
+    """Each winch follows the boom of its own crane; nothing ties the lifts, which stay islands."""
+    (tmp_path / "one.yaml").write_text(
+        "extends: jib\nname: one\nactions: [{jib: luff 0.3 deg/s by -3 deg, jib main: hold height}]\n"
+    )
+    (tmp_path / "two.yaml").write_text(
+        "heavylift: 1\nname: two\nlifts: {a: {extends: one.yaml}, b: {extends: one.yaml, at: [0 m, 99 m]}}\n"
+    )
+    plan = load(tmp_path / "two.yaml").plan
+    assert [x.master for action in plan.actions for move in action.orders for x in move.keeps] == [
+        "a-jib.luffing.angle", "b-jib.luffing.angle"
+    ]  # fmt: skip
+    assert [(x.name, x.followers) for m in plan.mechanisms for x in m.system.measured] == [
+        ("a-jib.luffing.angle", ("a-jib.main",)), ("b-jib.luffing.angle", ("b-jib.main",))
+    ]  # fmt: skip
+    assert len(islands_of(system(plan))) == 2
 
 
 @pytest.mark.parametrize(

@@ -36,8 +36,11 @@ def measuring(yard: Yard, mechanisms: tuple[plan.Mechanism, ...]) -> tuple[plan.
     ropes = {actor.name for target in asked for actor in known.get(" ".join(target.split()), ())}
     found = []
     for machine in mechanisms:
-        booms = {boom.name for rope in ropes if (boom := _boom(machine, rope))}
-        angles = tuple(Measured(angle_of(joint), "joint", joint) for joint in sorted(booms))
+        led: dict[str, list[str]] = {}
+        for rope in sorted(ropes):
+            if boom := _boom(machine, rope):
+                led.setdefault(boom.name, []).append(rope)
+        angles = tuple(Measured(angle_of(x), "joint", x, followers=tuple(each)) for x, each in led.items())
         seen = replace(machine.system, measured=(*machine.system.measured, *angles))
         found.append(msgspec.structs.replace(machine, system=seen) if angles else machine)
     return tuple(found)
