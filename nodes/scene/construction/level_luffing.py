@@ -23,8 +23,6 @@ from heavylift.nodes.scene.keys.parts.kinematics import Array, Poses, place, pos
 from .targets import targets
 from .yard import Yard
 
-__all__ = ["follow", "measuring"]
-
 NODES = tuple(float(cos(pi * (2 * i + 1) / 8)) for i in range(4))  # of Chebyshev, in -1 to 1
 LEVEL = 1e-9  # of an axis that is level
 

@@ -21,8 +21,6 @@ from .signals import Conditions
 from .targets import Actor
 from .yard import Yard
 
-__all__ = ["Levelling", "apart"]
-
 Pair = tuple[actions.Order, ...]
 APART = 1e-3  # [m], level, of two places that one can be hoisted about the other
 

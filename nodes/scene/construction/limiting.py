@@ -26,8 +26,6 @@ from heavylift.nodes.scene.text.source import Path
 from .rigging.ratings import hook_limits, lug_limits, rigging_limits, sling_limits
 from .yard import Yard
 
-__all__ = ["rated_limits", "reeving", "rope_factor", "scene_limits"]
-
 
 def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""

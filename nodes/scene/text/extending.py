@@ -14,8 +14,6 @@ from heavylift.nodes.scene.text.overlay import merged
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 from heavylift.nodes.scenes import bundled
 
-__all__ = ["SECTIONS", "alike", "extended", "over"]
-
 ENDINGS = (".yaml", ".yml", ".json")
 LONGEST_CHAIN = 20  # of files that extend one another
 LIKE = "like"

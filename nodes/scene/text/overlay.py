@@ -18,8 +18,6 @@ from .machine_types import expand
 from .source import DEEPEST, Data, Mark, Path, Source, child, read
 from .units import NUMBER
 
-__all__ = ["made", "merged", "next_key", "override", "parts", "path_in"]
-
 AXES = {"x": 0, "y": 1, "z": 2}
 STAGE = re.compile(r"\s*stage\s+([^/]+?)\s*/\s*(.+)")
 PART = re.compile(r"[^./\[\]]+")

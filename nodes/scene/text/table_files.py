@@ -16,8 +16,6 @@ from .files import content, within
 from .source import Data, Mark, Path, Source
 from .units import NUMBER
 
-__all__ = ["AXES", "Cell", "Column", "Found", "lay", "row_names", "table", "with_unit"]
-
 AXES = ("x", "y", "z")
 HEAD = re.compile(r"(?P<key>[^\[\]]*?)(?:[ .](?P<axis>[xyz]))?\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 CELL = re.compile(rf"({NUMBER}(?:,\d+)*)(.*)")

@@ -28,8 +28,6 @@ from .faults import closest, raise_faults
 from .source import Data, Path, Source
 from .table_files import AXES, Cell, Column, Found, lay, table, with_unit
 
-__all__ = ["tabled"]
-
 BLOCK = "block"
 ROW, LUGS, MODES = "from", "lugs from", "modes from"
 SLIDES, TURNS = ("surge", "sway", "heave"), ("roll", "pitch", "yaw")

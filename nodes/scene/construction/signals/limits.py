@@ -15,8 +15,6 @@ from heavylift.nodes.scene.text.source import Path
 
 from .conditions import Conditions
 
-__all__ = ["build_limits"]
-
 UNITS = {"length": "m", "angle": "rad", "force": "N", "mass": "kg", "ratio": "", "speed": "m/s"}  # by dimension
 UNJUDGED = ("angle", "length")  # signals that are not known of a path or a recording
 

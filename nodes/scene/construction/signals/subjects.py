@@ -16,8 +16,6 @@ from heavylift.nodes.plan.shapes import around
 from heavylift.nodes.scene.construction.limiting import rated_limits
 from heavylift.nodes.scene.construction.yard import Yard, parts_of
 
-__all__ = ["Subjects"]
-
 RATINGS = {
     "load": ("hook load", "trolley load", "crane load", "tandem load", "loader load", "frame load", "shackle load"),
     "tension": ("sling tension", "rope tension"),
