@@ -13,7 +13,7 @@ from math import pi
 
 import msgspec
 import numpy as np
-from heavylift.kernel.algebra.dense import dot, norm, solve
+from heavylift.kernel.algebra.dense import cross, dot, norm, solve
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import Joint, Line, Measured, Point, System, merge
 from heavylift.nodes.plan import plan
@@ -88,9 +88,8 @@ def _length(system: System, boom: Joint, rope: str, at: Poses, axis: Array) -> C
         if end.body != boom.child:
             return o + p
         c, n = float(cos(s - start)), float(sin(s - start))
-        (x, y, z), (u, v, w) = axis.tolist(), p.tolist()
-        across = np.array([y * w - z * v, z * u - x * w, x * v - y * u])
-        return o + c * p + n * across + (1.0 - c) * dot(axis.tolist(), p.tolist()) * axis
+        k, q = axis.tolist(), p.tolist()
+        return o + c * p + n * np.array(cross(k, q)) + (1.0 - c) * dot(k, q) * axis
 
     def part(line: Line, s: float) -> float:
         a, b = turned(line.a, s), turned(line.b, s)

@@ -6,8 +6,9 @@ A recursive-descent reader over one line; every error is a sentence with the col
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Literal, cast
+from typing import Literal, TypeVar, cast
 
 import msgspec
 from heavylift.nodes.plan.actions import After, MovesDone
@@ -20,31 +21,31 @@ from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, Phrase
 from .quantities import QUANTITIES
 from .words import Reader
 
+Phrase = TypeVar("Phrase")
+
 
 def read_order(text: str) -> OrderPhrase:
     """The order of a phrase; raises PhraseError."""
-    reader = Reader(text)
-    order = _order(reader)
-    reader.end()
-    return order
+    return _whole(text, _order)
 
 
 def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
     """An acceleration, or a ramp without swing; raises ValueError."""
     if not isinstance(text, str) or not {"one", "in"} & set(text.split()):
         return dimension.read(text)
-    reader = Reader(text)
-    ramp = _ramp(reader, dimension)
-    reader.end()
-    return ramp
+    return _whole(text, lambda r: _ramp(r, dimension))
 
 
 def read_condition(text: str) -> ConditionPhrase:
     """The condition of a phrase; raises PhraseError."""
+    return _whole(text, _condition)
+
+
+def _whole(text: str, reads: Callable[[Reader], Phrase]) -> Phrase:
     reader = Reader(text)
-    condition = _condition(reader)
+    phrase = reads(reader)
     reader.end()
-    return condition
+    return phrase
 
 
 def _order(r: Reader) -> OrderPhrase:

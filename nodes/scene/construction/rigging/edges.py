@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.dense import cross, dot, norm
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import Sheave
 from heavylift.kernel.description.points import Vector
@@ -47,13 +47,13 @@ def along_edges(
             continue
         axis, out = unit(long), _less(p, inside)
         way = _less(held, p) if end else _less(p, held)
-        sine = _dot(_cross(out, way), axis) / (norm(list(out)) * norm(list(way)) or 1.0)
+        sine = dot(cross(out, way), axis) / (norm(out) * norm(way) or 1.0)
         if abs(sine) < PLAIN:
             message = f"on which side of the edge '{name}' a rope from {held} passes is not plain: give it 'inside'"
             source.fault(here, message)
             continue
         x, y, z = axis if sine > 0.0 else (-axis[0], -axis[1], -axis[2])
-        span = (0.0, norm(list(long))) if sine > 0.0 else (-norm(list(long)), 0.0)
+        span = (0.0, norm(long)) if sine > 0.0 else (-norm(long), 0.0)
         found.append(Sheave(k.Point(edge.on, p), (x, y, z), edge.radius, edge.friction, edge=name, span=span))
     return tuple(found)
 
@@ -67,7 +67,7 @@ def _held(ends: tuple[k.Point, k.Point], body: str, at: Callable[[], Poses]) -> 
     for i in (1, 0):
         if ends[i].body in known and body in known:
             d = place(ends[i], known) - known[body][0]
-            x, y, z = (sum(float(known[body][1][j][c]) * float(d[j]) for j in range(3)) for c in range(3))
+            x, y, z = (dot(column, d.tolist()) for column in known[body][1].T.tolist())
             return (x, y, z), i
     return None, 0
 
@@ -83,11 +83,3 @@ def _why(name: str, edge: Edge, apart: bool, open_: bool) -> str:
 
 def _less(p: Vector, q: Vector) -> Vector:
     return (p[0] - q[0], p[1] - q[1], p[2] - q[2])
-
-
-def _dot(p: Vector, q: Vector) -> float:
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
-
-
-def _cross(p: Vector, q: Vector) -> Vector:
-    return (p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0])
