@@ -234,8 +234,7 @@ def _quantity(r: Reader) -> str:
 def _names(r: Reader) -> str:
     """A name, one word or two ("west H1"), or a set of slings or ropes."""
     if r.take("all", "any") == "any":
-        r.expect("hook", after="after 'any'")
-        return "any hook"
+        return "any " + r.expect("hook", "sling", after="after 'any'")
     names = [r.name("a name")] if r.next not in {"slings", "ropes"} else []
     if noun := r.take("slings", "ropes"):
         return " ".join([*names, noun])

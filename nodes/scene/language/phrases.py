@@ -31,7 +31,8 @@ they are apart from the others.  What is to `hold` stops; then the brakes of its
 are any.  A winch that is to `hold height` winds and pays out as its boom luffs by an order of the same action, so that
 its hook stays as high.
 
-What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` an interlock watches each.
+What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` or `any sling` an interlock
+watches each.
 
 `grammar` reads phrases.  Names are resolved later, against the machines of the scene.
 """
