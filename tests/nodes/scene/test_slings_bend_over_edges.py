@@ -121,6 +121,38 @@ def test_a_rope_over_a_pier_that_gives_way_keeps_the_energy(tmp_path: Path) -> N
     assert float(rec.result["energy_error"]) < 1e-8 * float(rec.result["energy_turned_over"])
 
 
+SILL = """\
+heavylift: 1
+name: sill
+cranes: {hall: {type: overhead-100, at: 0 m, trolley: 8 m}}
+machines: {hall: {hooks: {hall.main: {apart: 0 m, hangs: 12 m, over edges: [sill]}}}}
+edges: {sill: {on: world, from: [-2 m, 9 m, 14 m], to: [2 m, 9 m, 14 m], radius: 0.25 m, inside: [0 m, 9.5 m, 13 m]}}
+actions:
+  - hall traversing: traverse 10 m/min by 4 m
+  - hall: hoist 2 m/min by 1 m
+  - hall traversing: traverse 10 m/min by -4 m
+"""
+
+
+def test_a_hook_rope_bends_over_a_sill_and_leaves_it() -> None:
+    """The hook hangs plumb below the edge, as high as tangent, arc and stretch leave; its winch hoists it there."""
+    scene = parse(SILL, passing=True)
+    ends = {state.action: state for state in scene.statics.states}
+    T, EA, (y, z) = 2500.0 * G, 12 * 38.3e6, (12.0 - 9.0, 20.0 - 14.0)
+    D = hypot(y, z)
+    over = sqrt(D * D - 0.25**2) + 0.25 * (np.pi - atan2(z, y) - acos(0.25 / D))
+    for action in (1, 2):
+        place, long = ends[action].poses["hall.main"][0], ends[action].references["hall.main"] * (1.0 + T / EA)
+        assert place == pytest.approx((0.0, 8.75, 14.0 - (long - over)), abs=1e-6)
+        assert ends[action].tensions["hall.main"] == pytest.approx(T, rel=1e-6)
+    assert ends[3].poses["hall.main"][0] == pytest.approx((0.0, 8.0, 20.0 - long), abs=1e-6), "free again"
+
+
+def test_a_hook_rope_over_an_edge_is_one_line() -> None:
+    with pytest.raises(SceneError, match="a hook rope over edges is one line: leave 'drum' and 'apart' away"):
+        parse(SILL.replace("apart: 0 m, ", ""), passing=True)
+
+
 def test_a_sling_bends_over_an_obstacle() -> None:
     """On which side of the wall it passes follows from where it holds the block: between that and the wall."""
     wall = "heel: {on: wall, from: [-5 m, 0.5 m, 3 m], to: [5 m, 0.5 m, 3 m]"

@@ -146,7 +146,7 @@ def _check_load(yard: Yard, name: str, displacement: float, built: list[plan.Mec
     load = sum(block.mass for block in blocks.values() if block.on == name)
     around = System(joints=tuple(j for machine in built for j in machine.system.joints))
     on = _bodies(name, around)
-    lines = [line for machine in built for hook in machine.hooks for r in machine.system.ropes for line in r.lines
+    lines = [line for machine in built for hook in machine.hooks for r in machine.system.all_ropes for line in r.lines
              if r.name == hook.rope]  # fmt: skip
     if any(line.a.body in on for line in lines):
         load += sum(block.mass for block in blocks.values() if block.on != name)
