@@ -125,7 +125,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    between = build_interlocks(Yard(source, scene), whole.mechanisms)
+    between = build_interlocks(Yard(source, scene, limits=whole.limits), whole.mechanisms)
     raise_faults(source, source.faults)
     whole = msgspec.structs.replace(whole, interlocks=whole.interlocks + between)
     why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")

@@ -50,7 +50,7 @@ class Levelling:
         """What an action changes: slings that are hooked and taken off, and the angle."""
         for order in orders:
             match order:
-                case actions.Hookup():
+                case actions.Hookup() if order.sling in self.on:
                     self.held[order.sling] = self.lugs[order.lug] if order.lug else self.ends[order.sling]
                 case actions.Unhook():
                     self.held.pop(order.sling, None)

@@ -90,7 +90,7 @@ class Subjects:
     @cached_property
     def ratings(self) -> dict[str, dict[str, Limit]]:
         """The rows that shares of a quantity are of, by the words for their subjects."""
-        rows = rated_limits(self.yard, self.mechanisms)
+        rows = self.yard.limits or rated_limits(self.yard, self.mechanisms)
         found = {q: {x.subject.replace(" ", "."): x for x in rows if x.quantity in of} for q, of in RATINGS.items()}
         found["load"] |= {word: found["load"][x.rope] for word, x in self.hooks.items() if word not in found["load"]}
         return found
@@ -114,11 +114,12 @@ class Subjects:
         of: Mapping[str, Sequence[str]] = {
             "height": [*self.points],
             "height difference": [*self.points],
-            "load": [*hooks, *(subject for subject, row in self.ratings["load"].items() if row.unit == "kg")],
             "radius": [name for name, hook in hooks.items() if hook.axis],
             "moment": [name for name, hook in hooks.items() if hook.chart],
             "gap": [*self.boxes],
         }
+        if quantity == "load":
+            return [*hooks, *(subject for subject, row in self.ratings[quantity].items() if row.unit == "kg")]
         return list(of.get(quantity, self.straight if quantity in ("off-lead", "swing along", "swing across") else ()))
 
 
