@@ -18,7 +18,7 @@ parts are interpolated in a straight line; beyond them nothing is known.
 
 from __future__ import annotations
 
-from math import pi, sqrt
+from math import floor, pi, sqrt
 
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.errors import SceneError
@@ -150,19 +150,22 @@ def _chosen(
     head: list[Column], rows: list[list[Cell]], block: str, file: str, unit: str
 ) -> tuple[list[list[Cell]], dict[str, int]]:
     """The rows of a block, and which columns are x, y and z."""
-    chosen = [row for row in rows if not block or row[0].text == block]
-    if not chosen:
-        raise SceneError(f"{file} has no row '{block}': {closest(block, dict.fromkeys(row[0].text for row in rows))}")
+    chosen = _named(rows, block, file) if block or not rows else rows
     places = {column.axis or column.key: i for i, column in enumerate(head)}
     if lacking := [x for x in AXES if x not in places]:
         raise SceneError(f"{file} has no column {', '.join(f'{x}{unit}' for x in lacking)}")
     return chosen, {x: places[x] for x in AXES}
 
 
-def _only(rows: list[list[Cell]], name: str, file: str) -> list[Cell]:
-    found = [row for row in rows if row[0].text == name]
-    if not name or not found:
+def _named(rows: list[list[Cell]], name: str, file: str) -> list[list[Cell]]:
+    found = [row for row in rows if name and row[0].text == name]
+    if not found:
         raise SceneError(f"{file} has no row '{name}': {closest(name, dict.fromkeys(row[0].text for row in rows))}")
+    return found
+
+
+def _only(rows: list[list[Cell]], name: str, file: str) -> list[Cell]:
+    found = _named(rows, name, file)
     if len(found) > 1:
         lines = " and ".join(str(row[0].mark.line) for row in found[:2])
         raise SceneError(f"{file} has the row '{name}' {len(found)} times, in lines {lines}")
@@ -189,9 +192,6 @@ def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> No
         moved = [x for x in kinds if x in heads]
         if lacking := [f"{x} phase" for x in moved if f"{x} phase" not in heads]:
             raise SceneError(f"{file} has no column '{lacking[0]} [deg]'")
-        chosen = [row for row in rows if not name or row[0].text == name]
-        if not chosen:
-            raise SceneError(f"{file} has no row '{name}': {closest(name, dict.fromkeys(x[0].text for x in rows))}")
 
         def number(row: list[Cell], what: str) -> float:
             cell = row[heads[what]]
@@ -203,7 +203,7 @@ def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> No
 
         waves = [x for x in WAVE if x in heads]
         answers: list[Answer] = []
-        for row in chosen:
+        for row in _named(rows, name, file) if name or not rows else rows:
             polar = [(number(row, x), number(row, f"{x} phase")) for x in moved]
             parts = [r * float(of(angle)) for r, angle in polar for of in (cos, sin)]
             answers.append(({x: number(row, x) for x in waves}, parts, row))
@@ -241,8 +241,8 @@ def _between(rows: list[Answer], axes: list[str], met: dict[str, float], file: s
     axis, rest = axes[0], axes[1:]
     known = sorted({wave[axis] for wave, _, _ in rows})
     x = met.get(axis, known[0])
-    while axis == "heading" and not known[0] - SAME <= x < known[0] + TURN - SAME:
-        x += TURN if x < known[0] else -TURN
+    if axis == "heading":
+        x -= TURN * floor((x - known[0] + SAME) / TURN)
     low, high = max((k for k in known if k <= x + SAME), default=x), min((k for k in known if k >= x - SAME), default=x)
     if low not in known or high not in known:
         ends = " to ".join(WAVE[axis].show(k) for k in (known[0], known[-1]))

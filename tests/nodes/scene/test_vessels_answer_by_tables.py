@@ -89,6 +89,7 @@ def test_loads_on_a_free_vessel_have_tables_too(tmp_path: Path) -> None:
 BAD = {
     ("12 s", TABLE): "barge.csv knows waves of a period of 8 s to 10 s, and that of the scene has 12 s",
     ("8 s", TABLE.replace("loaded", "empty")): "barge.csv has no row 'loaded'",
+    ("8 s", HEAD): "barge.csv has no row 'loaded'",
     ("8 s", TABLE.replace("0.25", "0.2x")): "barge.csv:2:14: error: vessels.barge.responses.surge: '0.2 m/m x'",
     ("8 s", TABLE.replace("surge [m/m]", "surge [t]")): "'0.25 t' is no motion per wave amplitude",
     ("8 s", TABLE.replace("roll phase [deg]", "phase of roll")): "barge.csv has no column 'roll phase [deg]'",
