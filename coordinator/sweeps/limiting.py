@@ -74,7 +74,8 @@ class Limited:
         row = self.runs[self.red]
         text = str(row.get("verdict") or row["sentence"])
         first = next((line for line in text.splitlines() if line), row["status"])
-        return first.partition(": error: ")[2] or first
+        more = "; give it more, --set 'end=...'" if row.get("unfinished") else ""
+        return (first.partition(": error: ")[2] or first) + more
 
     @property
     def limit(self) -> str:

@@ -44,7 +44,8 @@ def told(study: Study, found: Summary) -> str:
     counts = ", ".join(f"{n} {status}" for status, n in found.counts.items()) or "no run yet"
     left = f"; {found.waiting} are still to run" if found.waiting else ""
     cut = f"; {found.counts['cut']} WERE CUT and are in no number" if found.counts.get("cut") else ""
-    return f"{len(study.plan.variants)} variants of {study.plan.scene.plan.name}: {counts}{left}{cut}"
+    short = f"; {found.unfinished} ARE UNFINISHED, for the scene ended before" if found.unfinished else ""
+    return f"{len(study.plan.variants)} variants of {study.plan.scene.plan.name}: {counts}{left}{cut}{short}"
 
 
 def page(study: Study) -> str:

@@ -57,6 +57,10 @@ class Planned:
             "design": self.design or "grid",
             "seed": self.seed,
             "heavylift": version(),
+            "set": list(self.scene.settings),
+            "limit": f"{task.limit_s:g} s",
+            "keep": task.keep,
+            "judged": task.judged,
             "fingerprint": sha256(json.dumps(said).encode()).hexdigest(),
         }
 
@@ -97,9 +101,9 @@ class Study:
     def _check(self, found: dict[str, Any], about: dict[str, Any]) -> None:
         if found.get("fingerprint") == about["fingerprint"]:
             return
-        names = ("scene", "varied", "variants", "design", "seed", "heavylift")
+        names = [name for name in about if name != "fingerprint"]
         differing = [f"{name} {found.get(name)}" for name in names if found.get(name) != about[name]]
-        told = ", ".join(differing) or "other values or options"
+        told = ", ".join(differing) or "other values, or another text of the scene"
         raise OutputError(f"{self.path}: holds another study ({told}); choose another folder with -o")
 
     @property

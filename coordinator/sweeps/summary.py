@@ -40,11 +40,12 @@ class Chance:
 
 @dataclass(frozen=True)
 class Summary:
-    """Counts by status; results (n,) of the variants that came to their end, by name, beside their inputs by axis;
-    the limits, the most used first; indices by result."""
+    """Counts by status; how many wait, how many the end of the scene cut; results (n,) of the variants that came to
+    their end, by name, beside their inputs by axis; the limits, the most used first; indices by result."""
 
     counts: dict[str, int]
     waiting: int
+    unfinished: int
     inputs: dict[str, Floats]
     results: dict[str, Floats]
     chances: list[Chance]
@@ -69,6 +70,7 @@ def summary(study: Study) -> Summary:
     return Summary(
         dict(sorted(Counter(row["status"] for row in rows).items())),
         len(study.waiting),
+        sum(bool(row["unfinished"]) for row in ended),
         inputs,
         results,
         sorted(chances, key=lambda x: -x.most),

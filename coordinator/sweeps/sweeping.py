@@ -64,7 +64,8 @@ def sweep(
 
     `vary`: axes, "block.mass=200..400 t by 25 t", each value with each, or with `sample` so many draws of them and of
     the scene's uncertain inputs.  `executor`: any; else a pool of so many processes (`workers`, default all cores).
-    `keep`: recordings of "failed" or "all" variants; without `judged` there is no verdict; `limit`: seconds of a run.
+    `keep`: recordings of "failed" or "all" variants; without `judged` there is no verdict, and no action is tried at
+    rest, for which `run` may refuse it; `limit`: seconds of a run.
     Raises HeavyliftError, Stopped on Ctrl-C.
     """
     if keep not in KEEP:

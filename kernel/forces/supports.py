@@ -11,7 +11,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, sele
 from heavylift.kernel.description.mechanics import Support
 
 from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment, wrench
-from .friction import GIVEN_WAY, JUST_BELOW, SLIP_BLEND, deflection, friction, pushes
+from .friction import FAINT, GIVEN_WAY, JUST_BELOW, SLIP_BLEND, deflection, friction, pushes
 
 __all__ = ["SupportAt", "SupportLaw"]
 
@@ -75,7 +75,8 @@ class SupportLaw(ForceLaw[Support]):
             if float(held[0] * velocity[0] + held[1] * velocity[1]) > 0.0 or p[at.KT] == 0.0:
                 p[at.STICK], p[at.DIRECTION] = 0.0, held / max(norm(held.tolist()), 1e-300)
             else:  # the limit has fallen faster than the spring relaxes: it gives way and holds on
-                p[at.ANCHOR] = place - deflection(GIVEN_WAY * held, velocity, p[at.KT], p[at.DT])
+                part = GIVEN_WAY if norm(held.tolist()) > FAINT * p[at.KT] else 0.0
+                p[at.ANCHOR] = place - deflection(part * held, velocity, p[at.KT], p[at.DT])
             return "slip", normal
         late = dot(velocity.tolist(), p[at.DIRECTION].tolist()) + 0.5 * SLIP_BLEND  # by what steps may miss
         direction = velocity + (SLIP_BLEND - 2.0 * min(0.0, late)) * p[at.DIRECTION]

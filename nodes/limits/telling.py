@@ -117,9 +117,10 @@ def _few(names: Sequence[str]) -> str:
 
 
 def clock(t: float | None) -> str:
-    """A time of a run, h:mm:ss.s; nothing for the start, or where there is none."""
+    """A time of a run, m:ss.s or h:mm:ss.s; nothing for the start, or where there is none."""
     minutes, seconds = divmod(round(t or 0.0, 1), 60.0)
-    return f"{int(minutes) // 60}:{int(minutes) % 60:02}:{seconds:04.1f}" if t else ""
+    hours, minutes = divmod(int(minutes), 60)
+    return (f"{hours}:{minutes:02}:{seconds:04.1f}" if hours else f"{minutes}:{seconds:04.1f}") if t else ""
 
 
 def _allowed(use: Use) -> str:

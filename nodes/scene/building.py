@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
+from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.fidelity import Question
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
@@ -33,7 +35,9 @@ from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
 from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.tables import tabled
+from heavylift.nodes.statics.action_preview import first_rest
 from heavylift.nodes.statics.aiming import aimed
+from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.static_state import rigged, settled, standing
 from heavylift.nodes.statics.swinging import swing_free
 
@@ -54,8 +58,11 @@ def facts(scene: schema.Scene) -> Facts:
     )
 
 
-def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False) -> LoadedScene:
-    """The scene of a text with settings laid over it; `passing`: one of many that nobody loads again."""
+def build(
+    path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
+) -> LoadedScene:
+    """The scene of a text with settings laid over it; `passing`: one of many that nobody loads again; without
+    `followed` its actions are not tried at rest."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -65,11 +72,17 @@ def build(path: Path, name: str, text: str, overrides: Sequence[str], passing: b
     shaped(source)
     gather(source)
     whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
-    return _built(source, path, text, overrides, passing, whole)
+    return _built(source, path, text, overrides, passing, whole, followed)
 
 
 def _built(
-    source: Source, path: Path, text: str, overrides: Sequence[str] = (), passing: bool = True, whole: str = ""
+    source: Source,
+    path: Path,
+    text: str,
+    overrides: Sequence[str] = (),
+    passing: bool = True,
+    whole: str = "",
+    followed: bool = True,
 ) -> LoadedScene:
     """The scene of a source."""
     scene = validate(source)
@@ -116,12 +129,15 @@ def _built(
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
     loaded.__dict__["scene"] = scene
-    raise_faults(source, _impossible(source, loaded))
+    followed = followed or bool(scene.ask)  # what is modelled depends on it
+    raise_faults(source, _impossible(source, loaded, followed))
     bent = any(x and x.flexible for x in (scene.block, *scene.blocks.values()))
     hung = bent or any(machine.slings for machine in loaded.plan.mechanisms)
-    if (loaded.followed is not None or hung) and loaded.statics.states:
-        rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, loaded.statics.states[0]))
-        rests.__dict__.update(scene=scene, statics=loaded.statics)  # the same path: it begins at that rest
+    if (loaded.plan.lift or hung) and (first := _first_rest(loaded, followed)):
+        rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, first))
+        rests.__dict__.update(scene=scene)
+        if followed:
+            rests.__dict__.update(statics=loaded.statics)  # the same path: it begins at that rest
         if bent:
             rests = replace(rests, plan=settled(rests.plan))
             rests.__dict__["scene"] = scene
@@ -175,16 +191,25 @@ def _pruned(loaded: LoadedScene) -> LoadedScene:
     return replace(loaded, plan=loaded.modelled(verdict), verdict=verdict, whole=loaded.plan)
 
 
-def _impossible(source: Source, loaded: LoadedScene) -> list[Fault]:
+def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
+    """Where it rests at the start, if it does."""
+    if followed:
+        return next(iter(loaded.statics.states), None)
+    with suppress(HeavyliftError):
+        return first_rest(loaded.plan)
+    return None
+
+
+def _impossible(source: Source, loaded: LoadedScene, followed: bool) -> list[Fault]:
     """What cannot be built or carried out, or would be overloaded; loads are judged only where everything fits."""
     scene, built = loaded.scene, loaded.plan
     if not built.lift:
-        judged = any(machine.hooks for machine in built.mechanisms)
+        judged = followed and any(machine.hooks for machine in built.mechanisms)
         found = overloads(built, loaded.statics) if judged else []
         return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]
     found = start_checks(scene, built) or held_orders(built)
-    if not found:
+    if followed and not found:
         assert loaded.followed is not None
         found = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
-    found = found or overloads(built, loaded.statics)
+        found = found or overloads(built, loaded.statics)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]

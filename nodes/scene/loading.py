@@ -49,11 +49,14 @@ def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
     raise SceneError(f"{scene!r} is no scene; give its path, the name of a bundled one, or what `load` returns")
 
 
-def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False) -> LoadedScene:
-    """The scene of a YAML text that stands in no file yet; `passing`: one of many that nobody loads again."""
+def parse(
+    text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False, followed: bool = True
+) -> LoadedScene:
+    """The scene of a YAML text that stands in no file yet; `passing`: one of many that nobody loads again; without
+    `followed` its actions are not tried at rest."""
     from .building import build
 
-    return replace(build(Path(name), name, text, overrides, passing), typed=name)
+    return replace(build(Path(name), name, text, overrides, passing, followed), typed=name)
 
 
 def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:

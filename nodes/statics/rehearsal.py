@@ -76,7 +76,6 @@ class Rehearsal:
         self._hears = subscriptions(plan, self.models.models)
         placed = _placed(system(plan, self.models.models))
         self.path = EquilibriumPath(Simulation(placed, method=AtRest.name), frozenset(self._hears))
-        self.simulator = Simulator(self.models, microsteps=plan.microsteps, watched=False)
         self.states: list[StaticState] = []
         self.acted: list[Acted] = []
         self.stages: list[str] = []
@@ -96,6 +95,7 @@ class Rehearsal:
     def walk(self) -> None:
         """Go to the end of the list, of the scene or of the stage, or to where no rest is known."""
         end = LAST_NS if self.plan.end is None else ns(self.plan.end)
+        self.simulator = Simulator(self.models, microsteps=self.plan.microsteps, watched=False)
         try:
             happened = self.path.start()
             self._collect()

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from .chunks import LIMIT, Raw
 from .container import Container, Topic
-from .decoding import Form, Rows, decoded
+from .decoding import Form, Rows, decoded, with_own_rows
 from .notebook import drawing, recording_html
 from .part import Part, chosen
 from .signal import Signal, only
@@ -154,7 +154,8 @@ class Recording:
             found.setdefault(signal, []).append(column)
         if len(found) == 1:
             ((signal, columns),) = found.items()
-            return only(self.signal(signal), columns)
+            with self.reading():
+                return with_own_rows(only(self.signal(signal), columns), self.topics.values(), self.numbers)
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:

@@ -151,7 +151,11 @@ class Modes:
         beam, none = self.flexible.beam, np.zeros((len(self.mass),) * 2)
         if beam is None:
             return np.array([none] * len(self.nodes))
-        h = beam.length / beam.elements
+        kept = remembered(f"{_key(self.flexible)}.shortening", bytes, lambda: self._shortened(beam).tobytes())
+        return np.frombuffer(kept).reshape(len(self.nodes), *none.shape)
+
+    def _shortened(self, beam: Beam) -> np.ndarray:
+        h, none = beam.length / beam.elements, np.zeros((len(self.mass),) * 2)
         g = np.cumsum([none, *(self._product(beam, e * h, (e + 1) * h) for e in range(beam.elements))], axis=0)
         return g - total(g) / len(g) if self.flexible.frame == "free" else g
 
@@ -165,6 +169,11 @@ class Modes:
         return out
 
 
+def _key(flexible: Flexible) -> str:
+    """Name of what is known of such a body."""
+    return hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
+
+
 def modes_of(name: str, flexible: Flexible) -> Modes:
     """Eigenmodes (lowest first) and attachment modes, or the given ones.
 
@@ -173,8 +182,7 @@ def modes_of(name: str, flexible: Flexible) -> Modes:
     if flexible.modal:
         return _given(name, flexible, flexible.modal)
     nodes, M, K, held = _model(flexible)
-    key = hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
-    kept = remembered(f"{key}.modes", bytes, lambda: _shapes(name, flexible, nodes, M, K, held).tobytes())
+    kept = remembered(f"{_key(flexible)}.modes", bytes, lambda: _shapes(name, flexible, nodes, M, K, held).tobytes())
     shapes = np.frombuffer(kept).reshape(len(M), -1)
     mass, stiffness = (total(shapes * times(A, shapes)) for A in (M, K))
     for k, x in enumerate(stiffness):

@@ -1,9 +1,11 @@
-"""A row of a sweep searches no more clearances than it tells: its verdict and its smallest one are those of `run`."""
+"""A row of a sweep looks at no more than it tells; its verdict, its smallest clearance, its digest are of `run`."""
 
 from __future__ import annotations
 
 import pytest
 from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.sweeps.axes import Variant
+from heavylift.coordinator.sweeps.variant import Task, played
 from heavylift.nodes.scene import load
 
 
@@ -17,3 +19,21 @@ def test_one_smallest_clearance_is_enough(limit: float) -> None:
     red = [c for c in full.clearances if c.distance < limit]
     assert list(verdict.clearances) == (red or list(full.clearances[:1]))
     assert len(full.clearances) >= 10
+
+
+@pytest.mark.parametrize(
+    ("settings", "digests", "refused"),
+    [
+        ((), 1, 0),
+        (("block.com=[1 m, 0 m, 0 m]",), 1, 0),  # settles on its stools before it begins
+        (("actions[0].all hooks/hoist=90 m/min",), 1, 1),  # faster than they can: run where nothing is judged
+        (("actions[0]={loader-1: unhook}", "actions[1]={loader-1: unhook}"), 0, 2),
+        (("cranes.crane.at=1 m",), 0, 2),
+    ],
+)
+def test_a_row_that_is_not_judged_has_the_same_digest(settings: tuple[str, ...], digests: int, refused: int) -> None:
+    scene, variant = load("lift", ["end=1 s"]), Variant(0, settings, ())
+    rows = [played(Task.of(scene, 60.0, "none", judged), variant) for judged in (True, False)]
+    assert len({row["digest"] for row in rows if "digest" in row}) == digests
+    assert [row["status"] for row in rows].count("refused") == refused
+    assert len({row["sentence"] for row in rows if row["status"] == "refused"}) == min(refused, 1)

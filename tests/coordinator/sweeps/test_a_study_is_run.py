@@ -107,6 +107,8 @@ def test_another_study_is_not_mixed_in(tmp_path: Path) -> None:
     studied(tmp_path / "study")
     with pytest.raises(OutputError, match="holds another study"):
         sweep("pendulum", VARY[:1], into=tmp_path / "study", executor=AtOnce())
+    with pytest.raises(OutputError, match=r"holds another study \(limit 60 s, keep none\)"):
+        studied(tmp_path / "study", limit=1.0, keep="all")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear reader")
     with pytest.raises(OutputError, match="holds no study"):
@@ -121,6 +123,11 @@ def test_a_run_that_takes_too_long_is_cut_aloud(tmp_path: Path) -> None:
     study = studied(tmp_path / "study", limit=1e-6)
     assert statuses(study)[:4] == ["cut"] * 4
     assert "4 WERE CUT" in page(study)
+
+
+def test_a_lift_that_its_scene_ends_is_no_whole_one(tmp_path: Path) -> None:
+    study = sweep("lift", ["end={1 s}"], into=tmp_path / "study", executor=AtOnce())
+    assert "1 red; 1 ARE UNFINISHED, for the scene ended before" in page(study)
 
 
 def test_recordings_are_kept_where_they_are_asked_for(tmp_path: Path) -> None:

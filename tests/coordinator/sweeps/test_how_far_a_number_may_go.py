@@ -23,7 +23,9 @@ def lift():
 def told(lift, monkeypatch: pytest.MonkeyPatch):
     """What is found of a lift whose verdict is told by a function of the mass [t]."""
 
-    def found(green: Callable[[float], bool], asked: str = MASS, cut: bool = False) -> limiting.Limited:
+    def found(
+        green: Callable[[float], bool], asked: str = MASS, cut: bool = False, waits: str = ""
+    ) -> limiting.Limited:
         def played(task, variant):
             (x,) = variant.values
             status = "cut" if cut else "done" if green(x) else "red"
@@ -34,6 +36,7 @@ def told(lift, monkeypatch: pytest.MonkeyPatch):
                 "limit": name,
                 "limit stage": "up",
                 "limit at [s]": 30.0,
+                "unfinished": waits,
             }
             return {"status": status, "sentence": "cut after 60 s", "verdict": "red: too heavy", **used}
 
@@ -52,6 +55,10 @@ def test_the_limit_lies_between_green_and_red(told, limit: float) -> None:
     assert f"green up to {found.green:.5g} t, where crane.H3 hook load" in str(found)
     assert str(found).endswith("red: too heavy")
     assert len(found.runs) < 25
+
+
+def test_where_the_scene_ends_too_soon_it_is_said_what_to_do(told) -> None:
+    assert str(told(lambda x: x <= 400.0, waits="moves done")).endswith("red: too heavy; give it more, --set 'end=...'")
 
 
 def test_downwards_as_well(told) -> None:

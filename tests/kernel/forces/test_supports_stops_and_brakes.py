@@ -1,7 +1,7 @@
 """One-sided laws against closed forms: shares, bounces, sticking and slipping."""
 
 from dataclasses import replace
-from math import atan2, cos, hypot, pi, radians, sin, sqrt
+from math import atan2, ceil, cos, hypot, log2, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
@@ -216,3 +216,17 @@ def test_a_pad_that_is_found_to_stick_a_little_late_is_still_held_against_its_sl
     assert SupportLaw().switch(pad, p, "rub", np.array([normal, 0.0, 0.0, *(-late * along)]))[0] == "stick"
     held = -k * p[SupportAt.ANCHOR] - d * late * along
     assert held == pytest.approx(mu * normal * along, rel=1e-6, abs=1e-3)
+
+
+@pytest.mark.parametrize("deflection", [5e-3, 3e-5, 4e-8])
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
+def test_a_pad_that_is_left_as_its_spring_relaxes_gives_way_a_few_times_only(deflection: float, angle: float) -> None:
+    """By halves, as the limit falls below what it holds, and wholly from a micrometre on: else without end."""
+    mu, k, d, along = 0.4, 1e8, 1e6, np.array([cos(angle), sin(angle)])
+    pad, velocity, times = Support("pad", Point("block"), 0.0, k, d, mu, k, d), -1e-9 * along, 0
+    p = np.array([0.0, 0.0, 0.0, 0.0, k, d, mu, k, d, 1.0, 1.0, *(-deflection * along), 0.0, 0.0])
+    while (held := hypot(*(d * velocity - k * p[SupportAt.ANCHOR]))) > 1e-3:
+        assert SupportLaw().switch(pad, p, "rub", np.array([held / mu, 0.0, 0.0, *velocity]))[0] == "slip"
+        assert p[SupportAt.STICK] == 1.0
+        times += 1
+    assert times == max(0, ceil(log2(deflection / 1e-6))) + 1
