@@ -27,8 +27,6 @@ from heavylift.nodes.plan.plan import Plan
 from .state import REEVING, Acted, Pose, StaticState, reeved
 from .touching import meets
 
-__all__ = ["Rehearsal"]
-
 LAST_NS = 100 * 3600 * 10**9  # simulated time after which a list that has not ended never does
 WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
 
