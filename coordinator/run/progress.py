@@ -131,8 +131,8 @@ def summary(plan: Plan, result: Result, as_json: bool = False, certificate: Cert
         first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
         for i, (name, *figures) in enumerate(rows):
             style = "bold red" if i and name in red else None if i else "bold"
-            told = (figure.rjust(width) for figure, width in zip(figures, others, strict=True))
-            _tell("  ".join((name.ljust(first), *told)), style)
+            right = (figure.rjust(width) for figure, width in zip(figures, others, strict=True))
+            _tell("  ".join((name.ljust(first), *right)), style)
     if certificate is not None:
         _tell("\n" + "\n".join(certificate.told))
     factor = result.sim_s / result.wall_s if result.wall_s else 0.0
