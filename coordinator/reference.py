@@ -17,8 +17,6 @@ from typing import Any
 
 import typer
 
-__all__ = ["page"]
-
 MODULES = (
     "heavylift",
     "heavylift.nodes.scene",

@@ -22,8 +22,6 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, TextIO
 
-__all__ = ["STOPPED", "UNHEARD", "Interrupted", "ReaderLeft", "Stopping", "heard", "whole"]
-
 STOPPED, UNHEARD = 130, 141  # exit codes: Ctrl-C; nobody reads
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)

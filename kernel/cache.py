@@ -21,8 +21,6 @@ import msgspec
 
 from .trust import others_write
 
-__all__ = ["cache_folder", "read_cached", "remembered", "sources", "unsafe_cache", "write_cached"]
-
 T = TypeVar("T")
 
 CHECKSUM = 32  # bytes of a SHA-256

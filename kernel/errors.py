@@ -18,18 +18,9 @@ import errno
 import msgspec
 
 __all__ = [
-    "UNREADABLE",
-    "HeavyliftError",
-    "KernelError",
-    "ModelError",
-    "OutputError",
-    "ProtocolError",
-    "RecordingError",
-    "SceneError",
-    "SignalError",
-    "Stopped",
-    "out_of_memory",
-]
+    "UNREADABLE", "HeavyliftError", "KernelError", "ModelError", "OutputError", "ProtocolError",
+    "RecordingError", "SceneError", "SignalError", "Stopped", "out_of_memory",
+]  # fmt: skip
 
 
 UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, RecursionError, MemoryError)

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from importlib import import_module
 
-__all__ = ["on_demand"]
-
 
 def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], object]:
     """The `__getattr__` of a package; `modules`: each public name with its module, relative to the package."""

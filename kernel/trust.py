@@ -26,11 +26,6 @@ from typing import Any
 
 from .errors import KernelError
 
-__all__ = [
-    "allowed", "demand", "foreign", "named", "namer", "others_write", "refusal", "trust", "trusted", "withdraw",
-    "written_by_user",
-]  # fmt: skip
-
 ALLOWED = "HEAVYLIFT_ALLOW_CODE"
 ROOMS = ("kernel", "nodes", "coordinator", "recordings", "__init__.py")  # the last is there where it is installed
 HEAVYLIFT = [Path(__file__).resolve().parents[1] / room for room in ROOMS]

@@ -27,8 +27,6 @@ from heavylift.kernel.errors import ModelError
 from heavylift.kernel.trust import refusal
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out
 
-__all__ = ["Fmu", "Signals", "Stepped"]
-
 INTEGERS = {name: int for size in (8, 16, 32, 64) for name in (f"Int{size}", f"UInt{size}")}
 KINDS = {"2": {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool}}  # type of a variable in Python
 KINDS["3"] = {"Float64": float, "Float32": float, **INTEGERS, "Enumeration": int, "Boolean": bool}

@@ -8,6 +8,7 @@ took when they ran last.
 
 from __future__ import annotations
 
+import gc
 from collections import Counter
 from collections.abc import Iterator
 from itertools import accumulate
@@ -36,6 +37,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    gc.set_threshold(50_000)  # as in the command itself
     cache = getattr(config, "cache", None)
     if cache is not None and not hasattr(config, "workerinput"):
         config.pluginmanager.register(Clock(cache))

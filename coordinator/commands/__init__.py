@@ -28,17 +28,6 @@ from . import (
 )
 
 __all__ = [
-    "app",
-    "branching",
-    "files",
-    "health",
-    "hosts",
-    "limiting",
-    "measuring",
-    "operating",
-    "own_models",
-    "replaying",
-    "running",
-    "scenes",
-    "sweeping",
-]
+    "app", "branching", "files", "health", "hosts", "limiting", "measuring", "operating", "own_models",
+    "replaying", "running", "scenes", "sweeping",
+]  # fmt: skip

@@ -21,8 +21,6 @@ from heavylift.recordings.write.partfile import PartFile
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["draw", "page"]
-
 SEE = "See it:"
 WIDTH, COLOURS = 900, 255  # [px], and of the palette: a picture of some kB
 HEAD = """# Scenes, and what they show

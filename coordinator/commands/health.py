@@ -20,8 +20,6 @@ import typer
 from heavylift.coordinator.commands.common.app import Json, app
 from heavylift.kernel.errors import HeavyliftError
 
-__all__ = ["Finding", "findings"]
-
 EXTRAS = {  # what some commands need, and what for
     "cryptography": "certificates of runs over several hosts: pip install 'heavylift[hosts]'",
     "pandas": "Signal.to_pandas(): pip install 'heavylift[pandas]'",

@@ -14,8 +14,6 @@ from heavylift.coordinator.commands.common.app import Sets, app
 if TYPE_CHECKING:
     from heavylift.coordinator.hosts.door import Door
 
-__all__ = ["Certificates", "open_door"]
-
 Certificates = Annotated[
     Path, typer.Option("--certificates", help="directory made by 'heavylift certificates'", show_default=True)
 ]

@@ -81,7 +81,7 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
-    from heavylift.coordinator.participants.participant import PRELOAD_SCENE
+    from heavylift.coordinator.participants import PRELOAD_SCENE
     from heavylift.coordinator.supervision.processes import Processes
 
     here = one_process(in_process, processes, places)
@@ -178,7 +178,7 @@ def resume(
     as_json: Json = False,
 ) -> None:
     """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
-    from heavylift.coordinator.participants.participant import PRELOAD
+    from heavylift.coordinator.participants import PRELOAD
     from heavylift.coordinator.supervision.processes import Processes
 
     with Processes(PRELOAD) as crew:

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from cryptography import x509
     from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
 
-__all__ = ["COORDINATOR", "Credentials", "make_certificates"]
-
 AUTHORITY, COORDINATOR = "yard", "coordinator"
 HERE = ("localhost", "127.0.0.1", "::1")
 AUTHORITY_days = 3650

@@ -19,8 +19,6 @@ from heavylift.kernel.errors import ProtocolError
 from .certificates import Credentials
 from .gate import Gate
 
-__all__ = ["Door"]
-
 ALL = ("0.0.0.0", "[::]")  # all interfaces of a host
 
 

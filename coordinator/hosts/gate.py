@@ -27,8 +27,6 @@ from heavylift.coordinator.transport.session import Ticket
 from heavylift.kernel.errors import UNREADABLE
 from zenoh.handlers import Callback
 
-__all__ = ["Answer", "Ask", "Gate"]
-
 SHOWN = 64  # characters of what a stranger says of itself
 REFUSALS = 100  # that are told
 

@@ -25,8 +25,6 @@ from zenoh.handlers import FifoChannel
 from .door import Door
 from .gate import Answer, Ask
 
-__all__ = ["play"]
-
 LOST = 86  # exit code of a process that has lost its coordinator
 KNOCK_s = 0.5  # in which a coordinator refuses a certificate
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from cryptography import x509
     from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
 
-__all__ = ["Library", "library"]
-
 
 def library() -> Library:
     """The library, or the sentence that says how to get it."""

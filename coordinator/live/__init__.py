@@ -24,19 +24,6 @@ from .pace import Pace, RealTime
 from .show import shown
 
 __all__ = [
-    "Audience",
-    "Ended",
-    "Found",
-    "Given",
-    "Notice",
-    "Observer",
-    "Order",
-    "Pace",
-    "RealTime",
-    "find",
-    "observe",
-    "operator_commands",
-    "order",
-    "running",
-    "shown",
-]
+    "Audience", "Ended", "Found", "Given", "Notice", "Observer", "Order", "Pace", "RealTime", "find", "observe",
+    "operator_commands", "order", "running", "shown",
+]  # fmt: skip

@@ -18,8 +18,6 @@ import msgspec
 from heavylift.coordinator.transport.run_directory import places
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
-__all__ = ["Announcement", "Found", "Notice", "find", "running"]
-
 NAME = "run.json"
 
 

@@ -15,8 +15,6 @@ from heavylift.coordinator.supervision.journal import Journal
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.nodes.devs import Event
 
-__all__ = ["EVENTS", "Audience", "Ended", "entry"]
-
 EVENTS = "events.journal"
 
 

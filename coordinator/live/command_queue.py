@@ -30,8 +30,6 @@ from .commands import Given, command, journal_of
 from .orders import Order, Reply
 from .run_control import Tempo
 
-__all__ = ["Asked", "Desk"]
-
 SHOWN = 200  # characters of what is wrong with an order
 STOP = "stop"  # in place of the words of a command: the end of the run
 

@@ -12,8 +12,6 @@ import time
 from contextlib import suppress
 from typing import Self
 
-__all__ = ["Keyboard"]
-
 
 class Keyboard:
     """The terminal at standard input; a context manager."""

@@ -19,8 +19,6 @@ from .command_queue import Asked, Desk
 from .keyboard import Keyboard
 from .orders import Order
 
-__all__ = ["Keys"]
-
 LOOK_s = 0.2  # how often the thread looks whether the run is over
 FASTER = 2.0  # factor of a press on + or -
 

@@ -12,8 +12,6 @@ from heavylift.nodes.devs import Event
 
 from .announce import Notice
 
-__all__ = ["Lines"]
-
 
 class Lines:
     """Writes the events of one run; it must see all of them to know the stage."""

@@ -17,8 +17,6 @@ from heavylift.nodes.devs import Event
 from .announce import Found, find
 from .audience import EVENTS, Ended, entry
 
-__all__ = ["Observer", "observe"]
-
 LOOK_s = 0.02  # how often an observer looks for more
 
 

@@ -19,8 +19,6 @@ from heavylift.nodes.devs import NEVER
 
 from .announce import Found, find
 
-__all__ = ["Order", "PATIENCE_s", "Reply", "ask", "order"]
-
 PATIENCE_s = 30.0  # for the last reply: a command waits for the time at which it can be given
 STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 

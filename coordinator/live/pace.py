@@ -16,8 +16,6 @@ from typing import NamedTuple
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Tag, after
 
-__all__ = ["Lateness", "Pace", "RealTime"]
-
 LATE_s = 0.01  # more than a wake-up from sleep
 REST_s = 1e-6  # shortest rest: less may be lost in rounding the clock
 

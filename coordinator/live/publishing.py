@@ -5,8 +5,6 @@ from __future__ import annotations
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
 from heavylift.coordinator.transport.hub import Hub
 
-__all__ = ["OnTheBus"]
-
 
 class OnTheBus:
     """Puts messages on the keys sample/<topic> of a run, once there is a hub."""

@@ -14,8 +14,6 @@ from heavylift.nodes.devs import FOREVER, NEVER, Tag, after
 
 from .pace import Pace
 
-__all__ = ["Tempo"]
-
 TICK_s = 0.05  # longest rest, so that lost nodes are noticed
 GRAIN_ns = 2  # of steps to the next event: a step of the mechanics is announced one nanosecond before its end
 

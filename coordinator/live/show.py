@@ -15,8 +15,6 @@ from heavylift.nodes.devs import Message
 from .announce import Announcement
 from .audience import Audience
 
-__all__ = ["angles", "shown"]
-
 
 @contextmanager
 def shown(

@@ -17,8 +17,6 @@ from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-__all__ = ["Alignment", "Curve", "aligned", "correlation_time", "overlapping"]
-
 COARSE = 150  # steps of the shorter one in the coarse search
 SHORTEST = 0.25  # of the shorter one: less overlap is not looked at
 WINDOW = 0.05  # of the shorter one: as far the best offset may be from that of the coarse search

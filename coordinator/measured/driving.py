@@ -26,8 +26,6 @@ from heavylift.nodes.scene.text.units import STROKE, STROKE_SPEED, TIME, tidy
 from heavylift.recordings.read.log import Log, read_log
 from numpy.typing import NDArray
 
-__all__ = ["driven"]
-
 FORM = re.compile(r"(?P<target>.+?)\.(?P<verb>[^.=]+)=(?P<file>.+?\.\w+):(?P<column>[^@\[]+?)\s*(?:\[(?P<unit>.*)\])?"
                   r"\s*(?:@\s*(?P<start>.+))?")  # fmt: skip
 EXAMPLE = "'west.H1.hoist=log.csv:hoist_speed'"

@@ -19,8 +19,6 @@ from scipy.optimize import least_squares
 
 from .alignment import Alignment, Curve, correlation_time
 
-__all__ = ["Estimate", "Told", "estimate"]
-
 STEP, OFFSET_STEP = 0.02, 0.5  # of a scale, and of the log's: steps of the central differences
 NOISE = 0.5  # of a difference: what derivatives of twice the step may differ by, and curvature may be without a look
 SHARE = 0.3  # of a direction that an input must have to be named with it

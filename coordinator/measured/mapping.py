@@ -28,8 +28,6 @@ from heavylift.recordings.read.part import chosen
 from heavylift.recordings.read.signal import titles
 from numpy.typing import NDArray
 
-__all__ = ["Channel", "Measured", "measured"]
-
 LINE = re.compile(rf"(?P<channel>[^\[±]+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*(?:(?:{PLUS})\s*(?P<half>.+))?")
 EXAMPLE = "'rope/tension/west.H1 [kN] +- 5 kN'"
 Floats = NDArray[np.float64]

@@ -28,8 +28,6 @@ from .mapping import Channel, Measured, measured
 from .parameters import scene_text, simulator, spread
 from .validation import LEVEL, Comparison, accuracy, beside, compared, curves_of
 
-__all__ = ["Outcome", "measure"]
-
 QUIET = 1e-3  # of a channel's range: least scatter that it is taken to have
 ROOM = 5.0  # rows at either end of the overlap that estimates leave out, for the offset moves
 EARTH = 9.80665  # gravity of a recording without a scene [m/s2]

@@ -27,8 +27,6 @@ from .alignment import Curve
 from .mapping import Channel
 from .validation import curves_of
 
-__all__ = ["scene_text", "simulator", "spread"]
-
 SAMPLES = (20.0, 100.0)  # [Hz] at least and at most, between which samples are as many as the log's rows
 TIGHT = 1e-7  # tolerance at which differences of two runs are those of their inputs
 Floats = NDArray[np.float64]

@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 from .alignment import Alignment, Curve, overlapping
 from .mapping import Channel, Measured
 
-__all__ = ["LEVEL", "Comparison", "accuracy", "beside", "compared", "curves_of"]
-
 LEVEL = 2.0  # standard uncertainties of a level of 95 %
 Floats = NDArray[np.float64]
 

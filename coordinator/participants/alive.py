@@ -9,8 +9,6 @@ from collections.abc import Callable
 import msgspec
 from heavylift.coordinator.protocol.messages import Alive
 
-__all__ = ["life_sign"]
-
 
 def life_sign(steps: Callable[[], int]) -> Callable[[], bytes]:
     """What the process answers when it is asked; `steps` grows while it makes progress."""

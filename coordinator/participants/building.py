@@ -18,8 +18,6 @@ from heavylift.kernel.trust import foreign, refusal
 from heavylift.nodes.devs import Coupled, Model, OutPort
 from heavylift.nodes.devs.references import imported, read
 
-__all__ = ["built", "couplings", "module", "seeded", "stopping", "with_children"]
-
 _returned: WeakSet[Model] = WeakSet()
 
 

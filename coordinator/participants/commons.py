@@ -14,8 +14,6 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
 from heavylift.nodes.devs.execution.purity import image
 
-__all__ = ["Commons"]
-
 _CODE = (ModuleType, FunctionType, type, staticmethod, classmethod, property, In, Out)
 _Place = tuple[str, dict[str, object], str]  # full name; the variables of its module or class; its own
 

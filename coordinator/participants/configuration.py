@@ -54,4 +54,8 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
         plan.fidelity.islands == "apart",
         plan.tensions_only,
         {own.name: Listening(own.period, own.signals) for own in plan.models},
+        {
+            x.name: [b.name for m in plan.mechanisms if m.name in x.machines for b in m.system.bodies]
+            for x in plan.lists
+        },
     )

@@ -15,8 +15,6 @@ from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.devs import Coupled, InPort, Model, Port
 from heavylift.nodes.devs.execution.canonical import Freezer
 
-__all__ = ["declarations", "difference"]
-
 _Declared = tuple[list[tuple[str, str, str]], dict[str, dict[str, bytes]]]  # ports; path, attribute, fingerprint
 _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decoder(dict[str, _Declared])
 

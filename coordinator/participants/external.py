@@ -20,8 +20,6 @@ from heavylift.nodes.devs import Event, Message, Model, OutPort, decode, encode
 from .parts import ExternalModel, ExternalPart
 from .parts import encode as part
 
-__all__ = ["SPEAKS", "External", "externals"]
-
 SPEAKS = f"wire {WIRE}"  # the version that such a node says in its HELLO
 SHOWN = 64  # characters of what it says of itself
 TOLD = 500  # characters of why it has failed

@@ -16,10 +16,12 @@ from collections.abc import Callable, Mapping, Sequence
 import msgspec
 import numpy as np
 from heavylift.kernel.description.mechanics import assembled
-from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
 from heavylift.kernel.islands.choice import simulate
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.model.switching import StateEvent as Switched
+from heavylift.kernel.simulation.commanded import OwnRows
+from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
 from heavylift.nodes.devs import FOREVER, Event, Message, Slack, Tag, encode, succ
@@ -34,12 +36,14 @@ from .sampling import Sampling
 __all__ = ["KernelConfig", "KernelNode"]
 
 BATCH = 256  # samples in one message, but for those of a rest, which are one row
+FEW = 16  # rows of one lift alone that are worth a message
 SILENT = 2**30  # microstep of silent tags
 
 
 class KernelNode:
     """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows, notes], and, if
-    the node `foretells`, of a rest those that come unless a grant does, with their period."""
+    the node `foretells`, of a rest those that come unless a grant does, with their period.  Rows of one lift alone are
+    numbered apart, and have its name."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], foretells: bool = False) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
@@ -65,17 +69,17 @@ class KernelNode:
             config.ties,
             config.apart,
             config.tensions_only,
+            config.lifts,
         )
+        self._apart = dict.fromkeys((lift.name for lift in self.simulation.alone), 0)  # rows sent of each lift alone
         self._sampling = Sampling(config.listening, self.simulation.program)
         self.lookahead |= self._sampling.lookahead
 
     def layout(self) -> bytes:
         """The channels of a sample, as the recording wants them."""
-        rows = [
-            {"topic": c.topic, "names": list(c.names), "unit": c.unit, "start": c.start, "stop": c.stop}
-            for c in channels(self.simulation.method)
-        ]
-        return msgspec.msgpack.encode({"channels": rows})
+        lifts = {lift.name: {"channels": _columns(lift.method)} for lift in self.simulation.alone}
+        whole: dict[str, object] = {"channels": _columns(self.simulation.method)}
+        return msgspec.msgpack.encode(whole | ({"lifts": lifts} if lifts else {}))
 
     def start(self) -> None:
         """Initial discrete states and the first tentative step; samples wait until the layout is known."""
@@ -182,19 +186,22 @@ class KernelNode:
         """Samples up to the end of the run, and one at it if it is yet to come; the kernel waits for nothing."""
         rows, self._before = self.simulation.rows, end.t
         rows[:] = [row for row in rows if row[0] < end.t]
+        for lift in self.simulation.alone:
+            lift.rows[:] = [row for row in lift.rows if row[0] < end.t]
+        self.simulation.run(end.t, self._pause)  # no grant is needed for what is said to nobody
         if (present := self.simulation.present_ns) <= end.t:  # else the run is broken off behind what was worked ahead
             at = max(end.t - 1, present)  # a step that ends with the run may be history
             self.simulation.interrupt(at, self._pause)
             self.simulation.settle()
             last = rows[-1][1] if rows else self.simulation.shown(at)  # islands that stood there are on record already
             rows[:] = [*(row for row in rows[:-1] if row[0] < end.t), (end.t - 1, last)]
-        self._flush()
+        self._flush(1)
         return ""
 
     def snapshot(self) -> bytes:
         """The simulation's, and what was said and sent."""
         said = self._sent, self._noted, self._last, self._spoke, self._told, self._most, self._sampling.done, self._ran
-        return frozen((self.simulation.snapshot(), said))
+        return frozen((self.simulation.snapshot(), said, self._apart))
 
     @property
     def said(self) -> tuple[int, int, np.ndarray]:
@@ -203,7 +210,7 @@ class KernelNode:
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot of a kernel of the same config."""
-        simulation, said = thawed(snapshot)
+        simulation, said, self._apart = thawed(snapshot)
         self.simulation.restore(simulation)
         self._sent, self._noted, self._last, self._spoke, self._told, self._most, self._sampling.done, self._ran = said
         self._offer = None
@@ -215,8 +222,10 @@ class KernelNode:
             if not self._told:  # a model may answer it
                 self._ran = min(until.t, self._sampling.next_ns)
                 self.simulation.run(self._ran, self._pause)
-        finally:
-            self._flush()  # what came before an error, too
+        except HeavyliftError:
+            self._flush(1)  # what came before an error, too
+            raise
+        self._flush()
         self.foretell()
 
     def foretell(self) -> None:
@@ -229,8 +238,8 @@ class KernelNode:
         if len(self.simulation.rows) >= BATCH:
             self._flush()
 
-    def _flush(self) -> None:
-        """Batches begin where steps or grants end, which a successor repeats."""
+    def _flush(self, least: int = FEW) -> None:
+        """Batches begin where steps or grants end, which a successor repeats; `least` rows of one lift are sent."""
         rows, notes = self.simulation.rows, self.simulation.notes
         while ready := bisect_left(rows, self._before, key=lambda row: row[0]):
             same = next((i for i in range(1, ready) if rows[i][1] is not rows[0][1]), ready)
@@ -238,6 +247,22 @@ class KernelNode:
             some, rows[:] = rows[:n], rows[n:]
             self._batch(some, [(number, *notes[number]) for number in range(self._noted, len(notes))])
             self._sent, self._noted = self._sent + len(some), len(notes)
+        for lift in self.simulation.alone:
+            if len(lift.rows) >= least:
+                self._flush_apart(lift)
+
+    def _flush_apart(self, lift: OwnRows) -> None:
+        ready = bisect_left(lift.rows, self._before, key=lambda row: row[0])
+        some, lift.rows[:] = lift.rows[:ready], lift.rows[ready:]
+        if some:
+            self._batch_apart(lift, some)
+            self._apart[lift.name] += ready
+
+    def _batch_apart(self, lift: OwnRows, rows: list[tuple[int, np.ndarray]]) -> None:
+        """Send rows of one lift alone."""
+        values = published(lift.method, np.array([row for _, row in rows])).astype("<f8", copy=False)
+        batch = self._apart[lift.name], [t for t, _ in rows], values.tobytes(), (), 0, lift.name
+        self._publish(msgspec.msgpack.encode(batch))
 
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
         """Send consecutive samples, equal ones as one row."""
@@ -250,6 +275,13 @@ class KernelNode:
             self._most = np.maximum(most, self._most) if len(self._most) else most
         more = (notes, period) if period else (notes,) if notes else ()
         self._publish(msgspec.msgpack.encode((self._sent, [t for t, _ in rows], values.tobytes(), *more)))
+
+
+def _columns(method: Stepping) -> list[dict[str, object]]:
+    return [
+        {"topic": c.topic, "names": list(c.names), "unit": c.unit, "start": c.start, "stop": c.stop}
+        for c in channels(method)
+    ]
 
 
 def _port(model: str) -> str:

@@ -17,8 +17,6 @@ from heavylift.nodes.models import KERNEL
 from .alive import life_sign
 from .participant import Participant, version
 
-__all__ = ["main"]
-
 version()  # which every node tells: read once, before processes are forked
 
 

@@ -25,14 +25,7 @@ from . import parts
 if TYPE_CHECKING:
     from .recalled import Past, Recalled
 
-__all__ = ["NODE_MODULE", "PRELOAD", "PRELOAD_SCENE", "Participant", "version"]
-
-NODE_MODULE = "heavylift.coordinator.participants.node_process"
-PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.plan.plan")  # what every node of a scene imports
-PRELOAD_SCENE = (
-    *PRELOAD,
-    "heavylift.coordinator.participants.kernel_node",
-)  # its kernel, too
+__all__ = ["Participant", "version"]
 
 
 @cache
@@ -138,23 +131,23 @@ class Participant:
             from .seclusion import secluded
             from .transitions import Transitions
 
-            build = partial(with_children, part.build, self.models, f"node {self.name}")
-            root = build()
+            rebuilt = partial(with_children, part.build, self.models, f"node {self.name}")
+            root = rebuilt()
             wires, declared = couplings(root, part.finish), next(declarations(root, [self.models]))
             self._unchanged = Commons(root).unchanged
             log = Transitions(self._sample) if part.log else None
             if log is not None:
                 self._flush = log.flush
-            simulator = Simulator(secluded(root, self.models, build), log, part.microsteps, wires=wires)
+            simulator = Simulator(secluded(root, self.models, rebuilt), log, part.microsteps, wires=wires)
             self._pauses = lambda: simulator.passed
             return Node(self.name, simulator), declared, parts.fingerprint(part.build.encode())
-        from heavylift.nodes.models import build_one, together
+        from heavylift.nodes.models import build, together
         from heavylift.nodes.plan.plan import decode
 
         from .configuration import wiring
 
         plan = decode(part.plan)
-        models = [build_one(plan, name) for name in self.models]
+        models = [*build(plan, self.models).values()]
         acting = Simulator(models, microsteps=plan.microsteps, wires=wiring(plan).all)
         self._pauses = lambda: acting.passed
         if len(plan.models) > 1:

@@ -57,6 +57,7 @@ class KernelConfig(msgspec.Struct, frozen=True):
     apart: bool = True  # islands are solved apart
     tensions_only: bool = False  # are asked for
     listening: dict[str, Listening] = {}  # models that hear signals
+    lifts: dict[str, list[str]] = {}  # bodies of each of several lifts, whose events are shown apart
 
 
 class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):

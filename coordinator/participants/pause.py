@@ -31,8 +31,6 @@ from .parts import KernelConfig
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["check_steps", "configured", "paused", "resting"]
-
 LAST = Tag(100 * 3600 * 10**9)  # simulated time after which a stage that has not ended never does
 
 

@@ -67,7 +67,9 @@ class Recalled:
         self._last = self._kernel.last
         sent = noted = 0
         self._most = np.zeros(0)
-        if past.state:
+        if past.state and config.lifts:
+            past.why = "rows of one lift among several are simulated again"
+        elif past.state:
             try:
                 self._kernel.start()
                 self._kernel.restore(past.state)
@@ -84,7 +86,7 @@ class Recalled:
 
     def _announced(self, recalled: int) -> SampleLayout:
         layout = msgspec.msgpack.decode(self._kernel.layout(), type=SampleLayout)
-        return SampleLayout(layout.channels, recalled, self._most.tolist())
+        return msgspec.structs.replace(layout, recalled=recalled, most=self._most.tolist())
 
     def layout(self) -> bytes:
         """That of the kernel, with how much of the past is recalled."""
@@ -175,8 +177,8 @@ class Recalled:
 
     def _sampled(self, batch: bytes) -> None:
         """The kernel's own samples, behind all that are recalled."""
-        found = decode_batch(batch, self._known.width)
-        if not found.period:
+        found = decode_batch(batch, self._known.layout)
+        if not (found.period or found.lift):
             self._recall(found.times[0] + 1)
             if parted := self._known.compare(found.times, found.rows):
                 self._past.parted = parted
@@ -188,7 +190,7 @@ class _Known:
     """The recorded samples, read once and in order; `number` of the next one."""
 
     def __init__(self, past: Past, layout: SampleLayout) -> None:
-        self._past, self._columns, self.width, self.number = past, Columns(layout), layout.width, 0
+        self._past, self._columns, self.layout, self.number = past, Columns(layout), layout, 0
         names = {c.topic: c.names for c in layout.channels}
         names |= {f.signal: f.columns for f in self._columns.fields}
         self._names, here, there, at = list[str](), list[int](), list[int](), 0
@@ -228,7 +230,7 @@ class _Known:
             times, rows = self._take(n)
             recorded = np.zeros((n, len(self._columns)))
             recorded[:, self._here] = rows
-            spread = self._columns.spread(recorded, self.width)
+            spread = self._columns.spread(recorded, self.layout.width)
             self._columns(spread)
             yield first, times, spread
 

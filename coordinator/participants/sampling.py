@@ -17,8 +17,6 @@ from heavylift.nodes.models.parts.messages import Sample
 
 from .parts import Listening
 
-__all__ = ["Sampling"]
-
 
 class Sampling:
     """The samples of all that listen; `done`: how many instants of each period are told."""

@@ -20,8 +20,6 @@ from weakref import ref
 from heavylift.nodes.devs import Coupled, Message, Model, Port
 from heavylift.nodes.devs.models import Present, out_of_reach
 
-__all__ = ["secluded"]
-
 _FIXED = {"__class__", "_path", "name", "parent", "path"}
 _STRUCTURE = {*vars(Coupled), *vars(Model), "children", "ports"} - _FIXED
 _PLAIN = (bool, int, float, str, bytes, type(None), Enum, Message)

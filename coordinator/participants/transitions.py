@@ -11,8 +11,6 @@ import msgspec
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.devs import Message, Tag, Transition, decode, encode
 
-__all__ = ["Transitions", "read"]
-
 _Said = tuple[str, str, bytes]  # port, class name, canonical bytes
 _Line = tuple[int, int, str, str, list[_Said], list[_Said]]
 _DECODER: msgspec.msgpack.Decoder[list[_Line]] = msgspec.msgpack.Decoder(list[_Line])

@@ -14,8 +14,6 @@ from heavylift.nodes.devs import NEVER, Event, Tag, after
 from .messages import Done, Hello
 from .node_state import Known
 
-__all__ = ["EVENTS", "WHOLE", "check_done", "check_hello"]
-
 
 class Before(NamedTuple):
     """A node and what its next message must agree with."""

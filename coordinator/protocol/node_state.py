@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect_left, insort
 from collections.abc import Sequence
+from operator import attrgetter
 
 from heavylift.nodes.devs import FOREVER, Event, Tag
 
 from .messages import Delay
-
-__all__ = ["Known", "together"]
 
 NAMED = 4  # models of a node that are named in a sentence
 
@@ -83,11 +82,7 @@ def _before(inputs: list[Event], tag: Tag) -> list[Event]:
     """Take the inputs before this tag out of a sorted list."""
     if not inputs:
         return []
-    n = bisect_left(inputs, tag, key=_tag)
+    n = bisect_left(inputs, tag, key=attrgetter("tag"))
     found = inputs[:n]
     del inputs[:n]
     return found
-
-
-def _tag(event: Event) -> Tag:
-    return event.tag

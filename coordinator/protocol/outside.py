@@ -21,8 +21,6 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .core import Coordinator
 
-__all__ = ["OpenCoordinator"]
-
 
 class OpenCoordinator(Coordinator):
     """A coordinator with couplings whose sources are not nodes; `inject` brings their events."""

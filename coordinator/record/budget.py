@@ -16,8 +16,6 @@ from typing import Concatenate, ParamSpec, TypeVar
 
 from heavylift.coordinator.stopping import whole
 
-__all__ = ["Budget", "Spent", "clocked"]
-
 Mark = tuple[float, float]  # an instant, and the seconds of recording until then
 
 

@@ -15,8 +15,6 @@ from heavylift.recordings import Box, RopeLine
 
 from .shapes import GREY, shapes_of
 
-__all__ = ["RopeLines", "boxes", "surroundings"]
-
 DECK = 1.2  # height of a deck in the picture [m]
 OVERHANG, RAIL = 17.0, 1.0  # of rails beyond the middle of a portal at their ends, edge of a rail [m]
 DARK = (0.25, 0.09, 0.07, 1.0)

@@ -9,8 +9,6 @@ from __future__ import annotations
 import numpy as np
 from heavylift.recordings import SampleLayout
 
-__all__ = ["EnergyAudit"]
-
 
 class EnergyAudit:
     """Largest imbalance [J] and energy turned over [J]: what drives and winches moved up or down, all heat, and what

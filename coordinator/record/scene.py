@@ -159,7 +159,10 @@ class Record(FileTape):
     @clocked
     def samples(self, node: str, batch: bytes) -> int:
         """A batch of the kernel; returns the time of the last sample [ns]."""
-        found = decode_batch(batch, self._layout.width)
+        found = decode_batch(batch, self._layout)
+        if found.lift:
+            self.recorder.samples(batch)
+            return self.last_ns
         if found.period:
             self._foretold = found if found.first == self._seen else self._foretold  # not that of a successor
             return self.last_ns

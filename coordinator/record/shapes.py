@@ -16,8 +16,6 @@ from heavylift.nodes.plan.plan import Shape
 from heavylift.recordings import Box
 from numpy.typing import NDArray
 
-__all__ = ["BLUE", "GREY", "shapes_of"]
-
 Floats = NDArray[np.float64]
 BLUE, GREY, DARK = (0.25, 0.45, 0.65, 1.0), (0.62, 0.64, 0.66, 1.0), (0.20, 0.26, 0.32, 1.0)
 STEEL = 7850.0  # density of the ball that shows a point mass [kg/m3]

@@ -19,8 +19,6 @@ from heavylift.recordings import Digest, Recorder
 
 from .budget import Spent, clocked
 
-__all__ = ["FileTape", "Held", "Tape"]
-
 Held = Sequence[tuple[int, str]]  # after so many DONEs of all nodes, who began to hold a node back
 
 

@@ -18,14 +18,6 @@ from .single import single
 from .verify import verify
 
 __all__ = [
-    "Deviation",
-    "Outcome",
-    "Player",
-    "Publisher",
-    "RecordedRun",
-    "Replay",
-    "Said",
-    "models_of",
-    "single",
+    "Deviation", "Outcome", "Player", "Publisher", "RecordedRun", "Replay", "Said", "models_of", "single",
     "verify",
-]
+]  # fmt: skip

@@ -23,8 +23,6 @@ from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one
 from heavylift.nodes.plan.plan import Plan, decode, functions
 from heavylift.recordings import Recording
 
-__all__ = ["Cast", "cast_of"]
-
 
 @dataclass(frozen=True)
 class Cast:

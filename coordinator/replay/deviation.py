@@ -5,8 +5,6 @@ from __future__ import annotations
 import msgspec
 from heavylift.nodes.devs import Event, Tag
 
-__all__ = ["Deviation", "Follower", "Outcome"]
-
 
 class Deviation(msgspec.Struct, frozen=True):
     """Tag, topic and what was recorded and came now; None where nothing was said."""

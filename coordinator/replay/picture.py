@@ -13,8 +13,6 @@ from heavylift.recordings.render.view import sample_rows
 
 from .recorded import RecordedRun
 
-__all__ = ["Picture"]
-
 
 class Picture:
     """Shows the page what is said and reached from `start` [ns] on; `end` takes leave."""

@@ -29,8 +29,6 @@ from heavylift.recordings import RecordedEvent
 
 from .recorded import RecordedRun, plain
 
-__all__ = ["Player", "Publisher", "Replay", "Said"]
-
 FASTER = 2.0  # what one press of + or - does to the rate
 
 

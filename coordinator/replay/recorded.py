@@ -17,8 +17,6 @@ from heavylift.recordings import RecordedEvent, Recording
 
 from .cast import Cast, cast_of
 
-__all__ = ["RecordedRun", "plain"]
-
 
 class RecordedRun:
     """Cast, events and end of the run in a recording."""

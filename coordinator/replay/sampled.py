@@ -21,7 +21,7 @@ def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Devia
     """The first recorded sample that these batches of the kernel do not hold, of those up to their last one."""
     announced = msgspec.msgpack.decode(layout, type=SampleLayout)
     columns = Columns(announced)
-    found = [decode_batch(batch, announced.width) for batch in batches]
+    found = [x for x in (decode_batch(batch, announced) for batch in batches) if not x.lift]
     times = np.array([t for batch in found for t in batch.times], np.int64)
     rows = np.concatenate([np.zeros((0, len(columns))), *(columns(batch.rows) for batch in found)])
     first: Deviation | None = None

@@ -17,8 +17,6 @@ from .deviation import Deviation, Follower, Outcome
 from .recorded import RecordedRun
 from .sampled import first_of, sample_apart
 
-__all__ = ["single"]
-
 
 def single(run: RecordedRun, name: str) -> Outcome:
     """Run one model against the recording; RecordingError if the recording has no such model."""

@@ -70,9 +70,10 @@ def verify(run: RecordedRun) -> Outcome:
 def _digest_samples(digest: Digest, layout: bytes, batches: list[bytes]) -> None:
     """The samples as they would stand in the file."""
     announced = msgspec.msgpack.decode(layout, type=SampleLayout)
-    columns = Columns(announced)
-    for batch in (decode_batch(data, announced.width) for data in batches):
-        for number, (t_ns, row) in enumerate(zip(batch.times, columns(batch.rows), strict=True), batch.first):
-            digest.samples(number, t_ns, row.tobytes())
+    columns = {"": Columns(announced)} | {name: Columns(own) for name, own in announced.lifts.items()}
+    for batch in (decode_batch(data, announced) for data in batches):
+        rounded = columns[batch.lift](batch.rows)
+        for number, (t_ns, row) in enumerate(zip(batch.times, rounded, strict=True), batch.first):
+            digest.samples(number, t_ns, row.tobytes(), batch.lift)
         for note in batch.notes:
             digest.note(note.number, note.t_ns, note.sentence)

@@ -10,8 +10,6 @@ from typing import TypeVar
 from heavylift.kernel.errors import ModelError, SignalError
 from heavylift.nodes.scene.text.units import TIME, Limited
 
-__all__ = ["DENSEST", "PERIOD", "Order", "patterns", "seconds", "texts", "timed", "whole"]
-
 DENSEST = 1e-4  # [s] between samples, as the kernel takes them
 PERIOD = Limited("period", TIME.units, "0.1 ms", "1000 s")
 What = TypeVar("What")

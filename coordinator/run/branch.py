@@ -41,8 +41,6 @@ from .resume import Beginning, Checked
 from .scene import run
 from .watch import Watch
 
-__all__ = ["Branch", "branch"]
-
 CHOSEN = ("fidelity", "method", "tolerance", "tensions_only", "step", "driven")  # of a plan, whatever comes later
 CHOOSING = ("fidelity", "method", "tolerance", "tolerance of", "step", "ask", "accuracy")  # keys that say otherwise
 NAMED = 3  # differences of two plans in a sentence

@@ -124,7 +124,10 @@ class Conversation:
                 return outcome
             outstanding += len(grants)
             self._watch.waiting()
-            got = self._hear(min(LOOK_s, tempo.rest(core)))
+            got = self._hear(0.0)
+            if got is None:  # who is granted works while samples are recorded
+                self._take_samples()
+                got = self._hear(min(LOOK_s, tempo.rest(core)))
             while got is not None:
                 node, message = got
                 if not isinstance(message, m.Done):
@@ -137,6 +140,7 @@ class Conversation:
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
         """The ordered end: STOP, the last samples, BYE of every node."""
         self._close()
+        self._take_samples()
         self._tape.settle(end.t)
         for node in self._hub.nodes:
             self._send(node, m.Stop(end))
@@ -176,12 +180,13 @@ class Conversation:
     def _send(self, node: str, message: m.AnyMessage) -> None:
         data = m.encode(message)
         held = self.core.held(node) if isinstance(message, m.Grant) else []
-        self._tape.protocol(self.now.t, node, "to node", message, data, held)
         self._hub.send(node, data)
+        self._tape.protocol(self.now.t, node, "to node", message, data, held)
 
     def _receive(self) -> tuple[str, m.AnyMessage]:
         while True:
             got = self._hear(LOOK_s)
+            self._take_samples()
             if got is not None:
                 return got
 
@@ -190,15 +195,15 @@ class Conversation:
         self._watch.say(sentence)
 
     def _hear(self, timeout: float) -> tuple[str, m.AnyMessage] | None:
-        """The next message of a node, if one comes in time [s]; samples that came meanwhile are taken."""
+        """The next message of a node, if one comes in time [s], or before samples that have come are many."""
         got = self._hub.receive(timeout)
-        self._take_samples()
         if got is None:
             return None
         node, data = got
         message = self._read(node, data)
         if isinstance(message, m.Checkpoint):
             if node == self._sampler and message.state:
+                self._take_samples()
                 self._tape.checkpoint(*kept(message.state))
             return None
         self._tape.protocol(self.now.t, node, "from node", message, data)

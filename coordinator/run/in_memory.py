@@ -32,6 +32,7 @@ from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System, assembled
 from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.kernel.simulation.commanded import OwnRows
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, build, driving
@@ -53,8 +54,9 @@ CUT = "cut after"
 @dataclass(frozen=True)
 class Played:
     """A run of a plan and its mechanics: the columns of a sample, times (n,) [ns] and rows (n, width); events in
-    total order; the rope lines that hang from when on [ns]; what the kernel has to say, and when [ns]; its end
-    [ns]; what the action list still waited for; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
+    total order; the rope lines that hang from when on [ns]; `apart`: times and rows of one lift alone, by its name;
+    what the kernel has to say, and when [ns]; its end [ns]; what the action list still waited for; GRANTs; seconds
+    before it (of CPU time `start_s`) and in it."""
 
     plan: Plan
     mechanics: System
@@ -63,6 +65,7 @@ class Played:
     rows: NDArray[np.float64]
     events: list[Event]
     rigs: list[tuple[int, list[RopeLine]]]
+    apart: dict[str, list[tuple[int, NDArray[np.float64]]]]
     notes: list[tuple[int, str]]
     end_ns: int
     unfinished: str
@@ -80,6 +83,10 @@ class Played:
             digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
         for number, (t_ns, row) in enumerate(zip(self.times.tolist(), columns(self.rows), strict=True)):
             digest.samples(number, t_ns, row.tobytes())
+        for lift, rows in self.apart.items():
+            columns = Columns(self.layout.lifts[lift])
+            for number, (t_ns, row) in enumerate(rows):
+                digest.samples(number, t_ns, columns(row[None])[0].tobytes(), lift)
         for number, note in enumerate(self.notes):
             digest.note(number, *note)
         return digest.hexdigest()
@@ -147,6 +154,7 @@ class _Kernel(KernelNode):
         super().__init__(config, lambda batch: None)
         self.kept: list[tuple[object, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
         self.told: list[tuple[int, str]] = []
+        self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
         self.allowed = self.deadline = inf
 
     def _pause(self) -> None:
@@ -157,6 +165,10 @@ class _Kernel(KernelNode):
     def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
         self.kept += [(self.simulation.method, row) for row in rows]
         self.told += [(t_ns, sentence) for _, t_ns, sentence in notes]
+
+    def _batch_apart(self, lift: OwnRows, rows: list[tuple[int, np.ndarray]]) -> None:
+        shown = published(lift.method, np.array([row for _, row in rows]))
+        self.of_lifts.setdefault(lift.name, []).extend(zip([t for t, _ in rows], shown, strict=True))
 
     def table(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Times (n,) [ns] and rows (n, width) of all samples."""
@@ -226,6 +238,7 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
         rows,
         events,
         rigs,
+        kernel.of_lifts,
         kernel.told,
         max(times[-1].item(), events[-1].t if events else 0),
         "; ".join(waiting),

@@ -7,7 +7,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from heavylift.coordinator.hosts.door import Door
-from heavylift.coordinator.participants.participant import NODE_MODULE, PRELOAD, Participant
+from heavylift.coordinator.participants import NODE_MODULE, PRELOAD
+from heavylift.coordinator.participants.participant import Participant
 from heavylift.coordinator.supervision.failover import DEADLINE_s, Succession
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.hub import Hub

@@ -23,12 +23,11 @@ from heavylift.coordinator.hosts.door import Door
 from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.live.show import shown
-from heavylift.coordinator.participants import parts
+from heavylift.coordinator.participants import NODE_MODULE, parts
 from heavylift.coordinator.participants.building import built, couplings, module, stopping
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.declaring import declarations, difference
 from heavylift.coordinator.participants.external import externals
-from heavylift.coordinator.participants.participant import NODE_MODULE
 from heavylift.coordinator.participants.transitions import read
 from heavylift.coordinator.protocol.core import Outcome
 from heavylift.coordinator.record.tape import FileTape, Tape

@@ -19,8 +19,6 @@ from multiprocessing import get_context
 from types import ModuleType, TracebackType
 from typing import Any
 
-__all__ = ["Pool", "cores"]
-
 LOOK_s = 1.0  # between two looks whether the parent still lives
 
 

@@ -30,8 +30,6 @@ from rich.text import Text
 
 from .watch import Watch
 
-__all__ = ["Progress", "summary", "tell_verdict"]
-
 
 class Progress(Watch):
     """Draws simulated time, real-time factor, stage and actions begun out of all."""

@@ -26,8 +26,6 @@ from .arguments import whole
 from .models import referred, run_models
 from .pool import Pool, cores
 
-__all__ = ["Estimate", "Replications", "replicate"]
-
 
 @dataclass(frozen=True)
 class Estimate:

@@ -34,8 +34,6 @@ from heavylift.recordings.write.outputs import PART, beside
 from .scene import run
 from .watch import Watch
 
-__all__ = ["Beginning", "Checked", "resume"]
-
 _START = Tag(0)
 
 

@@ -167,7 +167,8 @@ class _Run(Watch):
         self.unfinished, self.kernel_s = "", 0.0
         self._outcome = Outcome.BOUND
         end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
-        limit, wires, stages = self._plan.microsteps, wiring(self._plan), [(COMMANDER, "stage")]
+        limit, wires = self._plan.microsteps, wiring(self._plan)
+        stages = [] if self._plan.lists else [(COMMANDER, "stage")]  # of several lists they would cost all lifts each
         foreign = externals(hub.placement, models, wires.all, limit)
         self.talk = Conversation(hub, wires, end, record, self, audience, tempo, desk, limit, KERNEL, stages, foreign)
         self._nodes = [node for node in hub.nodes if node != KERNEL]

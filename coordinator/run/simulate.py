@@ -23,7 +23,7 @@ from heavylift.kernel.errors import KernelError, ModelError, RecordingError, Sce
 from heavylift.kernel.islands import choice
 from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.native.samples import channels, published
-from heavylift.nodes.devs import Event, Tag, encode, ns
+from heavylift.nodes.devs import Tag, encode, ns
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.scene import LoadedScene, loaded
@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     import pandas
 
 Command = Callable[[Commanded], object]  # what is told to the simulation
-
-__all__ = ["Happened", "Result", "StageSpan", "simulate"]
 
 SAMPLES = 1000  # of a system that nobody asks for others
 STOP = "stop"
@@ -169,8 +167,8 @@ def _of_scene(
     for t, said in orders:
         t_ns = max(ns(t), max(words, default=-1) + 1)
         words[t_ns] = said
-        order = OperatorCommand(said, _orders(scene, said))
-        given.append(Given(Tag(t_ns), encode(order)))
+        order = b"" if said == STOP else msgspec.msgpack.encode(spoken(scene, said))
+        given.append(Given(Tag(t_ns), encode(OperatorCommand(said, order))))
     run = play(plan, commands=given)
     for e in run.events:
         if isinstance(e.value, OperatorAnswer) and e.value.refused:
@@ -188,7 +186,7 @@ def _of_scene(
         signals,
         [StageSpan(name, t, end) for (t, name), end in zip(stages, ends, strict=True)] if stages else [],
         run.peaks,
-        [_happened(e) for e in run.events],
+        [Happened(e.t / 1e9, e.source, e.port, e.value) for e in run.events],
         [(t / 1e9, said) for t, said in run.notes],
         run.verdict,
         run.unfinished,
@@ -196,16 +194,8 @@ def _of_scene(
     )
 
 
-def _orders(scene: LoadedScene, words: str) -> bytes:
-    return b"" if words == STOP else msgspec.msgpack.encode(spoken(scene, words))
-
-
 def _end(run: Played) -> float:
     return run.end_ns / 1e9
-
-
-def _happened(e: Event) -> Happened:
-    return Happened(e.t / 1e9, e.source, e.port, e.value)
 
 
 def _of_system(

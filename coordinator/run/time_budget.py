@@ -27,8 +27,6 @@ from heavylift.nodes.plan.question import Asked, Question
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.text.units import DURATION
 
-__all__ = ["Within", "budget"]
-
 IMPORTED = time.perf_counter()
 USUAL: tuple[Asked, ...] = ("rope tension",)  # what is meant where a scene asks for nothing
 ACCURACIES = (0.1, 0.05, 0.03, 0.02, 0.01, 0.005, 0.003, 0.002, 0.001, 0.0005, 0.0003)

@@ -49,8 +49,6 @@ from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.partfile import PartFile
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, FmuBuilder, Real, String
 
-__all__ = ["Stepped", "Unit", "export"]
-
 KEPT = "scene.heavylift"
 CODE = """import ctypes
 
@@ -158,7 +156,11 @@ class Unit(Fmi2Slave):  # type: ignore[misc]
         demand(functions(plan), f"{kept.name}.fmu")
         self.author, self.description = GENERATOR, f"the scene {plan.name}"
         self.command = self._given = ""
-        self._run = Stepped(plan, partial(_spoken, kept, plan))
+
+        def said(text: str) -> bytes:
+            return msgspec.msgpack.encode(spoken(restored(plan, kept.text, kept.merged, kept.name), text))
+
+        self._run = Stepped(plan, said)
         text = {"causality": Fmi2Causality.input, "variability": Fmi2Variability.discrete}
         self.register_variable(String("command", start="", **text))
         told = {**text, "causality": Fmi2Causality.output}
@@ -189,10 +191,6 @@ class Unit(Fmi2Slave):  # type: ignore[misc]
         self._given = self.command
         self._run.go(ns(current_time + step_size))
         return True
-
-
-def _spoken(kept: _Kept, plan: Plan, text: str) -> bytes:
-    return msgspec.msgpack.encode(spoken(restored(plan, kept.text, kept.merged, kept.name), text))
 
 
 def export(scene: LoadedScene, output: Path, force: bool = False) -> Path:

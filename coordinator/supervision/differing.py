@@ -9,8 +9,6 @@ from heavylift.coordinator.protocol.node_state import together
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Tag
 
-__all__ = ["nondeterminism"]
-
 _CURE = "let it depend on nothing but its inputs, time and its own random generator, not on clocks, sets or files"
 
 

@@ -31,8 +31,6 @@ from .replay_log import Story
 from .stall_detector import Vigil
 from .ticket_file import TicketFile
 
-__all__ = ["DEADLINE_s", "Succession"]
-
 DEADLINE_s = 60.0  # for an answer, before a process is probed
 LOSSES = 3  # of one process at one point of the run
 LOOK_s = 0.05  # between two looks at the clock

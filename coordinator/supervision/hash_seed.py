@@ -16,8 +16,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from heavylift.nodes.devs import Model
 
-__all__ = ["SEED", "fixed", "loose", "start_again"]
-
 SEED = {"PYTHONHASHSEED": "0"}
 
 

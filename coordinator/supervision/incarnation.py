@@ -11,8 +11,6 @@ from heavylift.nodes.devs import Tag
 
 from .replay_log import Story
 
-__all__ = ["Life"]
-
 
 @dataclass
 class Life:

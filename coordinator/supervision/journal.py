@@ -22,8 +22,6 @@ from zlib import crc32
 
 from heavylift.kernel.errors import RecordingError
 
-__all__ = ["Follower", "Journal", "read"]
-
 _HEAD = Struct("<II")
 SEED = 0x486C4A31  # so that noughts are no entry
 LIMIT = 1 << 30  # bytes of an entry: a longer one is damage

@@ -35,8 +35,6 @@ import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-__all__ = ["STACKS", "enter", "keep", "python"]
-
 STACKS = signal.SIGUSR1
 PR_SET_PDEATHSIG = 1
 REMOVE_s = 1.0  # in which a directory that somebody still writes to can be deleted

@@ -9,8 +9,6 @@ import subprocess
 
 from heavylift.kernel.errors import ProtocolError
 
-__all__ = ["GONE", "LIMITS", "check_room", "ended", "exit_told", "state"]
-
 GONE = ("", "Z")  # what the system says of a process that has ended
 TAIL_chars = 300
 MB = 1 << 20

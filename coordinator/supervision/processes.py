@@ -22,16 +22,18 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from io import FileIO
 from queue import SimpleQueue
-from typing import IO, Self
+from typing import IO, TYPE_CHECKING, Self
 
 from heavylift.coordinator.stopping import whole
-from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.run_directory import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 
 from .hash_seed import SEED
 from .keeper import STACKS, python
 from .of_the_system import GONE, check_room, ended, exit_told, state
+
+if TYPE_CHECKING:
+    from heavylift.coordinator.transport.hub import Hub
 
 __all__ = ["KEEPER", "Processes"]
 

@@ -12,8 +12,6 @@ from struct import Struct
 
 from .journal import Journal, read
 
-__all__ = ["Story"]
-
 _LENGTH = Struct("<I")
 
 

@@ -15,8 +15,6 @@ from typing import Protocol
 
 from heavylift.coordinator.protocol.messages import Alive
 
-__all__ = ["Crew", "Vigil"]
-
 NOTICE_s = 2.0
 
 

@@ -14,8 +14,6 @@ import msgspec
 from heavylift.coordinator.transport.session import Ticket
 from heavylift.kernel.errors import UNREADABLE, OutputError
 
-__all__ = ["TicketFile"]
-
 
 class TicketFile:
     """The file `NAME.ticket` of a process."""

@@ -16,8 +16,6 @@ from heavylift.recordings.format.text import GENERATOR
 from .timeline import Timeline
 from .waits import COORDINATOR
 
-__all__ = ["trace_events"]
-
 Entry = dict[str, Any]
 
 

@@ -10,8 +10,6 @@ from heavylift.recordings.format.text import table
 from .timeline import Lane, Timeline
 from .waits import COORDINATOR, chains
 
-__all__ = ["data", "text"]
-
 SHOWN = 8  # chains in the text
 
 

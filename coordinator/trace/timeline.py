@@ -20,8 +20,6 @@ from heavylift.coordinator.transport.placement import nodes_of
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recording
 
-__all__ = ["Grant", "Held", "Lane", "Timeline"]
-
 PROTOCOL = "/protocol/"
 
 

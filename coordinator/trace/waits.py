@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from .timeline import Timeline
 
-__all__ = ["COORDINATOR", "Chain", "chains"]
-
 COORDINATOR = "coordinator"  # the end of a chain in which no node is granted
 
 

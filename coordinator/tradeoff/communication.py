@@ -22,7 +22,7 @@ from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.coordinator.participants.participant import PRELOAD
+from heavylift.coordinator.participants import PRELOAD
 from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.placement import Placement

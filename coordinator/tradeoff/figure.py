@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
     from .measuring import Measured
 
-__all__ = ["COLOURS", "INK", "LIMIT", "PAPER", "QUIET", "curve", "drawn", "in_page", "inline", "styled"]
-
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7a6fd0", "#6b7682", "#8c3b1b",
            "#17a589", "#c2185b")  # fmt: skip
 MARKS = {"semi-implicit-euler": "v", "rk4": "s", "dopri5": "o", "dop853": "D", "ros34pw2": "^", "radau5": "P",

@@ -20,8 +20,6 @@ from .verdict import Answer, Row, answers
 if TYPE_CHECKING:
     from .measuring import Measured
 
-__all__ = ["KINDS", "checked", "data", "write"]
-
 KINDS = (".html", ".png", ".svg", ".csv", ".json")
 
 

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
     from .communication import Distributed, Held
 
-__all__ = ["Measured", "communicating", "long_enough", "measure", "too_small", "unit_of"]
-
 TIGHT, TIGHTER = 1e-8, 1e-9  # tolerances of the reference and of what shows its convergence
 SCOUT = 1e-4
 MORE = 4.0  # times the scout's seconds that a tight run of high order takes
@@ -105,10 +103,12 @@ def measure(
     say(f"reference: {reference}")
     true, refined = _reference(scene, reference, finer, budget)
     known = askable(true.shown)
+    able = tuple(q for q, why in known.items() if not why)
     for quantity in wanted:
         if known[quantity]:
-            raise SceneError(f"--ask '{quantity}': {known[quantity]}; ask {_able(known)}")
-    questions = wanted or tuple(q for q, why in known.items() if not why)
+            other = ", ".join(able) or "nothing: its parts stand still"
+            raise SceneError(f"--ask '{quantity}': {known[quantity]}; ask {other}")
+    questions = wanted or able
     if not questions:
         raise SceneError(f"{scene.path.name}: nothing in it moves that a setting could be judged by")
     converged = {name: errors(run.shown, true.shown, questions) for name, run in refined.items()}
@@ -157,10 +157,6 @@ def long_enough(scene: LoadedScene, wanted: tuple[Asked, ...], say: Callable[[st
         return scene
     say(f"the scene ends after {end:g} s and cuts its action list: measured to the end of the list")
     return longer
-
-
-def _able(known: dict[Asked, str]) -> str:
-    return ", ".join(q for q, why in known.items() if not why) or "nothing: its parts stand still"
 
 
 def _reference(

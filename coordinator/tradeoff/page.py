@@ -20,8 +20,6 @@ from .verdict import NOISE, Row, answers, percent
 if TYPE_CHECKING:
     from .measuring import Measured
 
-__all__ = ["STYLE", "page"]
-
 STYLE = (Path(__file__).parent / "page.css").read_text()
 
 

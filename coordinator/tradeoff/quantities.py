@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from heavylift.nodes.plan.question import Asked
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["MEANT", "askable", "asked", "default_limit", "errors", "farthest", "swing"]
-
 MEANT: dict[Asked, str] = {
     "rope tension": "peak of each hook rope; a sample above the true peak counts as well",
     "swing": "frequency and amplitude of the sinusoid that fits best, in each stage that only waits, relative to that "

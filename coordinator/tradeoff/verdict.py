@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from heavylift.nodes.plan.question import Asked
 
-__all__ = ["LIMITS", "Answer", "Row", "Verdict", "answers", "front", "judge", "percent"]
-
 LIMITS = (0.1, 0.05, 0.01, 1e-3, 1e-4, 1e-5, 1e-6)  # to which each quantity alone is judged
 NOISE = 0.1  # relative difference of times that says nothing, or their spread if that is more
 
@@ -99,9 +97,8 @@ def judge(rows: list[Row], limit: float, unit: str = "m") -> Verdict:
     if following is None:
         more += "No faster setting fails: a looser one may do."
     else:
-        more += (
-            f"Next faster setting that fails: {following}, {_seconds(following.waits_s)} ({_why(following, limit)})."
-        )
+        why = ", ".join(f"{quantity} {percent(e)}" for quantity, e in following.errors.items() if e > limit)
+        more += f"Next faster setting that fails: {following}, {_seconds(following.waits_s)} ({why})."
     return Verdict(pick, following, sentence, more)
 
 
@@ -127,10 +124,6 @@ def _told(row: Row, limit: float, unit: str) -> str:
     told += [f"{quantity} {percent(e)}" for quantity, e in rest]
     scale, small = (1e3, f"m{unit}") if unit in ("m", "rad") else (1.0, unit)
     return ", ".join([*told, f"places within {row.position * scale:.3g} {small}"])
-
-
-def _why(row: Row, limit: float) -> str:
-    return ", ".join(f"{quantity} {percent(e)}" for quantity, e in row.errors.items() if e > limit)
 
 
 def _seconds(x: float) -> str:

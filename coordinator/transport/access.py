@@ -10,8 +10,6 @@ from typing import Any
 
 from .keys import AFAR, HUB, JOIN, OBSERVER, OPERATOR, key
 
-__all__ = ["access"]
-
 
 def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, object]:
     """Each process writes its nodes' keys and hears them; an observer hears events; all else is denied.

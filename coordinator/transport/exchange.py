@@ -19,8 +19,6 @@ from .keys import key
 from .link import matched
 from .placement import Placement
 
-__all__ = ["Exchange"]
-
 
 class Exchange:
     """The coordinator's end of a session."""

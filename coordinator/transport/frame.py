@@ -18,8 +18,6 @@ from heavylift.kernel.errors import ProtocolError
 
 from .printable import printable
 
-__all__ = ["FIRST_EPOCH", "LAST_EPOCH", "WIRE", "Reader", "Topic", "Writer"]
-
 WIRE = 1  # version of what travels, frames and messages: WIRE.md
 MAGIC = b"HLF%d" % WIRE
 FIRST_EPOCH, LAST_EPOCH = 1, 255

@@ -92,6 +92,7 @@ class Hub(Exchange):
     def _arrived(self, sample: zenoh.Sample) -> None:
         """Senders wait while many batches do: who samples faster than it is recorded must not fill the memory."""
         super()._arrived(sample)
+        self._lookout.hurry()
         deadline = time.monotonic() + FULL_s
         while len(self._batches) > BATCHES and time.monotonic() < deadline:
             time.sleep(0.001)
@@ -140,18 +141,20 @@ class Hub(Exchange):
         return True
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
+        """The next (node, message), or None after `timeout` [s] or when samples have come; a timeout of None waits for
+        ever."""
         self._lookout.deadline = deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             sample = self._inbox.try_recv()
             if sample is None:
                 self._hear()
-                if deadline is not None and time.monotonic() >= deadline:
+                if deadline is not None and (self._batches or time.monotonic() >= deadline):
                     self._lookout.deadline = None
                     return None
                 sample = self._inbox.recv()
             at = str(sample.key_expr)
             if at != self._wake_key and (got := self._open(at, sample, self._out)) is not None:
+                self._lookout.deadline = None
                 return got
 
     def epoch(self, process: str) -> int:

@@ -17,8 +17,6 @@ from collections.abc import Iterable
 
 from heavylift.kernel.errors import ProtocolError
 
-__all__ = ["AFAR", "HUB", "JOIN", "OBSERVER", "OPERATOR", "RESERVED", "check_names", "key"]
-
 OPERATOR = "operator"  # the user name that may give orders to a run and nothing else
 OBSERVER = "observer"  # the user name that may watch committed events and nothing else
 AFAR = "afar"  # user name and password of everybody at the door: there, certificates tell who is who

@@ -20,8 +20,6 @@ from .frame import FIRST_EPOCH, Reader, Topic, Writer
 from .keys import key
 from .session import Ticket, node_session
 
-__all__ = ["Link", "LocalLink"]
-
 FIFO = 4096  # messages that may wait at a receiver before its senders wait
 JOIN_s = 10.0  # longest time from an open session to a coordinator that listens
 LEAVE_s = 10.0  # longest time that a process waits for its last messages to arrive

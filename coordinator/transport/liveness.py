@@ -87,6 +87,12 @@ class Lookout:
         """Look at once."""
         self._bell.put(None)
 
+    def hurry(self) -> None:
+        """Wake the receiving thread now, if it wants to be woken at all."""
+        if self.deadline is not None:
+            self.deadline = time.monotonic()
+            self.notice()
+
     def excuse(self, *processes: str) -> None:
         """They may leave now."""
         self._excused.update(processes)

@@ -15,8 +15,6 @@ from .link import LOCAL, LocalLink
 from .placement import Placement
 from .session import local_session, new_run_id
 
-__all__ = ["LocalHub"]
-
 
 class LocalHub(Exchange):
     """Connects the coordinator with nodes in this process: one thread, one session, no end point.

@@ -20,8 +20,6 @@ from functools import cached_property
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models import KERNEL
 
-__all__ = ["Placement", "place"]
-
 
 @dataclass(frozen=True)
 class Placement:

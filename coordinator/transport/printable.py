@@ -1,7 +1,5 @@
 """What others have written, as it may be printed: nothing of it steers a terminal or looks like a line of ours."""
 
-__all__ = ["printable"]
-
 
 def printable(text: str, longest: int = 0, keep: str = "") -> str:
     """The text with control characters, line ends and changes of direction as escapes, except those to `keep`."""

@@ -16,8 +16,6 @@ from heavylift.kernel.errors import ProtocolError
 
 from .keys import OBSERVER, OPERATOR
 
-__all__ = ["RunDirectory", "places"]
-
 PREFIX = "heavylift-"  # of the private directory of a run
 SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)
 

@@ -27,18 +27,6 @@ from .frame import WIRE
 from .keys import AFAR, OBSERVER, OPERATOR, key
 from .run_directory import RunDirectory
 
-__all__ = [
-    "Listening",
-    "Ticket",
-    "hub_session",
-    "local_session",
-    "node_session",
-    "observer_config",
-    "observer_session",
-    "operator_session",
-    "remote_session",
-]
-
 SESSIONS = 100_000  # no process shuts others out by sessions; their number ends with the descriptors of the coordinator
 LEASE_ms = 60_000
 CONNECT_ms = 10_000

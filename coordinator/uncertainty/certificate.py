@@ -40,8 +40,6 @@ from .figures import Figure, figures, recorded
 from .running import Played, Start, result, starting
 from .sensitivities import STEPS, Moved, Sensitivities, effects, moved, of_unstated
 
-__all__ = ["Bar", "Certificate", "Certifying", "certifying", "richer", "tighter"]
-
 TWICE = 2.0
 TIGHT, SECOND = 1e-10, 1e-9  # tolerances; the second of rigid ropes
 RICH = 1e-7  # tolerance of the richer rung, whose steps are short for its own sake

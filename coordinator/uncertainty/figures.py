@@ -19,8 +19,6 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.question import Asked
 from heavylift.recordings import Recording
 
-__all__ = ["Figure", "figures", "recorded"]
-
 
 class Figure(NamedTuple):
     """What it is, of which quantity, its unit and value; `scale`: what its errors are relative to."""

@@ -16,8 +16,6 @@ from heavylift.nodes.plan.plan import Plan, decode, encode, functions
 
 from .figures import Figure, figures
 
-__all__ = ["Played", "Start", "result", "starting"]
-
 LONGEST = 3600.0  # [s] of wall time that a run may take
 
 Played: TypeAlias = tuple[list[Figure], float] | str

@@ -24,8 +24,6 @@ from heavylift.recordings.render.curves import larger
 from .figures import Figure
 from .running import Played, Start, result, starting
 
-__all__ = ["STEPS", "Effect", "Moved", "Sensitivities", "effects", "moved", "of_unstated", "sensitivities"]
-
 LEVEL = 2.0  # standard uncertainties of a bar
 STEPS = (-1.0, 1.0)  # standard uncertainties by which an input is moved
 BENT = 0.5  # of the difference of two runs: as much as their mean may be off the nominal one where nothing switches

@@ -26,8 +26,6 @@ from .rotating import matrices
 from .steps import Minimum
 from .stretches import whole
 
-__all__ = ["LIMIT", "SMALLEST", "clearances", "findings"]
-
 Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are told
 LIMIT = 0.5  # clearance of a scene that says nothing [m]

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from .moving import Frame, Moving, box, posed, size
 from .rotating import chords, lengths
 
-__all__ = ["LONGEST", "Coarse"]
-
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 LONGEST = 64  # samples in a stretch

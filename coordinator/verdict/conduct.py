@@ -17,8 +17,6 @@ from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.plan import Plan, driven
 from heavylift.recordings import Recording
 
-__all__ = ["Conduct", "conduct_findings", "conduct_of", "landing"]
-
 UPPER = "upper limit"
 FINISHED = "finished"
 

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from .rotating import cross
 
-__all__ = ["Near", "Placed", "bounds", "bounds_along", "bounds_between", "exactly"]
-
 Floats = NDArray[np.float64]
 TINY = 1e-9
 TOLERANCE = 1e-6  # of Coal [m]

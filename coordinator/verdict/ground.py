@@ -21,8 +21,6 @@ from .history import History
 from .moving import Moving, moving, posed
 from .rotating import chords
 
-__all__ = ["TOUCH", "Ground", "Low"]
-
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Flags = NDArray[np.bool_]

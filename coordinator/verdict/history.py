@@ -20,12 +20,11 @@ from heavylift.recordings.format.spool import Spool
 from heavylift.recordings.format.viewer_messages import Rig, RopeLine
 from numpy.typing import NDArray
 
-__all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
-
 Floats = NDArray[np.float64]
 SPEED = "joint/velocity"
 NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED, "deflection", "edge/force", "edge/place")
 BLOCK = 4096  # samples that are looked at together
+KEPT = 3  # blocks of them: an hour and a half of usual samples
 
 
 class Past(Protocol):
@@ -91,12 +90,14 @@ class Collector:
         self._columns = np.array(columns, np.intp)
         self._times = array("q")
         self._rows = Spool("what the verdict is made of")
+        self._parts: dict[tuple[int, int], History] = {}  # the last ones: all judges look at the same
         self.rigs: list[Rig] = []
 
     def samples(self, first: int, times: Sequence[int], rows: Floats) -> None:
         """Rows (m, width) at these times [ns], numbered from `first` on; what is here already is passed over."""
         skip = len(self._times) - first
         if skip < len(times):
+            self._parts.clear()
             self._times.extend(times[skip:])
             self._rows.write(rows[skip:, self._columns].tobytes())
 
@@ -111,6 +112,13 @@ class Collector:
 
     def part(self, first: int, end: int) -> History:
         """The samples from `first` to before `end`."""
+        if (first, end) not in self._parts:
+            while len(self._parts) >= KEPT:
+                del self._parts[next(iter(self._parts))]
+            self._parts[first, end] = self._part(first, end)
+        return self._parts[first, end]
+
+    def _part(self, first: int, end: int) -> History:
         t = np.array(self._times[first:end], np.float64) * 1e-9
         width = len(self._columns)
         rows = np.frombuffer(self._rows.read(8 * width * len(t), 8 * width * first)).reshape(len(t), width)

@@ -24,8 +24,6 @@ from .conduct import Conduct, conduct_findings, conduct_of, landing
 from .history import Past, blocks, history_of
 from .limits import judged, signals_of_run, table
 
-__all__ = ["JUDGES", "judge", "judged_with_uses", "verdict_of"]
-
 RESOLVED = "resolved.json"  # the plan in a recording
 SEVERITIES = ("red", "warning", "note")
 

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from .rotating import matrices
 
-__all__ = ["Judged", "judged", "signals_of_run", "table"]
-
 Floats = NDArray[np.float64]
 
 

@@ -23,8 +23,6 @@ from .history import History
 from .rotating import axes_onto, dots, lengths, matrices, onto
 from .speeds import Twist, strays, twists
 
-__all__ = ["Frame", "Moving", "box", "moving", "posed", "size"]
-
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 SHORTEST = 1e-9  # [m] of a strand that has a direction

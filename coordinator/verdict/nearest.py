@@ -101,7 +101,7 @@ def search(shapes: list[Moving], start: Stretches, known: Known) -> None:
         _begin(shapes, start, known)
     now = known.open(start)
     if len(now.a):
-        all_ = Together(shapes, np.unique(np.concatenate([now.a, now.b])))
+        all_ = Together(shapes, np.flatnonzero(np.bincount(np.concatenate([now.a, now.b]))))
         for size in (*SIZES[1:], 0):
             now = known.open(in_pieces(now, lambda some: bounded(all_, some)))
             _look(shapes, now, known)
@@ -146,7 +146,7 @@ def _step(all_: Together, now: Stretches, known: Known) -> None:
         return found.of(found.least < bars[found.group])
 
     everything = in_pieces(now, near)
-    groups = np.unique(everything.group)
+    groups = np.flatnonzero(np.bincount(everything.group))
     least = [float(everything.least[everything.group == g].min()) for g in groups]
     for g in groups[np.argsort(least, kind="stable")].tolist():
         steps = everything.of(everything.group == g)

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from .rotating import cross, dots, lengths
 
-__all__ = ["Twist", "strays", "twists"]
-
 Floats = NDArray[np.float64]
 Twist = tuple[Floats, Floats]  # (n, 3) of a body's origin [m/s] and (n, 3) angular [rad/s], both in the world
 SINGLE = {"prismatic": "speed", "revolute": "rate"}

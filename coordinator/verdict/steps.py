@@ -12,8 +12,6 @@ from .moving import Moving
 from .stretches import Stretches
 from .together import Together
 
-__all__ = ["SHARP", "Minimum", "Steps", "between", "seen", "steps_of"]
-
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Ends = tuple[Placed, Placed]  # at the begin and the end of steps

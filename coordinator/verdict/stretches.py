@@ -13,8 +13,6 @@ from .coarse import LONGEST, Coarse
 from .distance import bounds
 from .together import Together
 
-__all__ = ["SIZES", "Stretches", "bounded", "cut", "in_pieces", "whole"]
-
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 SIZES = (LONGEST, 16, 4, 1)  # samples in a stretch, from the first cut to the last

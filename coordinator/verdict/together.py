@@ -10,8 +10,6 @@ from .distance import Placed
 from .moving import IDENTITY, Moving
 from .rotating import chords, dots, lengths, matrices, onto
 
-__all__ = ["Together"]
-
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 

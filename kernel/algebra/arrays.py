@@ -12,8 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Factors", "eigen", "factored", "sizes", "times", "total"]
-
 ORTHOGONAL = 1e-15  # part of the geometric mean of its diagonal elements below which another element is zero
 SWEEPS = 40  # far more than any matrix needs
 

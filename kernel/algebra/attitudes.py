@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["quaternions"]
-
 SKEW, ROUNDED = 1e-12, 1e-5  # by which rows of a rotation that was rounded may be off orthogonal, and off one
 
 

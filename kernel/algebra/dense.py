@@ -13,11 +13,6 @@ from collections.abc import Sequence
 from math import copysign, fsum, inf, nan, sqrt
 from operator import mul
 
-__all__ = [
-    "combinations", "decomposed", "dot", "eigenvalues", "inverse", "least_norm", "norm", "product",
-    "singular_values", "solve",
-]  # fmt: skip
-
 Row = Sequence[float]
 Matrix = Sequence[Row]
 

@@ -12,8 +12,6 @@ import numpy as np
 
 from .arrays import Factors, eigen, factored, times, total
 
-__all__ = ["eigenmodes", "largest", "orthonormal"]
-
 SPARE = 8  # vectors beyond those sought and half as many again
 SETTLED, LONGER = (
     1e-6,

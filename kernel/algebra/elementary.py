@@ -31,8 +31,6 @@ from heavylift.kernel.compiler.symbol import (
 if TYPE_CHECKING:
     from heavylift.kernel.compiler.function import Function, Outputs
 
-__all__ = ["atan2", "cos", "exp", "nearest", "power", "sin"]
-
 Pair = tuple[Scalar, Scalar]  # an unevaluated sum: a value and what its rounding left over
 
 _ROUND = 1.5 * 2.0**52  # x + _ROUND - _ROUND is the whole number nearest to x

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select, sqrt
 
-__all__ = ["LDLT", "frame"]
-
 
 class LDLT:
     """Factors of a symmetric matrix (n, n); pivots must not vanish."""

@@ -12,8 +12,6 @@ import numpy as np
 from .arrays import factored, times
 from .elementary import cos
 
-__all__ = ["derivative", "integral", "polynomials", "product", "roots", "series", "spline"]
-
 
 def spline(x: np.ndarray, values: np.ndarray, degree: int, at: np.ndarray) -> np.ndarray:
     """(k, m) at the places `at` (k,), of the spline of an odd degree through values (n, m) at ascending x (n,)."""

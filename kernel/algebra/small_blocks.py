@@ -13,8 +13,6 @@ import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Sym, is_sym, node
 
-__all__ = ["Blocks"]
-
 
 def _rows(name: str, A: Array, n: int) -> list[Sym | Array]:
     """The rows of n numbers of an input block: vectors of it, or arrays of floats."""

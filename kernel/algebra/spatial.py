@@ -13,11 +13,6 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
 
 from .elementary import cos, sin
 
-__all__ = [
-    "axis_rotation", "cross", "exact", "force_cross", "join", "mirror", "motion_cross", "quaternion_matrix",
-    "quaternion_rate", "skew", "spatial_inertia",
-]  # fmt: skip
-
 
 def exact(x: Scalars | Sequence[Sequence[float]]) -> Array:
     """As an array of Python floats, whose products are summed in order: NumPy hands those of its own floats to BLAS,

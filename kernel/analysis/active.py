@@ -20,8 +20,6 @@ from .poses import Poses
 if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
 
-__all__ = ["RUBS", "give_way", "net", "switch"]
-
 RUBS = ("rub", "brake")  # kinds of guards that watch dry friction
 SETTLED = 20  # rounds of switching at one pose after which laws contradict each other
 OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed"}

@@ -16,8 +16,6 @@ from heavylift.kernel.simulation.simulation import Simulation
 from .equilibrium import ROUNDING, STILL
 from .poses import Poses
 
-__all__ = ["BEND", "Corrector"]
-
 NEWTON = 12  # corrector steps of one point
 SLOW = 0.1  # contraction above which the stiffness is renewed
 CLOSE = 1e-9  # [m, rad] of a corrector step behind which the next one is none

@@ -23,8 +23,6 @@ from .poses import Poses
 if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
 
-__all__ = ["Equilibrium", "equilibrium", "equilibrium_at", "relaxed"]
-
 STILL = 1e-9  # [m/s2, rad/s2] acceleration that counts as none
 ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer falls is rounding of stiff laws
 NEAR = 1e-10  # [m, rad] a Newton step behind which there is only the rounding of stiff laws on light bodies

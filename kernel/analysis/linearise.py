@@ -6,8 +6,6 @@ import numpy as np
 
 from .poses import Poses
 
-__all__ = ["damping", "stiffness"]
-
 SPEED_STEP = 1e-3  # [m/s, rad/s]
 
 

@@ -19,8 +19,6 @@ from .poses import Poses
 if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
 
-__all__ = ["Mode", "Modes", "modes"]
-
 GROWS = 0.1  # [1/s] below which growth is rounding, too: a mast of a kilometre falls faster
 FREE = 1e-2  # [rad/s] below which a motion has no frequency but only rounding
 

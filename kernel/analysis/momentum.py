@@ -17,8 +17,6 @@ from heavylift.kernel.multibody.trees import with_numbers
 if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
 
-__all__ = ["Momentum", "momentum"]
-
 
 @dataclass(frozen=True)
 class Momentum:

@@ -32,8 +32,6 @@ from .corrector import BEND, Corrector
 from .equilibrium import Equilibrium, equilibrium_at, relaxed
 from .modes import Modes, modes_at
 
-__all__ = ["EquilibriumPath", "Rest"]
-
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 SOON = 10  # times the length of a fall within which the next one is its sequel

@@ -14,8 +14,6 @@ from heavylift.kernel.model.tangent_stiffness import FOURTH
 if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
 
-__all__ = ["Poses"]
-
 CLOSINGS = 3  # Newton steps onto the loops, from a pose that is near
 HALF = 0.5
 STEP, SMALLEST = 1e-4, 1e-7  # [m, rad] between poses of differences; smaller where a guard falls

@@ -13,8 +13,6 @@ from heavylift.kernel.model.reactions.joint_reactions import Reactions
 from .equilibrium import Equilibrium
 from .modes import Mode, Modes
 
-__all__ = ["modes_data", "modes_text", "statics_data", "statics_text"]
-
 MOVED = 0.05  # share of the energy from which a part is named
 NAMED = 3  # parts of a mode
 UNDETERMINED = "~"

@@ -12,9 +12,6 @@ from .function import Function, Primitive
 from .llvm_function import Straight, blocks_of, named_code
 from .simd_batches import WIDEST
 
-__all__ = ["Parts", "Sequence", "While", "blocks", "module"]
-
-
 _DECLARE = [
     "declare double @llvm.sqrt.f64(double)",
     "declare double @llvm.fabs.f64(double)",

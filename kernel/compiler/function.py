@@ -11,8 +11,6 @@ import numpy as np
 
 from .symbol import RECORDING, Graph, Sym, is_sym, node
 
-__all__ = ["OPAQUE", "Function", "Outputs", "Primitive", "flatten", "placed", "symbols"]
-
 IDLE = ("in", "ret", "slice", "block")  # of nodes: they read what is there
 Outputs: TypeAlias = Mapping[str, Any]  # what a body returns: the numbers of each block
 OPAQUE = -1  # size of an input block that is handed on as a whole

@@ -10,8 +10,6 @@ import numpy as np
 
 from .symbol import is_sym, node
 
-__all__ = ["Layout", "Places"]
-
 Places = Mapping[str, Any]  # name -> index of a scalar, slice of several numbers
 Parts = TypeVar("Parts", bound=SimpleNamespace)
 

@@ -11,8 +11,6 @@ from .simd_operands import constant, gathered, reference, spread, spread_value, 
 from .symbol import Sym, is_sym
 from .vector_loops import Wide, is_long
 
-__all__ = ["Straight", "blocks_of", "named_code"]
-
 PIECE = 500  # instructions of one block of long code
 LONG = 8000  # instructions of code for which LLVM would take too long
 

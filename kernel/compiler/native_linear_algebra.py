@@ -16,8 +16,6 @@ import numpy as np
 from .function import OPAQUE, Primitive
 from .native_loops import LANES, VECTOR, Code, padded
 
-__all__ = ["Factors", "product", "solver", "times"]
-
 Number = list[str]  # registers of the real and, if there is one, the imaginary part
 
 

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from .function import Function, operands
 from .symbol import Sym
 
-__all__ = ["WIDEST", "Batch", "arranged", "width_of"]
-
 WIDEST = 8
 CROWDED = 4  # so many times fewer calls side by side than each of them has inside: those inside use the lanes better
 

@@ -11,8 +11,6 @@ from typing import Any, Protocol
 from .simd_batches import Batch
 from .symbol import Sym, is_sym
 
-__all__ = ["constant", "gathered", "reference", "spread", "spread_value", "vector_type"]
-
 
 class Code(Protocol):
     """Straight-line code that is being written; `lane`: where calls stand that were made side by side; `value`: the

@@ -19,11 +19,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = [
-    "RECORDING", "Array", "Graph", "Scalar", "Scalars", "Sym", "Value", "any_of", "exponent", "is_sym", "maximum",
-    "minimum", "named", "node", "power_of_two", "printing", "scope", "select", "sqrt",
-]  # fmt: skip
-
 Value = Any  # in traced text: a float or a symbol, or an array of them
 _NUMBERS = (float, int, Real)  # among the latter NumPy's, which this file starts without
 

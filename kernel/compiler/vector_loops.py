@@ -15,8 +15,6 @@ from .simd_batches import WIDEST, Batch
 from .simd_operands import constant, vector_type
 from .symbol import Sym, is_sym
 
-__all__ = ["Wide", "is_long"]
-
 UNROLLED = 256  # numbers of the longest value whose arithmetic is written out
 _FLAGS = ("gt", "ge", "and", "or")
 _MOVED = ("call", "dot", "ret", "slice", "in", "block")

@@ -19,8 +19,6 @@ from .loop_closures import CLOSURES
 from .rigid_ropes import RigidAt
 from .row_structure import Constraints
 
-__all__ = ["Lengths", "Numbers", "Row", "Scene", "held_rows"]
-
 Numbers = Callable[[str, str], Array]  # kind, name -> its part of P
 Lengths = Mapping[str, tuple[Scalar, Scalar, Scalar]]  # of rigid ropes, with two rates
 

@@ -21,8 +21,6 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Joint
 from heavylift.kernel.forces.force_law import BODY
 
-__all__ = ["CLOSURES", "closed_coordinates", "closure_function", "closure_numbers", "residual_unit"]
-
 SIDES = 25  # per side the joint's point and the rows axis, second, third of its frame; then the pitch
 AXIS, SECOND, THIRD = range(3)
 

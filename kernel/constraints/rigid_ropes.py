@@ -12,8 +12,6 @@ from heavylift.kernel.compiler.symbol import Array, sqrt
 from heavylift.kernel.description.mechanics import RigidRope
 from heavylift.kernel.forces.force_law import BODY, attachment
 
-__all__ = ["SLACK", "TOUCHING", "RigidAt", "rigid_numbers", "rigid_rope"]
-
 SLACK = 1e-9  # [m] used up by less, a rope still counts as slack, so that round-off does not pull it taut
 TOUCHING = 2e-9  # [m] slack below which a rope may become taut
 LINE = 7  # numbers of a line: a(3), b(3), share

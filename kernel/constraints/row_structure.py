@@ -20,8 +20,6 @@ from .loop_closures import CLOSURES, closure_function, residual_unit
 from .rigid_ropes import rigid_rope
 from .unsymmetric_matrix import Unsymmetric
 
-__all__ = ["Constraints"]
-
 BLOCK = 6  # rows of a block at most
 
 

@@ -23,8 +23,6 @@ from .rigid_ropes import SLACK, RigidAt
 from .tree_factors import OpenTree
 from .unsymmetric_matrix import Unsymmetric
 
-__all__ = ["Rows"]
-
 ROUNDED = 1e-12  # part of a row that is round-off
 _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom
 

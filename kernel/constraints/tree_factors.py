@@ -17,8 +17,6 @@ from heavylift.kernel.multibody.dynamics import equations_of_motion
 from heavylift.kernel.multibody.kinematics import seen_from
 from heavylift.kernel.multibody.trees import Tree, with_numbers
 
-__all__ = ["OpenTree", "open_tree"]
-
 
 @dataclass(frozen=True)
 class OpenTree:

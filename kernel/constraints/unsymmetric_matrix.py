@@ -12,8 +12,6 @@ from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_SHARED, TINY, Proximal, fill_in
 
-__all__ = ["Unsymmetric"]
-
 
 class Unsymmetric(Proximal):
     """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for one pattern of

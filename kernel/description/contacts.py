@@ -10,8 +10,6 @@ from msgspec import Struct
 
 from .points import IDENTITY, Matrix, Vector
 
-__all__ = ["Ball", "Box", "Contact", "Plane", "Shape"]
-
 
 class Ball(Struct, frozen=True, tag=True):
     """A ball of a body; of radius 0 it is a point."""

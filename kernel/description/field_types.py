@@ -18,8 +18,6 @@ from heavylift.kernel.errors import KernelError
 
 from .mechanics import System
 
-__all__ = ["choice", "field_names", "item_word", "plain"]
-
 LARGEST = 10**308  # a whole number that is still a float
 SHOWN = 60  # characters of a wrong value in a sentence
 

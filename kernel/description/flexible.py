@@ -11,8 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["REFUSED", "WARNED", "Beam", "Flexible", "Gauge", "Modal", "Nodal"]
-
 WARNED, REFUSED = 0.05, 0.25  # deflections, parts of the length
 
 Vector = tuple[float, float, float]

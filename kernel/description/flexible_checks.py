@@ -6,8 +6,6 @@ from heavylift.kernel.errors import KernelError
 
 from .flexible import Beam, Flexible, Modal, Nodal
 
-__all__ = ["check_flexible"]
-
 
 def check_flexible(body: str, flexible: Flexible) -> None:
     """Raises KernelError naming the body for the first thing that cannot be."""

@@ -13,8 +13,6 @@ from typing import get_args
 
 from .mechanics import JointKind
 
-__all__ = ["AXIS", "JOINTS", "SECOND", "THIRD", "JointType", "Motion"]
-
 AXIS, SECOND, THIRD = range(3)  # `axis`, `second`, and axis x second of a joint
 PITCH = None
 

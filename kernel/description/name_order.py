@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["natural"]
-
 Key = tuple[tuple[str | tuple[int, str], ...], str]
 
 

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["Note"]
-
 
 class Note(NamedTuple):
     """A sentence and the simulation time that it tells of [ns]."""

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["IDENTITY", "WORLD", "Line", "Matrix", "Point", "Vector"]
-
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
 

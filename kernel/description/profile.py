@@ -11,8 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import copysign, inf, isfinite, sqrt
 
-__all__ = ["REST", "Trapezoid", "trapezoid"]
-
 
 @dataclass(frozen=True)
 class Trapezoid:

@@ -13,8 +13,6 @@ from .document import Equation, Section
 from .laws import Acting, loops_at
 from .notation import Formula, cross, dual_cross, joined, law, sym, transposed
 
-__all__ = ["balance", "balances", "recursion"]
-
 
 def balance(graph: Graph, i: int) -> str:
     """The force balance of body i (0-based), e.g. m1 r1" = F1 + Fc1 - Fc2 - Fc3."""

@@ -22,8 +22,6 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 from .document import Equation, Section
 from .notation import Formula, escaped
 
-__all__ = ["coordinates"]
-
 _INFIX = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2), "gt": (">", 0), "ge": (">=", 0)}
 _SHORT = {"mass": "m", "com": "c", "inertia": "I", "p_PJ": "p", "R_PJ": "Rj", "axes": "e", "pitch": "h"}
 _XYZ = "xyz"

@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 
 from .notation import Formula, escaped
 
-__all__ = ["Equation", "Section", "as_latex", "as_text"]
-
 PREAMBLE = r"""\documentclass[10pt]{article}
 \usepackage[T1]{fontenc}
 \usepackage[utf8]{inputenc}

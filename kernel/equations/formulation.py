@@ -7,8 +7,6 @@ from heavylift.kernel.multibody.graph import Graph
 from .document import Equation, Section
 from .notation import Formula
 
-__all__ = ["formulation_section"]
-
 # left and right, each as text and as LaTeX, and a remark
 _Row = tuple[str, str, str, str, str]
 _ROWS: dict[str, tuple[_Row, ...]] = {

@@ -10,8 +10,6 @@ from .document import Equation, Section
 from .laws import Acting
 from .notation import Formula, cross, joined, law, plain, sym, transposed
 
-__all__ = ["joints"]
-
 _AXES = "est"  # letters of axis, second, and axis x second
 
 

@@ -27,8 +27,6 @@ from heavylift.kernel.multibody.graph import Graph
 from .document import Equation, Section
 from .notation import Formula, cross, joined, law, plain, sym
 
-__all__ = ["Acting", "laws", "loops_at"]
-
 Row = tuple[Point, str, str]  # where a law acts, its name with the number of its end, sign of its force there
 
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["Formula", "cross", "dual_cross", "escaped", "joined", "law", "plain", "sym", "transposed"]
-
 _DOTS = {0: ("", "{}"), 1: ("'", r"\dot{{{}}}"), 2: ('"', r"\ddot{{{}}}")}
 _GREEK = {"tau": r"\tau", "omega": r"\omega", "w": r"\omega", "lambda": r"\lambda", "mu": r"\mu"}
 _SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}

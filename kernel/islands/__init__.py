@@ -2,9 +2,10 @@
 
 components       which bodies are tied together, with all that acts on them
 choice           whether a scene is solved as one or as islands
-islands, island  simulations that are solved apart; one of them, and how it goes on where others stood
+islands          simulations that are solved apart
+running_ahead    islands run ahead of each other, and go back to what one of them is told
+island           one of them, how it goes back, and how it goes on where others stood
 sample_merge     samples, log and notes of the scene from those of its islands
-time_warp        islands run ahead by turns, and go back to the first event
 """
 
 from typing import TYPE_CHECKING

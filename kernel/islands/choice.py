@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from heavylift.kernel.description.mechanics import System
@@ -25,13 +25,15 @@ def simulate(
     ties: Collection[str] = (),
     apart: bool = True,
     tensions_only: bool = False,
+    lifts: Mapping[str, Collection[str]] | None = None,
 ) -> Simulation | Islands:
     """A scene as one simulation, or (`apart`) as islands if it has several.
 
-    `ties`: ropes that tie though they are not hooked yet, since they will be; the other arguments are a `Simulation`'s.
+    `ties`: ropes that tie though they are not hooked yet, since they will be; `lifts`: bodies of those whose events are
+    shown apart, by name; the other arguments are a `Simulation`'s.
     """
     options: dict[str, Any] = {"method": method, "step": step, "tensions_only": tensions_only}
     system = check_description(system)
     if apart and len(islands_of(system, loose_ropes(system, ties))) > 1:
-        return Islands(system, tolerance, sample_ns, subscribed, ties, **options)
+        return Islands(system, tolerance, sample_ns, subscribed, ties, lifts, **options)
     return Simulation(system, tolerance, sample_ns, subscribed, **options)

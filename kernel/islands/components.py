@@ -8,7 +8,6 @@ them may be told to follow it.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import fields, replace
 from typing import Any
@@ -20,17 +19,13 @@ from heavylift.kernel.forces.table import signals
 
 __all__ = ["islands_of", "loose_ropes"]
 
-MOST = 8  # islands; of more than these
-SMALL = 4  # bodies: islands of so many or fewer are solved together
 GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "gravity"))
 
 
 def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
     """One system for each island, in the order of their first bodies; `loose`: names of ropes that tie nothing.
 
-    What cannot move belongs to the first island that can, as does what holds no body.  Of more than `MOST` the small
-    ones are solved together, for equal trees are dealt with side by side.  Larger ones are apart however many they are:
-    equal ones share their code, and that of unlike ones together would take longer to compile than one after the other.
+    What cannot move belongs to the first island that can, as does what holds no body.
     """
     child = {j.name: j.child if j.child != WORLD else j.parent for j in system.joints}
     ropes = {r.name: _ends(r)[: 1 if r.name in loose else None] for r in system.all_ropes}
@@ -59,11 +54,6 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
         if moving and root(b.name) not in moving:
             island[root(b.name)] = moving[0]
     roots = list(dict.fromkeys(root(b.name) for b in system.bodies))
-    if len(roots) > MOST:
-        size = Counter(root(b.name) for b in system.bodies)
-        small = sorted((r for r in roots if size[r] <= SMALL), key=lambda r: -size[r])
-        tie(small[max(0, MOST - 1 - (len(roots) - len(small))) :])
-        roots = list(dict.fromkeys(root(b.name) for b in system.bodies))
     of = {key: roots.index(root(bodies[0])) if bodies else 0 for key, bodies in held.items()}
     return [_island(system, of, k, {roots.index(root(b)) for b in led} or {0}) for k in range(len(roots))]
 

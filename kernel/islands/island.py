@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.methods.small_motions import still_below
 from heavylift.kernel.simulation.call_order import STOPPED
+from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 from heavylift.kernel.simulation.native.sample_row import labels
 from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation.snapshots import Snapshot, back, kept, mark
 
 from .components import islands_of
 
@@ -67,6 +70,7 @@ class Island(Simulation):
         self.given, self.subscribed = system, frozenset(name for _, name in self.program.guards)
         self.cuts = Rent(0.0 if cut_at_once else PRICE)
         self.told = 0, 0  # entries of log and notes that are in the common ones
+        self.stand()
 
     def settle(self) -> None:
         """As a simulation; the row of the event is kept aside, and its peaks count for the next sample as well."""
@@ -77,6 +81,79 @@ class Island(Simulation):
         native, at = self.native, self.method.row_layout.at
         native.part("peak")[:] = self.struck[at["peak"]]
         native.part("peak_time")[:] = self.struck[at["peak_time"]] - self.epoch * 1e-9
+
+    def stand(self) -> None:
+        """Whatever comes, nothing of what was before can be asked for again."""
+        self.marks: list[tuple[int, Snapshot]] = []  # to which it can go back, with their times [ns]
+        self.span = 1  # periods of samples that it runs ahead of what is known of the others
+        self.refused = False  # it cannot run ahead
+        self._look()
+
+    def _look(self) -> None:
+        """When something happens next [ns], as far as is known, whether that is an event, where its last step began."""
+        self.due, self.firing = self.next_ns, self.event
+        self._resting: np.ndarray | None = None
+        self.began = self.present_ns
+
+    def extend(self, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:
+        """Steps up to a time [ns] and, as long as nobody minds, some beyond it, by `most_ns` at most."""
+        marked = self.began, mark(self)
+        end = until_ns if self.refused else max(until_ns, self.due + min(self.span * self.recorder.sample_ns, most_ns))
+        try:
+            self.run(end, pause)
+        except KernelError:  # it counts if nothing happens elsewhere before
+            if self.refused:
+                raise
+            back(self, marked[1])
+            self.refused = True
+            return
+        self.span *= 2
+        self.marks.append(marked)
+        self._look()
+
+    def forget(self, before_ns: int) -> None:
+        """Nothing before a time [ns] will be asked for again."""
+        if self.began <= before_ns:
+            self.marks.clear()
+        while len(self.marks) > 1 and self.marks[1][0] <= before_ns:
+            self.marks.pop(0)
+
+    def rewind(self, t_ns: int) -> None:
+        """Go back to an instant, if it has gone beyond."""
+        if self.marks and self.began > t_ns:
+            while len(self.marks) > 1 and self.marks[-1][0] > t_ns:
+                self.marks.pop()
+            back(self, self.marks[-1][1])
+            self.run(t_ns)
+            self.span = 1
+            self._look()
+
+    @property
+    def earliest(self) -> int:
+        """First time [ns] at which commands can still be given."""
+        return self.marks[0][0] if self.marks else self.began
+
+    @property
+    def history(self) -> int:
+        """Last time [ns] of which nothing changes any more, if it is not told anything before what is known of all."""
+        return FOREVER_NS if self.still and not self.marks else self.earliest - 1
+
+    def shown_at(self, t_ns: int) -> np.ndarray:
+        """The row at a time that it may have passed."""
+        self.rewind(t_ns)
+        return self.shown(t_ns)
+
+    @property
+    def resting(self) -> np.ndarray | None:
+        """The row in which it rests, if it does, always the same one."""
+        if self.still and self._resting is None:
+            self._resting = self.shown(self.epoch)
+        return self._resting
+
+    def snapshot(self) -> Snapshot:
+        """As of a simulation; where it has run ahead, of the state to which it may have to go back."""
+        self.order.check_begun()
+        return kept(self, self.native, self.marks[0][1] if self.marks else None)
 
     def _show_rest(self, pause: Callable[[], None]) -> None:
         """Islands show it, together with others, as far as they have not yet."""

@@ -1,9 +1,8 @@
 """Islands that nothing ties together are solved apart: each takes its own steps, and one that rests takes none.
 
-An event of one may lead to a command for another at that instant, and is shown in a row of all, so no island may commit
-steps beyond it (see `time_warp`).  Steps depend on the history of an island alone, so nothing that is seen depends on
-spans or turns.  A command stops the island that it is meant for, not the others: they show themselves at that instant
-by their dense output.
+Each runs ahead of the others (see `running_ahead`), and an event costs what its own island costs, however many there
+are.  Steps depend on the history of an island alone, so nothing that is seen depends on spans or turns.  A command
+stops the island that it is meant for, not the others: what is shown with it is read from their dense output.
 
 A rope that is hooked between two islands makes them one; when it is taken off, and a part rests by then, the island is
 cut again once that pays (see `island.Rent`).
@@ -11,12 +10,11 @@ cut again once that pays (see `island.Rent`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
 from heavylift.kernel.description.mechanics import System, Vector
-from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.model.checks import accepted, check_description
@@ -33,7 +31,6 @@ from heavylift.kernel.simulation.call_order import (
     check_time,
     passed_by,
 )
-from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.commands import Commands
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.simulation import FOREVER_NS
@@ -41,17 +38,15 @@ from heavylift.kernel.simulation.snapshots import Snapshot, copied, foreign, rea
 
 from .components import islands_of, loose_ropes
 from .island import Island, inherit
-from .sample_merge import Joining, news
-from .time_warp import run_ahead
+from .running_ahead import SPAN, RunningAhead
+from .sample_merge import Joining, LiftRows, logged, untied
 
 __all__ = ["Islands"]
-
-SPAN = 64  # periods of samples that islands run ahead of each other at most; one behind an event, then twice as many
 
 KEPT = {"": ("rows", "notes", "epoch", "reached"), "order": ("phase",), "samples": ("number", "struck")}
 
 
-class Islands(Commanded):
+class Islands(RunningAhead):
     """The face of a `Simulation` for a system of several islands; arguments as there and of `choice.simulate`."""
 
     def __init__(
@@ -61,6 +56,7 @@ class Islands(Commanded):
         sample_ns: int = 500_000_000,
         subscribed: frozenset[str] = frozenset(),
         ties: Collection[str] = (),
+        lifts: Mapping[str, Collection[str]] | None = None,
         **options: Any,
     ) -> None:
         self.program = Program(system)
@@ -68,19 +64,26 @@ class Islands(Commanded):
         found = choose(options.get("method", "dopri5"), self.program, options.get("tensions_only", False))
         self.method = Stepping(self.program, found, control_of(found, options.get("step"), self.program))
         self._options = {"tolerance": tolerance, "sample_ns": sample_ns, **options}
-        self.subscribed, self._sample_ns, self._span = subscribed, sample_ns, 1
-        self.parts: list[Island] = []
+        super().__init__(subscribed, sample_ns)
         self.loose: frozenset[str] = frozenset()  # ropes that tie nothing now
         self.samples = Joining(self.program, sample_ns)
-        self.rows: list[tuple[int, np.ndarray]] = []
-        self.log: list[tuple[int, StateEvent]] = []
-        self.notes: list[Note] = []
-        self.epoch = 0  # [ns] of the last event or command of any island
-        self.reached = 0  # [ns] by all islands
         self.order = CallOrder()
-        self._stopped: list[Island] = []  # those that stand at the epoch
-        self._pause: Callable[[], None] = lambda: None
+        self.lifts: list[LiftRows] = []
         self._cut(loose_ropes(self.system, ties))
+        self.lifts = [LiftRows(name, self._method_of(own)) for name, own in untied(self.system, lifts or {}).items()]
+        for lift in self.lifts:
+            lift.cut(self.parts, self.loose)
+
+    @property
+    def alone(self) -> list[LiftRows]:
+        """Lifts whose events leave rows of their own."""
+        return self.lifts
+
+    def _method_of(self, system: System) -> Stepping:
+        """That of the island which is all of a system, or one for its rows alone."""
+        bodies = {b.name for b in system.bodies}
+        same = next((p for p in self.parts if bodies == {b.name for b in p.given.bodies}), None)
+        return same.method if same else Stepping(Program(system), self.method.method, self.method.control)
 
     def _cut(self, loose: frozenset[str]) -> None:
         """Islands that only these ropes do not tie; those that are new go on where the old ones stand."""
@@ -100,36 +103,31 @@ class Islands(Commanded):
                 self._stopped.append(same)
             self.parts.append(same)
         self.samples.cut(self.parts, loose)
+        for lift in self.lifts:
+            lift.cut(self.parts, loose)
+        self._soonest = None
 
     def start(self) -> None:
         """Find the discrete states of the initial pose, take the first sample."""
         self.order.check_new(self.epoch)
         for p in self.parts:
             p.start()
-        self.order.phase = SETTLED
+            p.stand()
+        self.order.phase, self._soonest = SETTLED, None
         self.rows.append((0, self.samples.whole([p.struck for p in self.parts])))
+        self.log += logged(self.parts)
         self._collect()
-
-    @property
-    def next_ns(self) -> int:
-        """Time of the first located event or end of a tentative step; FOREVER_NS if nothing moves any more."""
-        return min(p.next_ns for p in self.parts)
-
-    @property
-    def event(self) -> bool:
-        """Whether `next_ns` is an event that somebody subscribed to."""
-        return any(p.tells(self.subscribed) for p in self._firing)
-
-    @property
-    def _firing(self) -> list[Island]:
-        now = self.next_ns
-        return [p for p in self.parts if p.event and p.next_ns == now]
 
     @property
     def present_ns(self) -> int:
         """First time at which commands can still be given."""
-        shown = (self.samples.number - 1) * self._sample_ns
-        return max(self.epoch, shown, *(p.present_ns for p in self.parts if not p.still))
+        for p in self.parts:
+            p.rewind(self.reached)
+        self._soonest = None
+        return self._present(*(p.began for p in self.parts if not p.still))
+
+    def _present(self, *of_parts: int) -> int:
+        return max(self.epoch, (self.samples.number - 1) * self._sample_ns, *of_parts)
 
     @property
     def now(self) -> float:
@@ -143,30 +141,17 @@ class Islands(Commanded):
             self.settle()
         self.order.check_settled("run", self.epoch)
         self.order.phase = GOING
-        while (following := self.next_ns) <= until_ns and not self.event:
-            if self._firing:
+        if until_ns < self.reached:
+            return
+        while True:
+            end = self._run_to(min(until_ns, self.reached + SPAN * self._sample_ns), pause)
+            self._reach(end)
+            if self._firing and self.next_ns == end and not self.event:
                 self.fire()
                 self.settle()
                 self.order.phase = GOING
-                continue
-            horizon = min(until_ns, max(self.reached, following) + self._span * self._sample_ns)
-            first = run_ahead(self.parts, horizon, pause)
-            self.reached = min(horizon, first)
-            self._span = 1 if first < FOREVER_NS else min(2 * self._span, SPAN)
-            self._collect()
-
-    def _collect(self) -> None:
-        """Samples, log and notes of the islands become those of all, in the order of time."""
-        log, notes = news(self.parts)
-        self.log += log
-        self.notes += notes
-        resting = [p.shown(self.reached) if p.still else None for p in self.parts]
-        more = True
-        while more:
-            more = any([p.recorder.unroll(self.samples.next_ns) for p in self.parts])
-            self.rows += self.samples.take([p.rows for p in self.parts], resting)
-            if more:
-                self._pause()
+            elif end >= until_ns or (self._firing and self.next_ns == end) or self.next_ns >= FOREVER_NS:
+                return
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
         """See `Simulation.foretold`."""
@@ -177,7 +162,9 @@ class Islands(Commanded):
 
     def shown(self, t_ns: int) -> np.ndarray:
         """See `Simulation.shown`."""
-        return self.samples.whole([p.shown(t_ns) for p in self.parts])
+        row = self.samples.whole([p.shown_at(t_ns) for p in self.parts])
+        self._soonest = None
+        return row
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
@@ -186,13 +173,14 @@ class Islands(Commanded):
 
     def fire(self) -> list[StateEvent]:
         """Integrate the islands of the located event to it and switch what has fallen there."""
+        self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
-            self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
         self.order.phase = STOPPED
-        self.epoch, self._stopped = self.next_ns, firing
+        self.epoch, self._stopped = self.next_ns, [*firing]
         events = [e for p in firing for e in p.fire()]
-        self._collect()
+        self._stand(firing)
+        self._reach(self.epoch)
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
@@ -202,7 +190,8 @@ class Islands(Commanded):
         """
         if self.order.stands_at(t_ns, self.epoch):
             return
-        check_present(t_ns, self.present_ns)
+        if t_ns < self.reached:
+            check_present(t_ns, self.present_ns)
         self._pause = pause
         self.run(t_ns, pause)
         if self.event and self.next_ns < t_ns:
@@ -213,28 +202,35 @@ class Islands(Commanded):
     def settle(self) -> None:
         """After events and commands; if nothing was commanded, all islands stop here: the end of a run."""
         self.order.check_standing("settle", self.epoch)
-        if not self._stopped:
+        if ended := not self._stopped:
             self._stop_all()
         self._cut_again()
         for p in self._stopped:
             p.settle()
-        parts = [p.struck if p in self._stopped else p.shown(self.epoch) for p in self.parts]
-        self.samples.struck.append((self.epoch, self.samples.whole(parts)))
-        self._stopped = []
-        self._collect()
+        self._stand(self._stopped)
+        if ended or not self.lifts:
+            parts = [p.struck if p in self._stopped else p.shown_at(self.epoch) for p in self.parts]
+            self.samples.struck.append((self.epoch, self.samples.whole(parts)))
+        for lift in self.lifts if not ended else ():
+            if any(p in self._stopped for p in lift.parts):
+                lift.take(self.epoch, self._stopped)
+        self._reach(self.epoch)
+        self._stopped, self._soonest = [], None
         self.order.phase = SETTLED
 
     def _stop(self, p: Island) -> Island:
         """An island that stands at the epoch from here on."""
         if p not in self._stopped:
+            p.rewind(self.epoch)
             p.interrupt(self.epoch)
+            self._stand([p])
             self._stopped.append(p)
         return p
 
     def _stop_all(self) -> None:
         for p in self.parts:
             self._stop(p)
-        self._collect()
+        self._reach(self.epoch, whole=True)
 
     def _cut_again(self) -> None:
         """Cut islands whose ropes have been taken off, where a part of them rests and that pays."""
@@ -268,7 +264,7 @@ class Islands(Commanded):
         lock_of(self.system, lock)
         owner = next(p for p in self.parts if any(x.name == lock for x in p.given.locks))
         event = self._stop(owner).set_lock(lock, engaged)
-        self._collect()
+        self.log += logged(self._stopped)
         return event
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
@@ -282,8 +278,13 @@ class Islands(Commanded):
     def snapshot(self) -> Snapshot:
         """All that the future depends on."""
         self.order.check_begun()
-        parts = [{"of": p.snapshot(), "cuts": p.cuts.kept()} for p in self.parts]
-        return {"parts": parts, "loose": sorted(self.loose), "common": copied(read(self, KEPT))}
+        parts = [{"of": p.snapshot(), "cuts": p.cuts.kept(), "noted": p.told[1]} for p in self.parts]
+        return {
+            "parts": parts,
+            "loose": sorted(self.loose),
+            "common": copied(read(self, KEPT)),
+            "lifts": [list(lift.rows) for lift in self.lifts],
+        }
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from the snapshot of islands of the same system and options, bit for bit; start these first."""
@@ -297,6 +298,9 @@ class Islands(Commanded):
         for p, part in zip(self.parts, snapshot["parts"], strict=True):
             p.restore(part["of"])
             p.cuts.go_on(part["cuts"])
-            p.told = len(p.log), len(p.notes)
+            p.told = len(p.log), part["noted"]
+            p.stand()
         write(self, copied(snapshot["common"]))
-        self._stopped = []
+        for lift, rows in zip(self.lifts, snapshot["lifts"], strict=True):
+            lift.rows[:] = rows
+        self._stopped, self._soonest = [], None

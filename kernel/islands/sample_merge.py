@@ -2,28 +2,31 @@
 
 Islands step as they like, so their samples come at different moments of the run, but at the same times; a row is
 complete when all islands that move have given their part, and one that rests gives the row in which it rests.  What an
-event or a command has changed is shown in a row of its own.
+event or a command has changed is shown in a row of its own: of the lift alone to which it happened, where several
+lifts stand in a scene, else of all.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
-from heavylift.kernel.description.mechanics import RigidRope, Rope
+from heavylift.kernel.description.mechanics import RigidRope, Rope, System, merge
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.sample_row import labels, row_layout
 
+from .components import islands_of
 from .island import Island
 
-__all__ = ["Joining", "news"]
+__all__ = ["Joining", "LiftRows", "Merge", "logged", "noted", "untied"]
 
 Rows = list[tuple[int, np.ndarray]]
 
@@ -51,16 +54,13 @@ class _Loose:
         return out
 
 
-class Joining:
-    """Rows of the whole scene; `period`: of samples [ns]."""
+class Merge:
+    """Rows of a program made of those of its islands."""
 
-    def __init__(self, program: Program, period: int) -> None:
+    def __init__(self, program: Program) -> None:
         self._place = {label: i for i, label in enumerate(labels(program))}
-        self._period = period
         self._program, self._at = program, row_layout(program).at
         self._places: list[np.ndarray] = []
-        self.number = 1  # of the next periodic sample
-        self.struck: Rows = []  # rows of events that wait for samples before them
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
         """These are the islands from here on, and the ropes that tie nothing."""
@@ -90,42 +90,106 @@ class Joining:
             row[rope.apart] = rope.sign * (rope.span(frames) - row[rope.length])
         return row
 
+
+class LiftRows(Merge):
+    """What events and commands change in one of several lifts: `rows` of its own columns, which `method` shows."""
+
+    def __init__(self, name: str, method: Stepping) -> None:
+        super().__init__(method.program)
+        self.name, self.method = name, method
+        self.bodies = frozenset(b.name for b in method.program.system.bodies)
+        self.rows: Rows = []
+        self.parts: list[Island] = []
+
+    def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
+        """Its islands among these."""
+        self.parts = [p for p in parts if p.given.bodies[0].name in self.bodies]
+        super().cut(self.parts, frozenset(r.name for r in self._program.system.straight_ropes if r.name in loose))
+
+    def take(self, t_ns: int, stopped: Sequence[Island]) -> None:
+        """Show it at an instant at which some of its islands stand."""
+        self.rows.append((t_ns, self.whole([p.struck if p in stopped else p.shown_at(t_ns) for p in self.parts])))
+
+
+def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, System]:
+    """What nothing ties, nor ever will, of some lifts (name -> bodies); those that something ties are one, `a+b`."""
+    of = {body: name for name, bodies in lifts.items() for body in bodies}
+    found = dict[str, System]()
+    pieces = islands_of(system) if lifts else []
+    names = [sorted({of[b.name] for b in piece.bodies if b.name in of}) for piece in pieces]
+    groups: list[set[str]] = []
+    for some in map(set, names):
+        groups = [g for g in groups if not g & some] + [some.union(*(g for g in groups if g & some))]
+    for group in groups if len(groups) > 1 else ():
+        own = [piece for piece, some in zip(pieces, names, strict=True) if group.issuperset(some)]
+        whole = merge(own, system.gravity)
+        found["+".join(sorted(group))] = replace(whole, masters=tuple(dict.fromkeys(whole.masters)))
+    return found
+
+
+class Joining(Merge):
+    """Rows of the whole scene; `period`: of samples [ns]."""
+
+    def __init__(self, program: Program, period: int) -> None:
+        super().__init__(program)
+        self._period = period
+        self.number = 1  # of the next periodic sample
+        self.struck: Rows = []  # rows of events that wait for samples before them
+        self._before: tuple[list[np.ndarray], np.ndarray] = [], np.zeros(0)
+
     @property
     def next_ns(self) -> int:
         """Time of the next periodic sample [ns]."""
         return self.number * self._period
 
-    def take(self, samples: Sequence[Rows], resting: Sequence[np.ndarray | None]) -> Rows:
-        """Rows that are complete; taken from `samples` of each island, and from the row in which it rests, if so."""
+    def take(self, samples: Sequence[Rows], resting: Sequence[np.ndarray | None], end_ns: int) -> Rows:
+        """Complete rows before a time; from `samples` of each island, and from the row in which it rests, if so."""
         out: Rows = []
-        before: list[np.ndarray] = []
-        while True:
-            t = self.next_ns
+        for rows in samples:
+            while rows and rows[0][0] < self.next_ns:  # of steps that were taken again
+                rows.pop(0)
+        while (t := self.next_ns) < end_ns:
             ready = [bool(rows) and rows[0][0] == t for rows in samples]
             if not any(ready) or not all(r or x is not None for r, x in zip(ready, resting, strict=True)):
                 break
             out += self._struck(t)
             now = [rows.pop(0)[1] if r else x for r, rows, x in zip(ready, samples, resting, strict=True)]
-            parts = [x for x in now if x is not None]
+            parts, (before, row) = [x for x in now if x is not None], self._before
             if len(parts) != len(before) or any(a is not b for a, b in zip(parts, before, strict=True)):
-                row, before = self.whole(parts), parts
+                row = self.whole(parts)
+                self._before = parts, row
             out.append((t, row))  # the same one as long as all rest
             self.number += 1
-        return out + self._struck(self.next_ns)
+        return out
+
+    def ready(self) -> Rows:
+        """Rows of events that wait for no sample."""
+        return self._struck(self.next_ns)
 
     def _struck(self, before: int) -> Rows:
+        if not self.struck:
+            return []
         out = [x for x in self.struck if x[0] < before]
         self.struck = self.struck[len(out) :]
         return out
 
 
-def news(parts: Sequence[Island]) -> tuple[list[tuple[int, StateEvent]], list[Note]]:
-    """What islands have logged and noted since it was asked last, in the order of time."""
-    log: list[tuple[int, int, StateEvent]] = []
-    notes: list[Note] = []
-    for k, p in enumerate(parts):
+def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateEvent]]:
+    """What islands have logged since it was asked last."""
+    for p in parts:
         entries, noted = p.told
-        log += [(t, k, e) for t, e in p.log[entries:]]
-        notes += p.notes[noted:]
-        p.told = len(p.log), len(p.notes)
-    return [(t, e) for t, _, e in sorted(log, key=lambda x: x[:2])], sorted(notes, key=lambda note: note.t_ns)
+        if len(p.log) > entries:
+            yield from p.log[entries:]
+            p.told = len(p.log), noted
+
+
+def noted(parts: Sequence[Island], until_ns: int) -> list[Note]:
+    """What islands have noted up to a time since it was asked last, in the order of time."""
+    out: list[Note] = []
+    for p in parts:
+        entries, before = p.told
+        if len(p.notes) > before:
+            fresh = [note for note in p.notes[before:] if note.t_ns <= until_ns]
+            p.told = entries, before + len(fresh)
+            out += fresh
+    return sorted(out, key=lambda note: note.t_ns)

@@ -8,8 +8,6 @@ from heavylift.kernel.methods.step_state import Rate, StepState
 
 from .method import Attempt, Exponents, Method
 
-__all__ = ["AtRest", "Stepless"]
-
 
 class Stepless(Method):
     """A method whose steps native code does not take, if it takes any; the kernel knows its interpolant only."""

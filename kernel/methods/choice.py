@@ -19,9 +19,6 @@ from .rosenbrock import RosenbrockW
 from .sdirk import DiagonallyImplicit
 from .tableaus import SDIRK2, SDIRK3
 
-__all__ = ["METHODS", "choose", "control_of"]
-
-
 METHODS: dict[str, Callable[[Program, bool], Method]] = {
     "semi-implicit-euler": lambda program, tensions_only: SemiImplicitEuler(program),
     "rk4": lambda program, tensions_only: Kutta4(),

@@ -19,8 +19,6 @@ from heavylift.kernel.methods.step_state import StepState
 from .method import Attempt, Exponents
 from .small_motions import allowed
 
-__all__ = ["Control", "ErrorControl", "FixedStep", "Verdict"]
-
 TINY = 1e-200  # keeps the quotient of two vanishing errors at zero
 UNSOLVED = 16.0  # error of a step whose equations were not solved: the next one is half as long
 SLIGHT, WEIGHT = 0.02, 1e3  # a tension counts as this part of the largest, and as [N], at least

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from .tableaus import Tableau
 
-__all__ = ["DENSE", "DORMAND_PRINCE_8", "EXTRA_A", "EXTRA_C", "THIRD_ORDER_ERROR"]
-
 # fmt: off
 
 DORMAND_PRINCE_8 = Tableau(

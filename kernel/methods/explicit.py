@@ -17,8 +17,6 @@ from .dop853 import DENSE, DORMAND_PRINCE_8, EXTRA_A, EXTRA_C, THIRD_ORDER_ERROR
 from .method import Attempt, Exponents, Method, combine, fallen_in
 from .tableaus import DORMAND_PRINCE_5, KUTTA_4, Tableau
 
-__all__ = ["DormandPrince5", "DormandPrince8", "Kutta4", "RungeKutta", "SemiImplicitEuler"]
-
 
 class RungeKutta(Method):
     """Stages of an explicit tableau; a tableau whose last stage is the solution needs no further evaluation."""

@@ -20,8 +20,6 @@ from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.symbol import Value, any_of, minimum, select
 from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 
-__all__ = ["LONGEST", "Attempt", "Build", "Code", "Exponents", "Method", "combine", "fallen_in", "inside", "length"]
-
 LONGEST = 0.1  # [s] a step that nothing else bounds
 LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing would be left for the next one
 

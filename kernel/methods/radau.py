@@ -28,8 +28,6 @@ from .method import Attempt, Build, Exponents, combine, fallen_in, inside, lengt
 from .small_motions import allowed
 from .velocity_space import VelocitySpace
 
-__all__ = ["Radau5"]
-
 R6, R3 = sqrt(6.0), power(3.0, 1.0 / 3.0)
 C = ((4.0 - R6) / 10.0, (4.0 + R6) / 10.0, 1.0)
 A = np.array(

@@ -28,8 +28,6 @@ from heavylift.kernel.multibody.motion import rates
 from .method import Attempt, Build, Exponents, Method, combine, fallen_in, length
 from .stiffness import Linearised
 
-__all__ = ["RosenbrockW"]
-
 GAMMA = 0.435866521508459
 ALPHA = np.array(
     [

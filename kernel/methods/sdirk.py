@@ -27,8 +27,6 @@ from .method import LONGEST, Attempt, Build, Exponents, combine, fallen_in, insi
 from .tableaus import Diagonal
 from .velocity_space import VelocitySpace
 
-__all__ = ["DiagonallyImplicit"]
-
 LONG = 10.0  # [s] a step, where tensions decide
 MOST = 25.0  # iterations of a stage
 RENEWALS = 4.0  # of the Jacobian in one stage

@@ -14,8 +14,6 @@ import numpy as np
 from heavylift.kernel.compiler.symbol import Value, maximum, minimum
 from heavylift.kernel.methods.step_state import StepState
 
-__all__ = ["FINEST", "allowed", "rounded", "scale_of", "still_below"]
-
 SWIFT = 1e-2  # [m/s, rad/s] from which the tolerance is that of a metre
 FINEST = 1e-5  # least scale of the tolerance: that of a motion at 1e-7 m/s
 STILL = 1e-7  # |v| [SI] and |dv/dt| [SI] of a scene at rest after it has moved at SWIFT

@@ -15,8 +15,6 @@ from heavylift.kernel.errors import KernelError
 
 from .method import Method
 
-__all__ = ["Balance", "bent", "check_step", "jacobian", "missed", "unresolved"]
-
 DIFFERENCE = 1e-6  # of a central difference, relative to 1 + |y|
 MARGIN = 1e-3  # growth in one step beyond that of the motion, which differences can feign
 HALVINGS = 30  # of the bracket around the longest stable step

@@ -7,8 +7,6 @@ from typing import Protocol
 
 from heavylift.kernel.compiler.symbol import Value
 
-__all__ = ["SCALARS", "Evaluated", "Rate", "StepState"]
-
 SCALARS = (
     # control: loop flags, then why it stopped, attempts left in this call
     "run", "due", "locate", "status", "budget",

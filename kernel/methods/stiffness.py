@@ -20,8 +20,6 @@ from heavylift.kernel.multibody.dynamics import composites, joint_space_inertia
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, seen_from
 from heavylift.kernel.multibody.trees import Tree, with_numbers
 
-__all__ = ["Linearised"]
-
 Row = dict[int, Value]  # degree of freedom -> number, or column (3,)
 
 

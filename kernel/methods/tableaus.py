@@ -6,8 +6,6 @@ from dataclasses import dataclass, field
 
 from heavylift.kernel.compiler.symbol import sqrt
 
-__all__ = ["DORMAND_PRINCE_5", "KUTTA_4", "SDIRK2", "SDIRK3", "Diagonal", "Tableau"]
-
 
 @dataclass(frozen=True)
 class Tableau:

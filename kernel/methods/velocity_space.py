@@ -24,8 +24,6 @@ from heavylift.kernel.multibody.motion import rates
 
 from .method import Build, Method
 
-__all__ = ["VelocitySpace"]
-
 MOVED, SPED = 1e-6, 1e-5  # [m, rad], [m/s, rad/s] finite differences
 
 

@@ -11,8 +11,6 @@ from heavylift.kernel.forces.force_law import attachment
 from .instant import Evaluation
 from .quantities import names, points, scalar
 
-__all__ = ["accelerate", "collect", "hold_rows", "press_contacts", "pull_rigid_ropes", "watch_thresholds"]
-
 
 def hold_rows(x: Evaluation) -> None:
     """Multipliers that keep loops, taut rigid ropes and closed contacts together."""

@@ -15,8 +15,6 @@ from heavylift.kernel.forces.table import SharedForce
 
 from .instant import Evaluation
 
-__all__ = ["apply_laws", "bend", "drive", "read_signals", "weigh_rigid_ropes"]
-
 
 def read_signals(x: Evaluation) -> None:
     """Value and rate of each law's signal: commanded, from its history's active piece, or constant."""

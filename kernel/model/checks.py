@@ -25,8 +25,6 @@ from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, Ri
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import FORCES, check_force
 
-__all__ = ["accepted", "check_description", "check_inertia", "check_joint", "check_options"]
-
 PLACES = ("lines", "point", "p_PJ", "p_CJ", "com")
 FARTHEST = 1e30  # [m] the squares of distances must stay finite
 FINEST = 1e-14  # of a step: below is rounding, and steps shrink without end

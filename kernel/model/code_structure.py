@@ -12,8 +12,6 @@ from heavylift.kernel.description.mechanics import Measured, Threshold
 from .program import Program
 from .quantities import numbers, points
 
-__all__ = ["structure"]
-
 
 def structure(program: Program, *method: object) -> str:
     """Equal for scenes that share machine code; `method`: what the code depends on besides the scene."""

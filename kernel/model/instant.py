@@ -17,8 +17,6 @@ from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
 
 from .program import Label, Program
 
-__all__ = ["Evaluation", "Reference"]
-
 GROUND = np.concatenate([np.eye(3).ravel(), np.zeros(12)])
 ROUNDED = 1e-14  # part of the coordinates that rows may gape by rounding
 Reference = tuple[Scalar, Scalar, Scalar]  # value, rate, acceleration

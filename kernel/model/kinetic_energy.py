@@ -11,8 +11,6 @@ from heavylift.kernel.multibody.trees import with_numbers
 
 from .program import Program
 
-__all__ = ["KineticShares"]
-
 
 class KineticShares:
     """Kinetic energy by bodies and by joint velocities, at one pose."""

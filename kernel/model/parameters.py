@@ -20,8 +20,6 @@ from heavylift.kernel.multibody.trees import Tree
 from .quantities import numbers as quantity_numbers
 from .quantities import points
 
-__all__ = ["PROFILE", "Parameters"]
-
 PROFILE = 8  # start, x0, v0, a1, d1, cruise, a2, d2
 
 

@@ -19,10 +19,6 @@ from heavylift.kernel.multibody.continuous_angles import on_turn
 from .instant import Evaluation
 from .program import Program
 
-__all__ = [
-    "command_masters", "follow", "measure_angles", "measure_masters", "place_bodies", "poses_of", "prescribe_joints",
-]  # fmt: skip
-
 
 def command_masters(x: Evaluation) -> None:
     """Masters by their profiles."""

@@ -41,8 +41,6 @@ from .traced_functions import SharedTree, profile, tree_functions
 if TYPE_CHECKING:
     from heavylift.kernel.multibody.flexible.modes import Modes
 
-__all__ = ["Label", "Program"]
-
 Label = tuple[str, str]  # kind and name: of a law, a guard, an account
 COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # groups that laws fill
 

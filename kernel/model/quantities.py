@@ -16,8 +16,6 @@ from heavylift.kernel.description.mechanics import Line, Point, System, Threshol
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.errors import KernelError
 
-__all__ = ["check_signal", "names", "numbers", "points", "scalar"]
-
 Watched: TypeAlias = Signal | Threshold
 Places: TypeAlias = Sequence[Scalars]  # of points, each x, y, z
 BEYOND = 1e-3  # of the last tension of a chart: what may hang beyond its last radius
@@ -43,22 +41,10 @@ def _one(x: Given) -> Any:
     return x.values[0]
 
 
-def _height(x: Given) -> Any:
-    return x.places[0][2]
-
-
-def _difference(x: Given) -> Any:
-    return x.places[0][2] - x.places[1][2]
-
-
 def _radius(x: Given) -> Any:
     a, b = x.places
     dx, dy = a[0] - b[0], a[1] - b[1]
     return sqrt(dx * dx + dy * dy)
-
-
-def _load(x: Given) -> Any:
-    return _sum(x) * x.numbers[0] - x.numbers[1]
 
 
 def _moment(x: Given) -> Any:
@@ -78,14 +64,6 @@ def _aside(x: Given, axis: int) -> tuple[Scalar, Scalar]:
         out += share * (below[axis] - above[axis])
         drop += share * (above[2] - below[2])
     return out, drop
-
-
-def _along(x: Given) -> Any:
-    return atan2(*_aside(x, 0))
-
-
-def _across(x: Given) -> Any:
-    return atan2(*_aside(x, 1))
 
 
 def _off_lead(x: Given) -> Any:
@@ -155,16 +133,16 @@ class Row:
 
 
 ROWS: dict[str, Row] = {
-    "height": Row(_height, ("point",)),
-    "height difference": Row(_difference, ("point", "origin")),
+    "height": Row(lambda x: x.places[0][2], ("point",)),
+    "height difference": Row(lambda x: x.places[0][2] - x.places[1][2], ("point", "origin")),
     "radius": Row(_radius, ("point", "origin")),
     "gap": Row(_gap, ("point", "origin")),
     "tension": Row(_sum, ("rope",)),
     "length": Row(_one, ("rope",)),
-    "load": Row(_load, ("rope",)),
+    "load": Row(lambda x: _sum(x) * x.numbers[0] - x.numbers[1], ("rope",)),
     "moment": Row(_moment, ("rope", "point", "origin")),
-    "swing along": Row(_along, ("rope",)),
-    "swing across": Row(_across, ("rope",)),
+    "swing along": Row(lambda x: atan2(*_aside(x, 0)), ("rope",)),
+    "swing across": Row(lambda x: atan2(*_aside(x, 1)), ("rope",)),
     "off-lead": Row(_off_lead, ("rope",)),
     "angle": Row(_one),
     "joint": Row(_one),

@@ -21,8 +21,6 @@ from heavylift.kernel.forces.ropes import RopeAt
 
 from .program import Program
 
-__all__ = ["ROPES", "StateEvent", "Switches"]
-
 ROPES = ("rope", "rigid", ReevingLaw.kind)  # kinds of numbers that ropes have
 
 

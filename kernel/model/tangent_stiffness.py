@@ -19,8 +19,6 @@ from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
 from heavylift.kernel.compiler.native_loops import LANES, VECTOR, Code, padded
 from heavylift.kernel.compiler.symbol import Array, Scalar
 
-__all__ = ["FOURTH", "SECOND", "Tangent", "one_sided"]
-
 FOURTH, SECOND = (2.0 / 3.0, -1.0 / 12.0), (0.5, 0.0)  # order of central differences: weights of h f'(0)
 
 Rate = Callable[..., SimpleNamespace]  # (t (2,), y (ny,), P) -> dy, T, G, ... by name

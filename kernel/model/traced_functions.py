@@ -19,8 +19,6 @@ from heavylift.kernel.multibody.joint_locking import halt_function
 from heavylift.kernel.multibody.kinematics import kinematics
 from heavylift.kernel.multibody.trees import Tree, with_numbers
 
-__all__ = ["SharedTree", "profile", "tree_functions"]
-
 
 @dataclass(frozen=True)
 class SharedTree:

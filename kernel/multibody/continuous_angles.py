@@ -20,8 +20,6 @@ from heavylift.kernel.description.joint_table import JOINTS
 if TYPE_CHECKING:
     from .graph import Graph
 
-__all__ = ["AXES", "Label", "between", "hinge", "on_turn", "starting", "turned_at_start"]
-
 TURN = 2.0 * pi
 PARALLEL = 1e-9  # sine of the angle between axes that are parallel but for rounding
 EVEN = 1e-9  # part of a turn: half a turn, rounded either way, counts upwards

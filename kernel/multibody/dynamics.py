@@ -22,10 +22,6 @@ from .kinematics import Kinematics, elastic, kinematics, seen_from
 from .ltdl import Factors, ltdl
 from .trees import Tree
 
-__all__ = [
-    "Equations", "composites", "dynamics", "energies", "equations_of_motion", "joint_forces", "joint_space_inertia",
-]  # fmt: skip
-
 
 @dataclass(frozen=True)
 class Equations:

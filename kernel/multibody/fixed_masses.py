@@ -17,8 +17,6 @@ from heavylift.kernel.compiler.symbol import Array
 
 from .trees import Tree, TreeBody
 
-__all__ = ["gathered", "merged"]
-
 
 def merged(tree: Tree) -> Tree:
     """The tree with the masses of fixed bodies given to the rigid bodies that carry them; numbers are floats."""
@@ -31,15 +29,11 @@ def merged(tree: Tree) -> Tree:
             and b.place is None
             and b.elastic is None
             and b.added is None
-            and _has_inertia(b)
+            and (b.mass or np.any(b.inertia))
         ):
             bodies[b.parent] = _with(bodies[b.parent], b)
             bodies[i] = replace(b, mass=0.0, com=np.zeros(3), inertia=np.zeros((3, 3)))
     return replace(tree, bodies=tuple(bodies))
-
-
-def _has_inertia(b: TreeBody) -> bool:
-    return bool(b.mass or np.any(b.inertia))
 
 
 def _with(parent: TreeBody, child: TreeBody) -> TreeBody:

@@ -15,8 +15,6 @@ from heavylift.kernel.compiler.symbol import Array, named
 from .kinematics import Kinematics
 from .trees import Tree
 
-__all__ = ["added_inertia", "body_inertia", "newton_euler"]
-
 
 def added_inertia(A: Array, r: Array, R: Array) -> Any:
     """(6, 6) added mass in world axes about the tree's point, r from it to the body's origin."""

@@ -25,8 +25,6 @@ from .spanning_tree import spanning_tree
 if TYPE_CHECKING:
     from heavylift.kernel.multibody.flexible.modes import Modes
 
-__all__ = ["Freedoms", "Graph", "Link", "build_graph", "children_of", "coordinate_names", "path_matrix"]
-
 
 class Freedoms(ABC):
     """Coordinates q and velocities v of a body's joint; those of the modes of a flexible body stand behind them."""

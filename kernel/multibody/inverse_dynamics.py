@@ -14,8 +14,6 @@ from .dynamics import composites, joint_forces
 from .kinematics import Kinematics, kinematics
 from .trees import Tree
 
-__all__ = ["accelerated", "axial_loads", "inverse_dynamics"]
-
 
 def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinematics:
     """Places, twists and the true accelerations of all bodies (gravity as upward acceleration of the ground)."""

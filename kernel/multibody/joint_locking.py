@@ -22,8 +22,6 @@ from .kinematics import kinematics
 from .ltdl import ltdl
 from .trees import Tree, with_numbers
 
-__all__ = ["check_locks", "halt_function", "lock_of"]
-
 
 def lock_of(system: System, name: str) -> Lock:
     """The lock of this name; raises KernelError if there is none."""

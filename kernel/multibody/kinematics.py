@@ -19,8 +19,6 @@ from heavylift.kernel.multibody.flexible.inertia import FlexibleInertia, flexibl
 from .motion import columns, placement, rates
 from .trees import Tree
 
-__all__ = ["Base", "Kinematics", "elastic", "kinematics", "seen_from"]
-
 
 @dataclass
 class Kinematics:

@@ -11,8 +11,6 @@ from heavylift.kernel.compiler.symbol import Scalar
 
 from .trees import Tree
 
-__all__ = ["Factors", "ltdl"]
-
 
 @dataclass(frozen=True)
 class Factors:

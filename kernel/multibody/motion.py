@@ -23,8 +23,6 @@ from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.joint_table import JOINTS, Motion
 from heavylift.kernel.description.mechanics import Joint, JointKind
 
-__all__ = ["axes_of", "columns", "placement", "rates", "speeds"]
-
 
 class Jointed(Protocol):
     """A body with its joint (`trees.TreeBody`), in numbers or symbols."""

@@ -16,8 +16,6 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Brake, Drive, Joint, JointSpring, Lock, Stop, System
 from heavylift.kernel.errors import KernelError
 
-__all__ = ["spanning_tree"]
-
 
 def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str, Joint], tuple[Joint, ...]]:
     """The joint that carries each body, and the joints that close loops, in the order of the list.

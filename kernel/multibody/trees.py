@@ -19,8 +19,6 @@ from heavylift.kernel.errors import KernelError
 from .graph import Freedoms, Graph, Link
 from .motion import axes_of
 
-__all__ = ["Tree", "TreeBody", "all_numbers", "cut", "in_order", "structural", "with_numbers"]
-
 _FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axes", "pitch", "p_CJ", "R_CJ")
 _PARTS = (
     "elastic",

@@ -3,17 +3,34 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Protocol
 
+import numpy as np
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.model.switching import StateEvent
 
 from .commands import Commands
+from .native.native_functions import Stepping
 
-__all__ = ["Commanded"]
+__all__ = ["Commanded", "OwnRows"]
+
+
+class OwnRows(Protocol):
+    """Times [ns] and rows of one of several lifts, which `method` shows: what events have changed in it alone."""
+
+    name: str
+    method: Stepping
+    rows: list[tuple[int, np.ndarray]]
 
 
 class Commanded(ABC):
     """Whoever takes commands; each raises KernelError for a name that nobody bears, and out of turn."""
+
+    @property
+    def alone(self) -> Sequence[OwnRows]:
+        """Lifts whose events leave rows of their own; without any all rows are of all."""
+        return ()
 
     @abstractmethod
     def _addressed(self, what: str, kind: str, name: str) -> Commands:

@@ -23,7 +23,7 @@ class Recorder:
     `rested`: a rest that is over: its first sample without a row [ns], what it ends before [ns], its row."""
 
     def __init__(self, native: NativeState, sample_ns: int, tolerance: float, step: float | None) -> None:
-        self._native, self._sample_ns, self._step = native, sample_ns, step
+        self._native, self.sample_ns, self._step = native, sample_ns, step
         self.rows: list[tuple[int, np.ndarray]] = []
         self.number = 1
         self.rested: tuple[int, int, np.ndarray] | None = None
@@ -33,7 +33,7 @@ class Recorder:
     @property
     def next_ns(self) -> int:
         """Time of the next periodic sample [ns]."""
-        return self.number * self._sample_ns
+        return self.number * self.sample_ns
 
     def drain(self) -> None:
         """Take the samples that native code has written."""
@@ -75,7 +75,7 @@ class Recorder:
         if native.program.axial:
             check_compression(native, rows[-1], self.next_ns)
         rows[:, native.method.row_layout.at["peak_time"]] += native.epoch * 1e-9
-        times = range(self.next_ns, self.next_ns + len(rows) * self._sample_ns, self._sample_ns)
+        times = range(self.next_ns, self.next_ns + len(rows) * self.sample_ns, self.sample_ns)
         self.rows += zip(times, rows, strict=True)
         self.number += len(rows)
 
@@ -104,7 +104,7 @@ class Recorder:
     def new_stretch(self) -> None:
         """Local time begins again at the epoch: so do the numbers of samples within the stretch."""
         base = self._native.local(self.next_ns)
-        self._native.set(t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0)
+        self._native.set(t_base=base, t_out=base, dt_out=self.sample_ns * 1e-9, count=0.0)
 
     # ---- rests --------------------------------------------------------------------------------------------
 
@@ -117,8 +117,8 @@ class Recorder:
         self.keep(first, np.array(self._native.method.row_layout.pack(self._native.row())))
         row = self.rows.pop()[1]
         self.rested = first, t_ns + 1, row
-        self.number = t_ns // self._sample_ns + 1
-        for t in range(first, t_ns + 1, self._sample_ns)[1:] if self._native.program.axial else ():
+        self.number = t_ns // self.sample_ns + 1
+        for t in range(first, t_ns + 1, self.sample_ns)[1:] if self._native.program.axial else ():
             try:
                 check_compression(self._native, row, t)
             except KernelError:
@@ -132,7 +132,7 @@ class Recorder:
         if self.rested is None:
             return False
         first, end, row = self.rested
-        times = range(max(first, start_ns), end, self._sample_ns)
+        times = range(max(first, start_ns), end, self.sample_ns)
         self.rows += [(t, row) for t in times[:ROWS]]
         self.rested = (times[ROWS], end, row) if len(times) > ROWS else None
         return self.rested is not None

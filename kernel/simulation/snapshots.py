@@ -74,10 +74,11 @@ def copied(state: Snapshot) -> Snapshot:
     return state
 
 
-def kept(run: object, native: NativeState) -> Snapshot:
-    """All that the future of a simulation depends on."""
+def kept(run: object, native: NativeState, marked: Snapshot | None = None) -> Snapshot:
+    """All that the future of a simulation depends on; of one that is to go on from where a `mark` was made."""
     variant = {"locked": sorted(native.program.locked), "calm": sorted(native.calm)}
-    return copied({"state": read(run, KEPT), "variant": variant, "scene": _scene(native)})
+    state = {path: values | (marked or {}).get(path, {}) for path, values in read(run, KEPT).items()}
+    return copied({"state": state, "variant": variant, "scene": _scene(native)})
 
 
 def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
@@ -95,8 +96,8 @@ def mark(run: object) -> Snapshot:
 
 
 def back(run: object, marked: Snapshot) -> None:
-    """Stand again where `mark` was made, before anything happened."""
-    write(run, marked)
+    """Stand again where `mark` was made, before anything happened; more than once if need be."""
+    write(run, {path: {k: copy(x) for k, x in values.items()} for path, values in marked.items()})
 
 
 def foreign() -> KernelError:

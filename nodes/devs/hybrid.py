@@ -18,8 +18,6 @@ from heavylift.kernel.methods.explicit import DormandPrince5
 from .models import Atomic
 from .ports import Bag
 
-__all__ = ["Hybrid", "State"]
-
 State = tuple[float, ...]
 Flow = Callable[[State], Sequence[float]]
 LOOKS = (0.25, 0.5, 0.75, 1.0)  # of a step, at which guards are looked at

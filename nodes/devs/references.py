@@ -14,8 +14,6 @@ from types import ModuleType
 
 from heavylift.kernel.errors import HeavyliftError, ModelError
 
-__all__ = ["imported", "importing", "read"]
-
 _importing: list[str] = []
 
 

@@ -14,8 +14,6 @@ from heavylift.kernel.errors import ModelError
 
 from .tags import Tag
 
-__all__ = ["Tally", "TimeWeighted", "stream"]
-
 
 class Tally:
     """Count, mean, least and most of observations; NaN and infinities while there are none."""

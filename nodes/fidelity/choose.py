@@ -23,7 +23,7 @@ from heavylift.nodes.plan.question import Asked, Question
 
 from .always import ALWAYS
 from .case import Case, case_of
-from .chance import FARTHEST, chance, unsure
+from .chance import FARTHEST, chance
 from .cost import cost
 from .method import METHODS, Stepped, stepped
 from .rules import RULES, Choice, Errors
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 __all__ = ["choose", "unpromised"]
 
 RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
-SELDOM = 0.3  # part of the accuracy that is set aside at most for what seldom happens
 PLAIN = 1e-6  # tolerance of a run without a question
 STARTING = 6e7  # evaluations times states in the time that a process takes to start, about
 # over the run without a question, of accuracies down to this; less than 1.5, for it is predicted
@@ -82,8 +81,8 @@ def choose(
     pruned, most = (
         msgspec.structs.replace(plan, fidelity=planar(f, plan.loaders, plan.cranes)) for f in (fidelity, richest)
     )
-    reserved = _reserved(case, question)
-    ways = _steps(case, pruned, left(question, spent, reserved), steps)
+    unsure = chance(case)
+    ways = _steps(case, pruned, left(question, spent, unsure), steps)
     dearer = (STARTING + ways[0].cost.product) / (STARTING + _plain(case, plan, steps)) if ways else 1.0
     if dearer > DEAREST and question.accuracy >= PRICED:
         why = f"to {percent(question.accuracy)} it would take {dearer:.1f} times as long as without a question"
@@ -92,7 +91,7 @@ def choose(
     dearest = _steps(case, most, dict.fromkeys(question.ask, question.accuracy), steps)
     costs = (ways[0].cost, dearest[0].cost) if ways else (cost(case, fidelity), cost(case, richest))
     return Verdict(
-        question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways, chance(case), reserved,
+        question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways, unsure,
         unpredicted=(*_unpredicted(decided, richest, named), *_own_steps(plan, steps)),
     )  # fmt: skip
 
@@ -112,7 +111,7 @@ def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozense
     """Of all sets of rules whose errors stay within the budget together, the one that leaves the cheapest rung."""
     choices = [rule(case, richest) for rule in RULES]
     open_ = [c for c in choices if c.allowed and c.key not in named]
-    budget = {q: (1.0 - INTEGRATION) * question.accuracy - e for q, e in _reserved(case, question).items()}
+    budget = {q: (1.0 - INTEGRATION) * question.accuracy - e for q, e in chance(case).items()}
     poor = [c.errors for c in choices if _poor(c, richest, named)]
     for q in question.ask:
         by_name = sum(errors.get(q, 0.0) for errors in poor)
@@ -129,13 +128,6 @@ def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozense
             if (product, -n) <= found[:2]:
                 found = product, -n, {c.rule for c in some}
     return found[2]
-
-
-def _reserved(case: Case, question: Question) -> Errors:
-    """What is set aside of the accuracy, whatever is left out."""
-    sure, most = unsure(case), chance(case)
-    seldom = {q: min(most.get(q, 0.0) - sure.get(q, 0.0), SELDOM * question.accuracy) for q in question.ask}
-    return {q: sure.get(q, 0.0) + e for q, e in seldom.items()}
 
 
 def _poor(choice: Choice, given: Fidelity, named: frozenset[str]) -> bool:

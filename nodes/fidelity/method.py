@@ -6,7 +6,7 @@ they add to the error of each quantity; `stepped` takes the cheapest of those th
                        explicit methods at the edge of stability let stiff modes rattle: c tol^q over the stretch
     other quantities   0.03 sqrt(tol) of swing and position, tol if that is more, 0.1 sqrt(tol) of the time of lift-off
 
-phi' is the dynamic factor less 1 (`rules`).  The constants are measured on lifts at random (STEPS.md).
+phi' is the dynamic factor less 1 (`chance`).  The constants are measured on lifts at random (STEPS.md).
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from heavylift.nodes.plan.plan import LOOSEST, Fidelity
 from heavylift.nodes.plan.question import Asked
 
 from .case import Case
+from .chance import Errors, overshoot, tipped
 from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, sdirk_algebra, states
-from .rules import Errors, overshoot, tipped
 
 __all__ = ["METHODS", "Stepped", "stepped"]
 
@@ -33,7 +33,8 @@ SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and pl
 BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest
 SWUNG, FOLLOWED = 0.45, 6e-4  # part of what a swing tips that long steps damp, and tolerance from which they do
 AGAIN = 0.025  # what else long steps miss where a load is lifted again, whose loaders they have damped; measured: 0.022
-DAMPED, RATTLES = 0.03, 2500.0  # usual damping of ropes, and how much more loads and lumps rattle without any
+DAMPED = 0.03  # usual damping of ropes
+RATTLES = 2500.0, 2e5  # how much more loads rattle without any, up to two lumps and more; measured
 SNAPS = 10.0  # times the fourth power of their number: how much more lumps do as slack slings come taut; measured
 PARTS_LATE = 0.002  # of tension and position, where a load that has stood parts again, beside `chance`
 SMALL = 0.3  # [m] a swing below it is followed less well by `radau5`
@@ -226,7 +227,8 @@ def _errors(case: Case, at: Fidelity, tolerance: float, often: float, rattle: fl
     turned = [h.omega(bends) / often for h in case.hooks]
     missed = (overshoot(case, h, bends) * min(1.0, x * x / 12.0) for h, x in zip(case.hooks, turned, strict=True))
     stretch = min(h.stretch(case.gravity, bends) for h in case.hooks)
-    snaps = SNAPS * at.lumps * at.lumps * at.lumps * at.lumps if at.ropes == "massive" else 1.0
-    rattle *= max(snaps, 1.0 / (_damping(case) / DAMPED + 1.0 / RATTLES))
+    lumps = at.lumps if at.ropes == "massive" else 1
+    snaps = SNAPS * lumps * lumps * lumps * lumps if lumps > 1 else 1.0
+    rattle *= max(snaps, 1.0 / (_damping(case) / DAMPED + 1.0 / RATTLES[lumps > 2]))
     errors["rope tension"] = max(missed) + rattle / stretch
     return errors

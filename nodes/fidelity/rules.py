@@ -9,38 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import sqrt
 
-from heavylift.kernel.algebra.dense import norm
 from heavylift.nodes.plan.plan import Fidelity
-from heavylift.nodes.plan.question import Asked
 
 from .case import Case
-from .hooks import Hook, coupling, leaning, nodding, redistribution, tipping
+from .chance import AWAITED, PULLED, ROCKS, TWO, WITHOUT, Errors, between, overshoot, swung, tipped
+from .hooks import Hook, coupling, leaning, redistribution
 
-__all__ = [
-    "AWAITED", "RULES", "SHAKEN", "STATES", "Choice", "Errors", "Rule",
-    "girder_states", "overshoot", "shaken", "slower", "tipped",
-]  # fmt: skip
+__all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "girder_states"]
 
-Errors = dict[Asked, float]
-COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
-PULLED = 0.5  # of the mass between rope and slings: a rope so heavy swings with its hook; measured
-LANDING = 0.01  # of the way: where a block lands again below ropes whose mass is lumped; measured
+COUPLED = 1.4  # of a coupling from straight pendulums of the longest ropes
 ONE_BY_ONE = 2.0  # of a load that comes aside as its corners part one after the other
-SHAKEN = (2.0, 1.0, 0.45), (1.0, 2.0, 0.15)  # of what strings shake: swing, place, inclination; without, out of phase
 VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show
-SLOWER = 0.015, 0.003, 0.05  # times its square: error of the frequency on two lumps, on four, and without any
-FASTER = 0.03, 0.006, 0.1  # the same of the block on its slings below hooks that swing the other way
-LET_FREE = 0.5  # of the first, with the hook for the load: as a block is let go aside of its hooks
-ROCKS = 0.045  # [m]
 PULLED_ALONG = 1.4  # of what a servo gives to a load that is let go aside: it was pulled by it, and damps the swing
 SWAYED = 1.6  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
 LEANING = 2.0  # heights of a block on more than three hooks, which the girders lift by one corner after the other
 OPPOSED = 2.0  # two swings of one size: a block that leans as it is lifted swings before it is moved
 SOONER = 1.05  # by what the block does not hang straight
-AWAITED = 0.005  # swing in which an event is awaited that decides nothing [m]
 STATES = 2  # of a degree of freedom: coordinate and velocity
 
 
@@ -66,12 +53,12 @@ def lumps(case: Case, at: Fidelity) -> Choice:
     """Two lumps a rope, which have its mass and its inertia already: what is lost is how the rope itself vibrates."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     sways = heavy * VIBRATES
-    errors = slower(case, 0)
+    errors = between(case, TWO)
     errors["swing"] = max(sways, errors["swing"])
     errors["position"] = max(2.0 * sways * case.swings.most / case.way, errors["position"])
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
-    errors["rope tension"] = _peak(case, dynamic * heavy / 8.0, errors["swing"])
-    errors["lift-off time"] = _wave(case) / 20.0
+    errors["rope tension"] = _peak(case, dynamic * heavy / 8.0, errors["rope tension"])
+    errors["lift-off time"] += _wave(case) / 20.0
     degrees = 4 if at.motion == "spatial" else 2
     saved = STATES * degrees * max(0, at.lumps - 2) * len(case.hooks)
     allowed = at.ropes == "massive" and at.lumps > 2
@@ -87,14 +74,12 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     parts_aside = case.swings.jumps > 0.0 and not case.determinate
     coupled = COUPLED * coupling(case.hooks) * (ONE_BY_ONE if parts_aside else 1.0)
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
-    errors = slower(case, 2)
+    errors = between(case, WITHOUT)
     errors["swing"] += coupled
-    landing = LANDING * (1.0 if case.damped else ONE_BY_ONE) if case.swings.lands else 0.0
-    errors["position"] += coupled * case.swings.most / case.way + landing
-    inclined = shaken(case, errors, SHAKEN[0])
+    errors["position"] += coupled * case.swings.most / case.way
     waves = dynamic * heavy / (2.0 if case.determinate else 1.0)
-    errors["rope tension"] = _peak(case, waves, errors["swing"], inclined)
-    errors["lift-off time"] = 0.4 * _wave(case)
+    errors["rope tension"] = _peak(case, waves, errors["rope tension"] + tipped(case, coupled))
+    errors["lift-off time"] += 0.5 * _wave(case)
     chains = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
     pulled = case.swings.jumps > 0.0 and any(h.rope_mass > PULLED * (h.load - h.share) for h in case.hooks)
@@ -116,14 +101,14 @@ def girder(case: Case, at: Fidelity) -> Choice:
     known = case.awaited and case.determinate  # then the girder has bent before anything hangs
     hangs = sag if case.determinate else LEANING * sag
     high = _bounce(case, girder=True) + _bounce(case, girder=False) + _halting(case) if known else hangs
-    errors = _swung(case, max(h.sag(g) / h.reach for h in case.hooks) / 2.0)
+    errors = swung(case, max(h.sag(g) / h.reach for h in case.hooks) / 2.0)
     errors["swing"] += aside / case.swings.least + max(h.tilts for h in case.hooks)
     errors["swing"] *= SWAYED
     errors["swing"] += OPPOSED * leaning(case.hooks, g) / case.swings.least
     landing = BOTH_WAYS * case.awaits if case.awaits > AWAITED else 0.0  # in whatever phase of the swing
     errors["swing"] += landing / case.swings.least
     errors["position"] = (high + landing + BOTH_WAYS * (errors["position"] * case.way + aside)) / case.way
-    errors["rope tension"] = _peak(case, dynamic, errors["swing"]) + spread
+    errors["rope tension"] = _peak(case, dynamic, tipped(case, errors["swing"])) + spread
     errors["lift-off time"] = max(min(1.0, _sooner(case, h)) for h in case.hooks)
     shared = f", which shifts {spread:.1%} of a hook's load" if spread else ""
     uneven = "" if case.even else "; but hooks that lift at different speeds tilt the block until it is taken up"
@@ -174,7 +159,7 @@ def idle_drives(case: Case, at: Fidelity) -> Choice:
     swings = case.swings.along(0)
     pulled = [j for j in idle if not j.endswith(".gantry") or swings]
     gives = max((m * case.gravity / case.reach / k for k, m in (case.drives[j] for j in pulled)), default=0.0)
-    errors = _swung(case, gives / 2.0) if gives else Errors()
+    errors = swung(case, gives / 2.0) if gives else Errors()
     if gives and case.swings.jumps:
         along = PULLED_ALONG * gives * case.swings.jumps
         errors["swing"] += along / max(case.swings.least, case.swings.jumps)
@@ -192,43 +177,6 @@ def pads(case: Case, at: Fidelity) -> Choice:
 
 
 RULES: tuple[Rule, ...] = (pads, lumps, rope_mass, girder, plane, idle_drives, hinges, rope_elasticity)
-
-
-def overshoot(case: Case, h: Hook, girder: bool) -> float:
-    """Largest phi - 1: the block parts from its stools at the speed v, the winch halts and starts with a: of a linear
-    oscillator at most k sqrt(v^2 + (a / w)^2) / w from the first, m a from the stop, 2 m a from the start, or what all
-    moves of the list together make it; w: of the slowest hook, for a block on several pitches and rolls."""
-    w = min(x.omega(girder) for x in case.hooks)
-    parting = norm([h.picks, h.ramp / w]) / w / h.soft(girder)
-    return parting / h.load / case.gravity + max(2.0 * h.ramp / case.gravity, h.rings)
-
-
-def slower(case: Case, model: int) -> Errors:
-    """Errors by the frequencies of both swings of a double pendulum, in two lumps (0), four (1), or without any (2).
-    On more than three hooks the block is lifted by one corner after the other, and rocks whatever moves it; let go
-    aside it swings against its hooks, beside which ropes weigh more than beside the load."""
-    heavy = max(h.rope_mass / h.load for h in case.hooks)
-    beside = max(h.rope_mass / (h.load - h.share) for h in case.hooks)
-    slower, faster = heavy * heavy * SLOWER[model], heavy * heavy * FASTER[model]
-    errors = _swung(case, slower)
-    omegas, moved, let_go = zip(*(nodding(h, case.gravity) for h in case.hooks), strict=True)
-    turns = max(omegas) * case.lasts
-    nods = max(moved) * case.swings.shaken((min(omegas), max(omegas))) + (0.0 if case.determinate else ROCKS)
-    free = max(let_go) * case.swings.jumps * min(2.0, LET_FREE * beside * beside * SLOWER[model] * turns)
-    errors["swing"] += free / case.swings.least
-    errors["position"] += (free + nods * min(2.0, faster * turns)) / case.way
-    return errors
-
-
-def shaken(case: Case, errors: Errors, times: tuple[float, float, float]) -> float:
-    """How far ropes are inclined that swing like strings as their trolleys move; adds how they shake the load: the
-    first mode, of amplitude A, is inclined by pi A / l and has a frequency of pi sqrt(m g / m_r l)."""
-    heavy = max(h.rope_mass / h.load for h in case.hooks)
-    omegas = [pi * sqrt(case.gravity * h.load / h.rope_mass / h.length) for h in case.hooks]
-    amplitude = 2.0 / pi * case.swings.shaken((min(omegas), max(omegas)))
-    errors["swing"] += times[0] * amplitude * heavy / pi / case.swings.least
-    errors["position"] += times[1] * amplitude * heavy / pi / case.way
-    return times[2] * pi * amplitude / min(h.length for h in case.hooks)
 
 
 def _wave(case: Case) -> float:
@@ -255,21 +203,7 @@ def _sooner(case: Case, h: Hook) -> float:
     return SOONER * h.sag(case.gravity) / max(stretch - _halting(case), 1e-3 * stretch)
 
 
-def _swung(case: Case, shift: float) -> Errors:
-    """Errors of the swing, of the place, and of what the swing is of the tension, for one of the frequency."""
-    swing = shift * case.swings.envelope
-    place = shift * case.swings.away / case.way
-    return {"swing": swing, "position": place, "rope tension": tipped(case, swing)}
-
-
-def _peak(case: Case, bounce: float, swing: float, inclined: float = 0.0) -> float:
+def _peak(case: Case, bounce: float, swings: float) -> float:
     """Error of the largest tension, which comes as the load bounces or as it swings; both at once where nothing damps
-    the bounce, or where it comes aside as it parts.  `inclined`: error of how ropes are [rad]."""
-    swung = tipped(case, swing) + inclined * tipping(case.hooks)
-    return max(bounce, swung) if case.damped and not case.swings.jumps else bounce + swung
-
-
-def tipped(case: Case, swing: float) -> float:
-    """Error of a hook's tension for one of the swing: it inclines the ropes, and hooks ahead carry more."""
-    inclined = case.swings.most / min(h.reach for h in case.hooks)
-    return swing * inclined * (tipping(case.hooks) + 2.0 * inclined)
+    the bounce, or where it comes aside as it parts."""
+    return max(bounce, swings) if case.damped and not case.swings.jumps else bounce + swings

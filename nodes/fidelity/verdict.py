@@ -38,8 +38,8 @@ class Verdict:
     """The fidelity for a question; no errors and no costs where nothing is predicted, for the reason `unknown`.
 
     `errors`: of all that is left out, by rule or by name.  `always`: what is left out of every lift.  `chance`: what
-    two models may differ by whatever is left out, of which so much is `reserved`.  `steps`: methods,
-    the one to be used first; none where the scene names its steps.  `unpredicted`: what is named and no rule speaks of.
+    the richest rung may be wrong by.  `steps`: methods, the one to be used first; none where the scene names its steps.
+    `unpredicted`: what is named and no rule speaks of.
     """
 
     question: Question
@@ -51,7 +51,6 @@ class Verdict:
     always: tuple[Choice, ...] = ()
     steps: tuple[Stepped, ...] = ()
     chance: Errors = field(default_factory=dict)
-    reserved: Errors = field(default_factory=dict)
     unknown: str = ""
     unpredicted: tuple[str, ...] = ()
 
@@ -69,7 +68,7 @@ class Verdict:
             f"the scene names '{key}', whose error no rule predicts here: not promised" for key in self.unpredicted
         ]
         exact = max([EXACT, *(self.chance.get(q, 0.0) for q in self.question.ask)])
-        if accuracy < exact:
+        if accuracy < exact / (1.0 - INTEGRATION):
             finest = f"the richest rung itself is right to {percent(exact)}"
             notes.append(
                 f"no rung keeps an accuracy of {percent(accuracy)} for certain: {finest}, nothing finer is promised"
@@ -125,7 +124,7 @@ class Verdict:
 
     def _left(self) -> Errors:
         """Of the accuracy, for the steps."""
-        return left(self.question, self.errors, self.reserved)
+        return left(self.question, self.errors, self.chance)
 
     def data(self) -> dict[str, object]:
         """The same as plain data."""

@@ -33,18 +33,8 @@ if TYPE_CHECKING:
     from .telling import rows
 
 __all__ = [
-    "Finding",
-    "Limit",
-    "Signals",
-    "Use",
-    "judge_path",
-    "judge_run",
-    "limits_of",
-    "rows",
-    "signals_of",
-    "signals_of_peaks",
-    "uses_of_run",
-    "uses_on_path",
-]
+    "Finding", "Limit", "Signals", "Use", "judge_path", "judge_run", "limits_of", "rows", "signals_of",
+    "signals_of_peaks", "uses_of_run", "uses_on_path",
+]  # fmt: skip
 SIGNALS = dict.fromkeys(("Signals", "signals_of", "signals_of_peaks"), ".signals")
 __getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | {"rows": ".telling"})

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from heavylift.kernel.description.points import Vector
     from heavylift.nodes.plan.plan import Plan
 
-__all__ = ["geometry_findings", "outside", "passes_through"]
-
 REACH = 1.0  # of a lug from the plates of its block [m]
 ROUNDING = 1e-9
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan
     from heavylift.nodes.statics.state import StaticState
 
-__all__ = ["ELSEWHERE", "judge", "judge_path", "judge_run", "limits_of", "uses_of", "uses_of_run", "uses_on_path"]
-
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
 ELSEWHERE = ("clearance",)  # judged by who looks at shapes
 

@@ -23,8 +23,6 @@ from .signals import Column, Signals
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan
 
-__all__ = ["READERS", "Reading", "axis_of", "read"]
-
 EMPTY = 0.1  # of its hook block: with less below it a hook is empty
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 ALONG, ACROSS, UP = 0, 1, 2  # world axes: rails, girders, height

@@ -8,8 +8,6 @@ Wire Rope Users Manual, 4th edition, "Wire rope efficiency over sheaves"; ISO 43
 
 from __future__ import annotations
 
-__all__ = ["ROLLING", "drum_end_factor", "drum_ends", "lead_factor"]
-
 ROLLING = 0.98  # efficiency of a sheave on rolling bearings
 
 

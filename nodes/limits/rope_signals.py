@@ -12,8 +12,6 @@ from .signals import Column, Signals
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Hoist, HookRope, Plan
 
-__all__ = ["block_mass", "carries", "hook_of", "place", "rope_direction", "rope_length", "rope_of"]
-
 CARRIES = 0.02  # of the capacity of its hook: with less below its loader a hook is empty
 
 

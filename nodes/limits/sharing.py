@@ -16,8 +16,6 @@ from .standards import HOISTING, SHARING, daf_onshore, hoisting_factor
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan
 
-__all__ = ["dynamics_foreseen", "hoisting_foreseen", "indeterminate", "shared"]
-
 DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium alone
 
 

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan
 
-__all__ = ["Signals", "hooked_in", "signals_of", "signals_of_peaks"]
-
 Column: TypeAlias = NDArray[np.float64]
 Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> lug
 

@@ -8,24 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = [
-    "DAF_ONSHORE",
-    "HOISTING",
-    "ISO_4308",
-    "ND_0027",
-    "RIGGING",
-    "ROPE_FACTORS",
-    "RUNNING",
-    "RUNNING_SOURCE",
-    "SHARING",
-    "SLINGS",
-    "SUCCESSOR",
-    "Sharing",
-    "daf_onshore",
-    "hoisting_factor",
-    "partial_factor",
-]
-
 ISO_4308 = "ISO 4308-1 (withdrawn for ISO 16625), Zp of running ropes"
 ND_0027 = "0027/ND rev 11.2"
 SUCCESSOR = "its successor is DNV-ST-N001"

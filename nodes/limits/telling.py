@@ -15,8 +15,6 @@ from .sentences import NOISE, WORDS, bound, percent, shown
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan
 
-__all__ = ["HEAD", "SAME", "finding_of", "likewise", "rows", "sorted_findings", "unjudged"]
-
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is told first
 HEAD = ("limit", "worst of", "worst", "at", "may be", "use", "source")
 

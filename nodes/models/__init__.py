@@ -34,24 +34,7 @@ from .parts.messages import Sample, SetPoint
 from .tree import tree, tree_data
 
 __all__ = [
-    "COMMANDER",
-    "KERNEL",
-    "CommanderModel",
-    "Coupling",
-    "NodeModel",
-    "OwnModel",
-    "Sample",
-    "SetPoint",
-    "build",
-    "build_one",
-    "couplings",
-    "driving",
-    "hooked_later",
-    "node_names",
-    "sample_port",
-    "subscriptions",
-    "system",
-    "together",
-    "tree",
-    "tree_data",
-]
+    "COMMANDER", "KERNEL", "CommanderModel", "Coupling", "NodeModel", "OwnModel", "Sample", "SetPoint", "build",
+    "build_one", "couplings", "driving", "hooked_later", "node_names", "sample_port", "subscriptions", "system",
+    "together", "tree", "tree_data",
+]  # fmt: skip

@@ -7,10 +7,10 @@ and the Master of a turn.  Node names: "commander", cranes, loaders, block, mech
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TypeAlias
 
-from heavylift.kernel.description.mechanics import WORLD, Master, Point, System, assembled
+from heavylift.kernel.description.mechanics import WORLD, Master, Point, System, Threshold, assembled
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
 from heavylift.nodes.models.commander.actuator_registry import TURN, machines, turns
@@ -115,6 +115,8 @@ class CommanderModel(Coupled):
                 self.connect(commander.ports[out], self.ports[out])
             self.connect(commander.finished, ending.heard)
             self.connect(self.command, commander.command)
+            for port in commander.aims:
+                self.connect(self.add_in(port.name, m.SetPoint), port)
             for name in each.machines:
                 self.connect(commander.to[name], self.add_out(f"order_{name}", m.Order))
 
@@ -131,9 +133,20 @@ class CommanderModel(Coupled):
 NodeModel: TypeAlias = CommanderModel | Machine | OwnModel
 
 
-def build(plan: Plan) -> dict[str, NodeModel]:
-    """All models of a plan, by node name."""
-    return {name: build_one(plan, name) for name in (COMMANDER, *machines(plan), *(own.name for own in plan.models))}
+def build(plan: Plan, names: Iterable[str] | None = None) -> dict[str, NodeModel]:
+    """Models of a plan by node name, all or these, their actors with the logs that they follow."""
+    names = names or (COMMANDER, *machines(plan), *(own.name for own in plan.models))
+    crossed, known = watched(plan), {machine.name: machine for machine in plan.machines}
+    models = {name: _built(plan, name, known.get(name), crossed.get(name, ())) for name in names}
+    logs = {log.actuator: log for log in plan.driven}
+    for drive in (drive for model in models.values() for drive in drives(model)) if logs else ():
+        drive.log = logs.get(drive.element)
+    return models
+
+
+def build_one(plan: Plan, name: str) -> NodeModel:
+    """The model of one node."""
+    return build(plan, [name])[name]
 
 
 def node_names(plan: Plan) -> tuple[str, ...]:
@@ -154,26 +167,21 @@ def together(plan: Plan) -> Coupled:
     return root
 
 
-def build_one(plan: Plan, name: str) -> NodeModel:
-    """The model of one node, its actors with the logs that they follow."""
-    model = _built(plan, name)
-    logs = {log.actuator: log for log in plan.driven}
-    for drive in drives(model) if logs else ():
-        drive.log = logs.get(drive.element)
-    return model
-
-
 def drives(model: NodeModel) -> list[DriveActor]:
     """All drives and winches of a model."""
     return [actor for actor in _actors(model) if isinstance(actor, DriveActor)]
 
 
-def _built(plan: Plan, name: str) -> NodeModel:
+def _built(
+    plan: Plan,
+    name: str,
+    machine: Crane | Loader | Block | Mechanism | None,
+    thresholds: tuple[Threshold, ...],
+) -> NodeModel:
     if name == COMMANDER:
         return CommanderModel(plan)
     if own := next((own for own in plan.models if own.name == name), None):
         return OwnModel(own)
-    machine = next((machine for machine in plan.machines if machine.name == name), None)
     model: Machine
     match machine:
         case Crane():
@@ -187,7 +195,7 @@ def _built(plan: Plan, name: str) -> NodeModel:
         case None:
             known = ", ".join([COMMANDER, *machines(plan)])
             raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
-    if thresholds := watched(plan, name):
+    if thresholds:
         model.take(Gauge("gauge", thresholds))
     for interlock in (interlock for interlock in plan.interlocks if interlock.machine == name):
         fit(model, interlock)

@@ -23,8 +23,6 @@ from heavylift.nodes.fmi import Stepped
 from heavylift.nodes.models.parts.messages import Sample, SetPoint
 from heavylift.nodes.plan.own import Own
 
-__all__ = ["OwnModel", "aim_port", "sample_port"]
-
 MOST = 100  # periods of a delay: so many set-points can be on their way
 
 

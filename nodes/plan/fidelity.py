@@ -12,8 +12,6 @@ import msgspec
 
 from .actions import Item
 
-__all__ = ["ACROSS", "ALONG", "PLANAR", "Fidelity", "held_by"]
-
 ACROSS, ALONG = "across", "along"
 PLANAR = {ACROSS: ("gantries", "hinges"), ALONG: ("trolleys",)}  # motion -> joints that it locks
 KINDS = {".gantry": "gantries", ".hinge": "hinges", "-slide": "trolleys"}  # end of a joint's name -> its group

@@ -6,8 +6,6 @@ from typing import Literal
 
 import msgspec
 
-__all__ = ["Finding", "Severity"]
-
 Severity = Literal["red", "warning", "note"]
 
 

@@ -8,8 +8,6 @@ from heavylift.kernel.description.mechanics import Threshold
 from .actions import Item
 from .mechanism import driven
 
-__all__ = ["Interlock", "Stopped"]
-
 
 class Stopped(Item, frozen=True, kw_only=True):
     """An actuator that is stopped, and the way along its coordinate that is barred: 1, -1, or 0 for both.

@@ -14,8 +14,6 @@ from typing import Literal, TypeAlias
 import msgspec
 from heavylift.kernel.description.signals import Signal
 
-__all__ = ["Limit", "Quantity", "Use"]
-
 ROUNDING = 1e-9  # a use so little above 1 is 1
 
 Quantity: TypeAlias = Literal[

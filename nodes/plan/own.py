@@ -7,8 +7,6 @@ from heavylift.kernel.description.signals import Signal
 
 from .actions import Item, Move
 
-__all__ = ["Led", "Own"]
-
 
 class Led(Item, frozen=True, kw_only=True):
     """An out port whose set-points lead an actuator: `move`, without end, with the ramp of each change and the highest

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from .plan import Plan
 
-__all__ = ["ASIDE", "LED", "located", "numbered", "place"]
-
 ASIDE = -2  # in place of the number of an action: a command of an operator
 LED = -3  # the same: a set-point of a model
 WHEN = -1  # in place of the number of an order: the condition of the action

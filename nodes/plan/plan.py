@@ -98,24 +98,20 @@ class Hook(Item, frozen=True, kw_only=True):
 
 
 class Girder(Item, frozen=True, kw_only=True):
-    """The part of a crane's main body that bends: mass [kg], stiffness at midspan [N/m], from y = 0 to `span` [m].
-
-    `height`: z of its neutral axis; `damping`: ratio of its first mode to critical damping.
-    """
+    """The part of a crane's main body that bends: mass [kg], stiffness at midspan [N/m], from y = 0 to `span` [m]."""
 
     mass: float = 2.5e6
     stiffness: float = 5.88e7
     span: float = 150.0
-    height: float = 95.0
-    damping: float = 0.01
+    height: float = 95.0  # z of its neutral axis [m]
+    damping: float = 0.01  # of its first mode, as a part of critical damping
 
 
 class Crane(Item, frozen=True, kw_only=True):
     """A goliath crane: main body on rails along x, upper and lower trolley along y.
 
     The main body's frame has world axes and its origin at y = z = 0; the coordinate of the gantry is the
-    world x of the crane's centre.  `capacity` is the crane's [kg], already reduced where two cranes lift
-    together.
+    world x of the crane's centre.
     """
 
     name: str
@@ -124,7 +120,7 @@ class Crane(Item, frozen=True, kw_only=True):
     upper: Trolley
     lower: Trolley
     hooks: tuple[Hook, ...]
-    capacity: float
+    capacity: float  # [kg], already reduced where two cranes lift together
     girder: Girder = Girder()
     width: float = 34.0  # of the portal along x, over the buffers [m]
 
@@ -181,9 +177,6 @@ class Block(Item, frozen=True, kw_only=True):
     com_where: str = ""
 
 
-# the rig: connections between machines, owned by the commander
-
-
 class HookRope(Item, frozen=True, kw_only=True):
     """A hook rope (winch) from a crane's trolley to what hangs on the hook; its lines share its length."""
 
@@ -219,7 +212,7 @@ class Sling(Item, frozen=True, kw_only=True):
 
 
 class Rig(Item, frozen=True, kw_only=True):
-    """All connections between the machines."""
+    """All connections between the machines, which the commander owns."""
 
     hook_ropes: tuple[HookRope, ...] = ()
     slings: tuple[Sling, ...] = ()

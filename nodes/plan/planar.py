@@ -12,8 +12,6 @@ import msgspec
 from . import plan
 from .fidelity import PLANAR
 
-__all__ = ["groups_of", "planar"]
-
 
 def planar(fidelity: plan.Fidelity, loaders: Sequence[plan.Loader], cranes: Sequence[plan.Crane]) -> plan.Fidelity:
     """With what would leave the plane of a planar motion locked; the locked joints in one order, however named."""

@@ -13,8 +13,6 @@ from math import pi
 
 from heavylift.kernel.algebra.elementary import cos, sin
 
-__all__ = ["Speeds", "profile", "ramp", "residual", "stop", "times", "way"]
-
 HALVINGS = 60  # of a speed that is sought: as many as a float tells apart
 Speeds = tuple[tuple[int, float], ...]  # (time [ns], speed [m/s or rad/s]), straight between them
 

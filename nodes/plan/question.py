@@ -12,8 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-__all__ = ["ASKABLE", "SHORTEST", "USUAL", "Asked", "Question"]
-
 Asked = Literal["rope tension", "swing", "position", "lift-off time"]
 ASKABLE: tuple[Asked, ...] = get_args(Asked)
 USUAL = 1e-2  # accuracy of what is asked without one

@@ -17,20 +17,6 @@ if TYPE_CHECKING:
 
     from .plan import Block, Crane, Loader, Mechanism, Plan
 
-__all__ = [
-    "GROUND",
-    "STOOLS",
-    "Kind",
-    "Relation",
-    "Solid",
-    "Strand",
-    "around",
-    "relation",
-    "solids",
-    "strands",
-    "untouched",
-]
-
 Kind = Literal["block", "portal", "trolley", "loader", "rope", "sling", "stools", "mechanism"]
 Relation = Literal["apart", "through", "joined"]
 

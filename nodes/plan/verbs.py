@@ -8,8 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["MOTIONS", "VERBS", "Kind", "Verb"]
-
 Kind = Literal[
     "gantry", "trolley", "hook", "block", "load", "drive", "winch", "sling", "rope", "brake", "lock", "interlock",
     "none",

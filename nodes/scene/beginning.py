@@ -17,8 +17,6 @@ from heavylift.nodes.scene.text.units import LENGTH
 
 from .loading import parse
 
-__all__ = ["begun", "begun_with"]
-
 GOLIATH_AT, STOOLS, BEAM = 60.0, 1.0, 4.0  # [m] x of a goliath, height of stools, between the slings of a loader
 INSIDE, PADS, STEEP = 0.3, 0.35, 2.0  # of a block's sides: lugs and stools; of a sling over its reach
 LUG, SHORT = 0.1, 3.0  # [m] of a lug above the upper face; of a sling

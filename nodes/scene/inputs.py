@@ -34,8 +34,6 @@ from pydantic import BaseModel
 from .loaded_scene import LoadedScene
 from .loading import parse
 
-__all__ = ["Input", "UncertainInput", "inputs", "settings", "stated", "uncertain_inputs", "unstated", "varied"]
-
 AXES = {"x": 0, "y": 1, "z": 2}
 LEAST = {"length": 1.0}  # scale [SI] of quantities whose own size says little of their uncertainty
 SIGNED = ("length", "angle")

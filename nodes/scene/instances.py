@@ -17,6 +17,7 @@ from heavylift.kernel.description.contacts import Ball, Box, Plane
 from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Wait
+from heavylift.nodes.plan.own import Own
 from heavylift.nodes.plan.plan import ActionList, Plan
 from heavylift.nodes.scene.construction.signals import build_interlocks
 from heavylift.nodes.scene.construction.yard import Yard
@@ -28,8 +29,6 @@ from heavylift.nodes.statics import Followed, StaticState
 from heavylift.nodes.statics.state import Acted
 
 from .loaded_scene import LoadedScene
-
-__all__ = ["moved", "several", "source_of"]
 
 COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "step", "seed", "gravity", "microsteps")
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
@@ -112,6 +111,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         whole = msgspec.structs.replace(
             whole,
             mechanisms=whole.mechanisms + part.mechanisms,
+            models=whole.models + part.models,
             interlocks=whole.interlocks + part.interlocks,
             limits=whole.limits + tuple(x for x in part.limits if x.subject != EVERY or x.elements),
             actions=whole.actions + actions,
@@ -131,11 +131,9 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
 
 
 def _check(source: Source, name: str, plan: Plan) -> None:
-    """Models hear and lead by names that the scene of all lifts does not know; waves meet vessels where they are."""
+    """Waves meet vessels where they are."""
     if any(drive.wave for machine in plan.mechanisms for drive in machine.system.drives):
         source.fault(("lifts", name), "a scene with vessels in waves cannot be one of several lifts", on_key=True)
-    if plan.models:
-        source.fault(("lifts", name), "a scene with models of its own cannot be one of several lifts", on_key=True)
 
 
 def _named(name: str, stage: str) -> str:
@@ -175,14 +173,16 @@ def moved(x: Any, prefix: str, d: Vector) -> Any:
     """A plan or description with a prefix before all names of its parts, moved by d [m] in the world."""
     if isinstance(x, tuple):
         return tuple(moved(each, prefix, d) for each in x)
+    if isinstance(x, dict):
+        return {key: moved(each, prefix, d) for key, each in x.items()}
     if not (is_dataclass(x) or isinstance(x, msgspec.Struct)):
         return x
-    words = ("of",) if isinstance(x, Characteristic) else ()
+    words = ("of",) if isinstance(x, Characteristic) else ("model",) if isinstance(x, Own) else ()
     changed = {name: value if name in words else _changed(name, value, prefix, d) for name, value in _fields(x)}
     if isinstance(x, Point | Ball | Box | Plane) and x.body == WORLD:
         changed["p"] = _sum(x.p, d)
     if isinstance(x, Joint) and x.parent == WORLD:
-        free = x.kind == "free"
+        free = x.kind == "free" and x.q0
         changed |= {"q0": (*_sum(x.q0[:3], d), *x.q0[3:])} if free else {"p_PJ": _sum(x.p_PJ, d)}
     return type(x)(**changed)
 

@@ -28,8 +28,6 @@ from heavylift.nodes.statics.findings import path_findings
 if TYPE_CHECKING:
     from .keys import schema
 
-__all__ = ["Facts", "LoadedScene"]
-
 
 class Facts(msgspec.Struct, frozen=True):
     """What a run asks of the keys of a scene besides its plan; `placement`: node -> process, for the nodes that the

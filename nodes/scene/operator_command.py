@@ -20,8 +20,6 @@ from heavylift.nodes.scene.text.source import Mark, Path, Source
 if TYPE_CHECKING:
     from .loaded_scene import LoadedScene
 
-__all__ = ["spoken"]
-
 NAME = "command"
 PLACE: Path = (NAME,)
 NOWHERE = ""  # a command stands in no file, and its orders, which are on record, on no line

@@ -16,8 +16,6 @@ from heavylift.nodes.plan import plan
 
 from .state import Acted, StaticState
 
-__all__ = ["Followed", "at_rest", "first_rest", "follow", "plan_key"]
-
 
 @dataclass(frozen=True)
 class Followed:

@@ -15,8 +15,6 @@ from heavylift.nodes.plan.actions import Move
 from .action_preview import at_rest
 from .state import StaticState
 
-__all__ = ["aimed"]
-
 LEVEL = 1e-9  # of an axis that is upright, or level
 DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 

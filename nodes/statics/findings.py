@@ -11,8 +11,6 @@ from heavylift.nodes.plan.finding import Finding
 
 from .action_preview import Followed
 
-__all__ = ["path_findings"]
-
 GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instability, not rounding
 
 

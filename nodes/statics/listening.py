@@ -10,8 +10,6 @@ from heavylift.nodes.plan.plan import Plan
 
 from .rehearsal import Rehearsal
 
-__all__ = ["At", "Heard", "Listening"]
-
 At = tuple[int, int]  # numbers of an action and of an order in it, from 0
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["REEVING", "Acted", "Pose", "StaticState", "reeved"]
-
 REEVING = "reeving/tension"  # topic of the parts of ropes over sheaves, of which the most loaded stands for the rope
 
 Pose = tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]  # p_WB [m], R_WB (3, 3)

@@ -16,21 +16,6 @@ from heavylift.nodes.plan.actions import Move, Turn
 from .action_preview import Followed, first_rest
 from .state import Pose, StaticState
 
-__all__ = [
-    "Begun",
-    "Following",
-    "State",
-    "Step",
-    "following",
-    "goal_states",
-    "goals",
-    "loads_of",
-    "rigged",
-    "settled",
-    "standing",
-    "world",
-]
-
 Place = tuple[float, float, float]
 SLACK = 1.0  # [N] of a sling that carries nothing
 SHOWN = pi / 6.0  # [rad] of a turn that has a row of its own in tables

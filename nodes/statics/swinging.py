@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from .listening import At, Heard
     from .state import StaticState
 
-__all__ = ["Choice", "swing_free"]
-
 PASSES = 4  # times that a list is followed until the periods are those of the moves with them
 SAME = 1e-3  # relative change of a period that makes no difference to what is left
 FAINT = 1e-3  # part of the largest momentum, squared, below which a mode does not count

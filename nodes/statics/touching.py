@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from .state import StaticState
 
-__all__ = ["meets"]
-
 STEP = 0.1  # [m] of a way from look to look
 DEEP = 1e-3  # [m] by which shapes may lie in each other by rounding, or since they begin in touch
 Poses = list[tuple[NDArray[np.float64], NDArray[np.float64]]]

@@ -16,8 +16,6 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Out, ns
 from heavylift.nodes.models import Sample, SetPoint
 
-__all__ = ["Damper"]
-
 
 class Damper(Atomic):
     """Goes by `distance` [m] with `speed` [m/s] and `ramp` [m/s2], from `begin` [s] on.

@@ -8,8 +8,6 @@ from __future__ import annotations
 from heavylift.nodes.devs import Coupled, Message, Out
 from heavylift.nodes.devs.hybrid import Hybrid, State
 
-__all__ = ["Ball", "Bounce", "G", "bouncing"]
-
 G = 9.81  # [m/s2]
 
 

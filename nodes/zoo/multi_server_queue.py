@@ -8,8 +8,6 @@ from bisect import insort
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tally, TimeWeighted, ns, stream
 from heavylift.nodes.zoo.queue import Job, PoissonGenerator
 
-__all__ = ["Measured", "Station", "mmc"]
-
 
 class Measured(Message):
     """Jobs that have left, the mean of their times here [s], and of the jobs here over time."""

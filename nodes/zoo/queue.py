@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tag, ns, stream
 
-__all__ = ["Counted", "Generator", "Job", "PoissonGenerator", "Processor", "Stop", "Transducer", "frame", "workshop"]
-
 
 class Job(Message):
     """A piece of work by number."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out
 
-__all__ = ["Station", "Token", "ring"]
-
 
 class Token(Message):
     """A token by number."""

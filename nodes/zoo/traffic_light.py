@@ -10,8 +10,6 @@ from enum import StrEnum
 
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, ns
 
-__all__ = ["Colour", "Light", "Mode", "Show", "Take"]
-
 
 class Colour(StrEnum):
     """What the light shows."""

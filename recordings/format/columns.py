@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from .rounding import Rounding
 from .samples import POSE, POSE_COLUMNS, Field, SampleChannel, SampleLayout, sample_fields
 
-__all__ = ["Columns"]
-
 
 class Columns:
     """Columns of the rows of one layout: `fields` of the numbers, then `bodies` with seven columns each."""

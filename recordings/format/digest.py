@@ -2,8 +2,9 @@
 
 Events are the ones on the ports of coupled models, keyed (t, microstep, source path, port, index), with
 type and canonical bytes; rows are keyed by their number and are what stands in the file, the numbers of `/samples`
-and then those of `/poses`, notes are those of `/log`, so that a reader can compute the digest again.  The order in
-which they are added does not matter: events are sorted at the end, a row is hashed at once and only its hash is kept.
+and then those of `/poses` (of one lift alone those of `/samples/NAME` and `/poses/NAME`), notes are those of `/log`, so
+that a reader can compute the digest again.  The order in which they are added does not matter: events are sorted at
+the end, a row is hashed at once and only its hash is kept.
 Their number stands first in what is hashed, so they wait for the end: what comes in order, as all of a run does, in a
 temporary file once it is much.  Attachments, facts and whatever is derived from samples (verdicts, clearances,
 collisions) stay outside; no message holds a file name or a line (DIGEST.md has the table).
@@ -34,6 +35,7 @@ class Digest:
 
     def __init__(self) -> None:
         self._events, self._rows = _Sorted(), _Rows()
+        self._lifts: dict[str, _Rows] = {}
         self._notes: dict[int, bytes] = {}
         self._total = ""
 
@@ -42,10 +44,11 @@ class Digest:
         self._total = ""
         self._events.add((t_ns, k, source, port, index, type, payload))
 
-    def samples(self, number: int, t_ns: int, row: bytes) -> None:
-        """Add the sample row of this number: simulation time [ns] and its float64 bytes."""
+    def samples(self, number: int, t_ns: int, row: bytes, lift: str = "") -> None:
+        """Add the sample row of this number, of all or of one lift: simulation time [ns] and its float64 bytes."""
         self._total = ""
-        self._rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
+        rows = self._lifts.setdefault(lift, _Rows()) if lift else self._rows
+        rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
         """Add the sampler's note of this number."""
@@ -61,6 +64,10 @@ class Digest:
             total.update(msgspec.msgpack.encode(event))
         for _, row in self._rows.all():
             total.update(row)
+        for lift, rows in sorted(self._lifts.items()):
+            total.update(msgspec.msgpack.encode((lift, rows.count)))
+            for _, row in rows.all():
+                total.update(row)
         for number in sorted(self._notes):
             total.update(self._notes[number])
         self._total = total.hexdigest()

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from .text import GENERATOR
 
-__all__ = ["Cell", "bullets", "document", "table"]
-
 STYLE = (Path(__file__).parents[1] / "page" / "report.css").read_text()
 Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should be
 

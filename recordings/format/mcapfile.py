@@ -33,8 +33,6 @@ from mcap.records import (
     SummaryOffset,
 )
 
-__all__ = ["MAGIC", "McapFile"]
-
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK = 256 * 1024  # [bytes] before packing
 RECENT = 64  # chunk indexes that are kept as they are

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from .samples import POSE, SampleChannel
 
-__all__ = ["Rounding"]
-
 LENGTH, ROTATION, SPEED = (38, 30), (42, 0), (32, 30)
 # by unit: a step is 2^-first of it or 2^-second of the largest value
 STEPS = {"m": LENGTH, "rad": LENGTH, "m or rad": LENGTH, "m/s": SPEED, "rad/s": SPEED, "m/s or rad/s": SPEED}

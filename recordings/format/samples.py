@@ -3,7 +3,8 @@
 A sample is one float64 row; the layout is announced once and cuts the row into channels.  Batches travel as
 msgpack `[first number, [t_ns, ...], rows, notes]`, rows being little-endian float64 in C order, or a single one that
 all are equal to; notes are sentences for people, `[number, t_ns, sentence]`, and may be left out.  With a fifth entry
-the samples are those that come unless something happens, and the last again and again in this period [ns].  Channels
+the samples are those that come unless something happens, and the last again and again in this period [ns].  A sixth is
+the name of the lift of which alone these rows are, numbered apart and with columns of their own.  Channels
 `pose/<body>` (x y z, then quaternion x y z w of the body frame in the world) are drawn as
 foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row (schema.py).
 """
@@ -47,6 +48,7 @@ class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=
     rows: bytes
     notes: list[Note] = []
     period: Annotated[int, msgspec.Meta(ge=0)] = 0
+    lift: str = ""
 
 
 _decode_batch = msgspec.msgpack.Decoder(_Wire).decode
@@ -78,12 +80,13 @@ class SampleChannel(msgspec.Struct, frozen=True):
 
 class SampleLayout(msgspec.Struct, frozen=True):
     """All channels of a row; the first `recalled` rows are those of another recording, whose columns were as large as
-    `most` by then.
+    `most` by then.  `lifts`: of those whose events leave rows of their own.
     """
 
     channels: list[SampleChannel]
     recalled: int = 0
     most: list[float] = []
+    lifts: dict[str, SampleLayout] = {}
 
     @property
     def width(self) -> int:
@@ -117,7 +120,8 @@ class SampleLayout(msgspec.Struct, frozen=True):
 class Batch(msgspec.Struct, frozen=True):
     """Consecutive samples: number of the first, simulation times [ns], rows (n, width); and notes.
 
-    `period` [ns]: that of the samples which come after these unless something happens; 0: these have come.
+    `period` [ns]: that of the samples which come after these unless something happens; 0: these have come.  `lift`: of
+    which alone they are; "" of all.
     """
 
     first: int
@@ -125,15 +129,19 @@ class Batch(msgspec.Struct, frozen=True):
     rows: NDArray[np.float64]
     notes: list[Note] = []
     period: int = 0
+    lift: str = ""
 
 
-def decode_batch(payload: bytes, width: int) -> Batch:
-    """A batch from its wire form; RecordingError if it does not hold whole rows of `width` columns."""
+def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
+    """A batch from its wire form; RecordingError if it does not hold whole rows of the layout's columns."""
     try:
         wire = _decode_batch(payload)
     except UNREADABLE as error:
         raise RecordingError(f"a batch of samples is not [number, times, rows]: {error}") from None
     first, times, data = wire.first, wire.times, wire.rows
+    if wire.lift and wire.lift not in layout.lifts:
+        raise RecordingError(f"samples of lift '{wire.lift[:60]}', which was not announced")
+    width = (layout.lifts[wire.lift] if wire.lift else layout).width
     n = 1 if times and len(data) == 8 * width else len(times)
     if len(data) != 8 * width * n:
         raise RecordingError(
@@ -141,7 +149,7 @@ def decode_batch(payload: bytes, width: int) -> Batch:
             f"bytes, but {len(data)} came; the sender's layout differs from the announced one"
         )
     rows = np.frombuffer(data, "<f8").reshape(n, width)
-    return Batch(first, times, np.broadcast_to(rows, (len(times), width)), wire.notes, wire.period)
+    return Batch(first, times, np.broadcast_to(rows, (len(times), width)), wire.notes, wire.period, wire.lift)
 
 
 class Field(msgspec.Struct, frozen=True):

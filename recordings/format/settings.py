@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-__all__ = ["FACTS", "settings"]
-
 FACTS = ("asked", "modelled", "steps")  # names of the lines
 
 

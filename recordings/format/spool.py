@@ -6,8 +6,6 @@ import tempfile
 
 from heavylift.kernel.errors import RecordingError
 
-__all__ = ["Spool"]
-
 IN_MEMORY = 1 << 20  # bytes; what is more goes into a file
 
 

@@ -16,8 +16,6 @@ from google.protobuf.message import Message  # type: ignore[import-untyped]
 from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-__all__ = ["Template", "stamp"]
-
 MARKER = 3 * (1 << 28) * 1_000_000_000 + (1 << 28)  # a time [ns] whose varints have five bytes
 WRONG = "a message is not of the form of its channel"
 

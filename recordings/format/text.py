@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from difflib import get_close_matches
 
-__all__ = ["GENERATOR", "clock", "duration", "meant", "table"]
-
 GENERATOR = "heavylift"  # by which a file says who made it
 MOST = 30  # names in a sentence
 

@@ -2,7 +2,7 @@
 
 reader            Recording: facts, events in order, signals as arrays
 container, chunks safe access to a file of unknown origin; its chunks as messages or tables
-decoding          messages of several topics made numbers in one pass
+decoding          messages of several topics made numbers in one pass; rows of one lift alone
 signal, part      a signal over time; all that is recorded of a part of the scene
 notebook          how a signal looks in a notebook
 verdict           the verdict of a run

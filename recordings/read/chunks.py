@@ -13,8 +13,6 @@ from mcap.opcode import Opcode
 from mcap.records import Chunk
 from numpy.typing import NDArray
 
-__all__ = ["LIMIT", "MESSAGE", "RECORD", "Raw", "Table", "messages_of", "records", "tables_of", "unpacked"]
-
 LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
 INNER = frozenset(map(int, (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)))  # what may stand in a chunk
 RECORD = struct.Struct("<BQ")

@@ -32,8 +32,6 @@ from numpy.typing import NDArray
 
 from .chunks import LIMIT, RECORD, Raw, Table, messages_of, tables_of, unpacked
 
-__all__ = ["BROKEN", "RATIO", "Container", "Topic", "guarded"]
-
 FOOTER = struct.Struct("<BQQQI")
 RATIO = 100  # most that a whole file may grow when it is unpacked; what runs record grows four times
 P = ParamSpec("P")
@@ -134,7 +132,7 @@ class Container:
         if size > LIMIT + RATIO * self.size:
             raise ValueError(f"it would unpack to {size} bytes, which no run records")
         self.summary: Summary = summary
-        self.counts: dict[int, int] = dict(summary.statistics.channel_message_counts)
+        self._counts: dict[int, int] = dict(summary.statistics.channel_message_counts)
 
     def _check_summary(self) -> None:
         self._stream.seek(-FOOTER.size - len(MAGIC), 2)
@@ -156,6 +154,20 @@ class Container:
         if found != opcode or body != length - RECORD.size:
             raise ValueError(f"no {opcode.name.lower()} stands where the index says")
         return ReadDataStream(self._stream)
+
+    def topics(self) -> dict[str, Topic]:
+        """All channels by topic."""
+        with self.reading():
+            return {
+                x.topic: Topic(
+                    x.topic,
+                    self.summary.schemas[x.schema_id].name,
+                    x.message_encoding,
+                    dict(x.metadata),
+                    self._counts.get(x.id, 0),
+                )
+                for x in self.summary.channels.values()
+            }
 
     def metadata(self) -> dict[str, dict[str, str]]:
         """All metadata records by name."""

@@ -24,8 +24,6 @@ from .reader import Recording
 from .said import log, silent
 from .signal import Signal, titles
 
-__all__ = ["export", "matching"]
-
 Tables = Iterator[list[NDArray[np.float64]]]  # times and columns, a few thousand rows at a time
 
 

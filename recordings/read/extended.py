@@ -21,8 +21,6 @@ from .container import Container
 from .reader import BESIDE
 from .signal import Signal
 
-__all__ = ["amended", "extended"]
-
 
 def extended(
     path: str | Path, out: str | Path, signals: Sequence[Signal], facts: Mapping[str, object],

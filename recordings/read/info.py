@@ -14,8 +14,6 @@ from heavylift.recordings.format.text import duration, table
 from .reader import Recording
 from .verdict import Judged, recorded_verdict
 
-__all__ = ["info", "info_data"]
-
 
 def info(path: str | Path, verdict: Judged | None = None) -> str:
     """The recording at `path` described in lines of text; `verdict`: where the recording has none of its own."""

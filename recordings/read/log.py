@@ -19,8 +19,6 @@ from heavylift.recordings.format.text import meant
 from heavylift.recordings.write.outputs import file_path
 from numpy.typing import NDArray
 
-__all__ = ["Log", "read_log"]
-
 GAP = 5.0  # times the usual step: what is longer is a gap
 TIMES = ("time", "t")  # columns of times, unless a map names another one
 CLOCK = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "date": 1.0}  # units of times [s]; dates count from the first

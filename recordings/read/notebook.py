@@ -12,8 +12,6 @@ from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration
 from numpy.typing import NDArray
 
-__all__ = ["drawing", "heading", "recording_html", "signal_html"]
-
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 WIDTH, HEIGHT, POINTS = 460, 110, 300
 FACTS = ("scene", "seed", "samples_hz")

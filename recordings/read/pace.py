@@ -13,8 +13,6 @@ import numpy as np
 
 from .reader import Recording
 
-__all__ = ["Pace", "paces"]
-
 STEPS = "steps"  # the signal: taken so far
 LONG = 0.1  # [s] a step: no method that follows every motion takes longer ones
 PATH, MOTION = "along the equilibrium path", "every motion followed"

@@ -21,8 +21,6 @@ from heavylift.recordings.format.text import meant
 from .notebook import heading
 from .signal import Signal, joined, only
 
-__all__ = ["Part", "chosen"]
-
 
 class Signals(Protocol):
     """What parts ask of their recording (`reader.Recording`)."""

@@ -11,7 +11,7 @@ come with the rows of that lift alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import cached_property
 from pathlib import Path
@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from .chunks import LIMIT, Raw
 from .container import Container, Topic
-from .decoding import Form, Rows, decoded
+from .decoding import Form, Rows, decoded, with_own_rows
 from .notebook import drawing, recording_html
 from .part import Part, chosen
 from .signal import Signal, only
@@ -57,19 +57,8 @@ class Recording:
         self._check_format()
         self.result = metadata.get("result", {})
         self.attachments = self._file.attachments(lambda name: not name.startswith(CHECKPOINT))
-        with self._file.reading():
-            summary = self._file.summary
-            self._channels = {channel.topic: channel.id for channel in summary.channels.values()}
-            self.topics = {
-                channel.topic: Topic(
-                    channel.topic,
-                    summary.schemas[channel.schema_id].name,
-                    channel.message_encoding,
-                    dict(channel.metadata),
-                    self._file.counts.get(channel.id, 0),
-                )
-                for channel in summary.channels.values()
-            }
+        self._channels = {channel.topic: channel.id for channel in self._file.summary.channels.values()}
+        self.topics = self._file.topics()
 
     def _check_format(self) -> None:
         """RecordingError if another version of heavylift made the file, by other rules."""
@@ -165,7 +154,8 @@ class Recording:
             found.setdefault(signal, []).append(column)
         if len(found) == 1:
             ((signal, columns),) = found.items()
-            return only(self.signal(signal), columns)
+            with self.reading():
+                return with_own_rows(only(self.signal(signal), columns), self.topics.values(), self.numbers)
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:
@@ -229,9 +219,7 @@ class Recording:
                 parts = [part for (part,) in self.numbers({topic: form})]
                 t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
                 for name in form[1]:
-                    columns = self.columns(name)
-                    x = np.concatenate([np.zeros((0, len(columns))), *(values.pop(name) for _, values in parts)])
-                    self._signals[name] = Signal(t, x, columns, self.unit(name), name)
+                    self._signals[name] = self._joined(name, t, (values.pop(name) for _, values in parts))
 
     def blocks(
         self, names: Sequence[str], only: Sequence[int] | None = None, keep: Sequence[str] = ()
@@ -261,18 +249,18 @@ class Recording:
         t = np.array([x for times, _ in kept for x in times], np.float64) / 1e9
         if only is None and len(t) == self.topics[topic].messages:
             for name in keep:
-                x = np.concatenate([np.zeros((0, len(self.columns(name)))), *(values.pop(0) for _, values in kept)])
-                self._signals[name] = Signal(t, x, self.columns(name), self.unit(name), name)
+                self._signals[name] = self._joined(name, t, (values.pop(0) for _, values in kept))
 
     def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
         """These signals at the samples of these numbers, in order, alone."""
-        t, parts = list[int](), [[np.zeros((0, len(self.columns(name))))] for name in names]
-        for times, values in self.blocks(names, numbers.tolist()):
-            t += times
-            for part, x in zip(parts, values, strict=True):
-                part.append(x)
-        found = zip(names, map(np.concatenate, parts), strict=True)
-        return {name: Signal(np.array(t) / 1e9, x, self.columns(name), self.unit(name), name) for name, x in found}
+        parts = list(self.blocks(names, numbers.tolist()))
+        t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
+        return {name: self._joined(name, t, (values[i] for _, values in parts)) for i, name in enumerate(names)}
+
+    def _joined(self, name: str, t: Floats, parts: Iterable[Floats]) -> Signal:
+        """A signal from its rows, block by block."""
+        columns = self.columns(name)
+        return Signal(t, np.concatenate([np.zeros((0, len(columns))), *parts]), columns, self.unit(name), name)
 
     def _forms(self, names: Sequence[str]) -> dict[str, Form]:
         """The topics of these signals with the forms of their messages."""

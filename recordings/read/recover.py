@@ -31,8 +31,6 @@ from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
 from .chunks import LIMIT, RECORD, records, unpacked
 from .container import BROKEN, RATIO
 
-__all__ = ["Recovered", "recover"]
-
 CHUNK = struct.Struct("<QQQ")  # how one begins: times of its first and last message [ns], size of what is packed
 PEAKS = ("rope/peak", "rope/peak_time")
 LONGEST_s = 1e8  # a chunk that tells of later times is damaged there, too

@@ -19,8 +19,6 @@ from heavylift.recordings.format.text import meant
 from .reader import Recording
 from .signal import Signal
 
-__all__ = ["log", "said", "silent"]
-
 HEAD = ["time [s]", "microstep", "model", "port", "index", "type"]
 
 

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     import pandas
     import pyarrow
 
-__all__ = ["Signal", "joined", "only", "titles"]
-
 Floats = NDArray[np.float64]
 
 

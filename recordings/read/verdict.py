@@ -11,8 +11,6 @@ import msgspec
 
 from .reader import Recording
 
-__all__ = ["Clearance", "Found", "Judged", "LimitTable", "recorded_verdict"]
-
 Vector = tuple[float, float, float]
 
 

@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 from .curves import checked, drawn, larger
 from .curves_drawn import Curve, Figure, Panel
 
-__all__ = ["Comparison", "Difference", "compare", "overlay"]
-
 MOST = 12  # panels of an overlay
 ROWS = 24  # signals in the text
 

@@ -21,11 +21,6 @@ from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleLayout
 from heavylift.recordings.format.settings import settings
 from numpy.typing import NDArray
 
-__all__ = [
-    "Shown", "bundled", "deflated", "event_shown", "facts_shown", "is_inner", "load_of", "packed", "shown",
-    "stage_name",
-]  # fmt: skip
-
 Floats = NDArray[np.float64]
 PAGE = Path(__file__).parents[1] / "page"
 LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate", "steps")  # for tables, not for the eye

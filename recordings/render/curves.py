@@ -22,8 +22,6 @@ from heavylift.recordings.write.partfile import written
 from .curves_drawn import Curve, Figure, Panel, page, picture
 from .paper import FORMATS
 
-__all__ = ["checked", "curves", "drawn", "larger"]
-
 LARGER = {"N": (1e-3, "kN"), "N m": (1e-3, "kN m"), "J": (1e-6, "MJ")}
 PANELS = 16  # in one figure
 MANY = 60  # curves: more than that nobody can tell apart

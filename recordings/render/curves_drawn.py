@@ -17,8 +17,6 @@ from .paper import INK, QUIET, banded, limited, on_paper, save, tidied, timed
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Curve", "Figure", "Panel", "page", "picture"]
-
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7a6fd0")
 TITLE = 104  # letters of a line of the title
 NAMED = 16  # curves of a panel that the legend can name

@@ -12,8 +12,6 @@ from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.schema import file_descriptor_set
 
-__all__ = ["PORT", "FoxgloveServer"]
-
 PORT = 8765  # the one that viewers propose
 
 

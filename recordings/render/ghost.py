@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from .content import Shown
 
-__all__ = ["BESIDE", "Ghost", "ghost"]
-
 Floats = NDArray[np.float64]
 BESIDE = "beside/"  # before the group of a signal
 GLASS = 0.25  # opacity

@@ -14,8 +14,6 @@ from typing import Any
 
 import msgspec
 
-__all__ = ["LAYOUT", "layout"]
-
 LAYOUT = "lichtblick.json"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#7a6fd0", "#6b7682")
 VIEW = (-0.62, -0.72, 0.32)  # from where the scene is seen

@@ -22,8 +22,6 @@ from numpy.typing import NDArray
 from .content import Shown, event_shown, facts_shown, is_inner, load_of, packed, shown, stage_name
 from .server import PageServer
 
-__all__ = ["LivePage"]
-
 FRAME = 1 / 30  # [s] at least between two messages
 ROWS = 64  # most samples in a message: a run can be a thousand times faster than its picture
 EVENTS = 5000  # most events in the list

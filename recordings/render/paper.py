@@ -19,21 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "BAND",
-    "FORMATS",
-    "INK",
-    "LIMIT",
-    "QUIET",
-    "banded",
-    "digits",
-    "limited",
-    "on_paper",
-    "save",
-    "tidied",
-    "timed",
-]
-
 INK, QUIET, BAND, LIMIT = "#1d2733", "#6b7682", "#f1f4f7", "#a3182b"
 FORMATS = (".png", ".svg")
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400)  # [s]

@@ -14,8 +14,6 @@ import threading
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-__all__ = ["PageServer"]
-
 HOST = "127.0.0.1"
 READERS = 16  # browsers at a time
 STALLED = 5.0  # [s] without reading until a browser is let go

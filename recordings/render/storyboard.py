@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["storyboard"]
-
 Floats = NDArray[np.float64]
 TURN_LENGTH = 20.0  # [m] way that one radian of turning counts as
 FILM, INSTANTS, FRAME_ms = ".gif", 80, 100

@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 from .content import Shown, bundled, deflated, event_shown, facts_shown, load_of, packed, shown, stage_name
 from .ghost import ghost
 
-__all__ = ["content", "page", "sample_rows", "view"]
-
 COARSE = 250_000  # numbers that are seen at once: 4 bytes each, as base64 1.3 MB
 FINE = 4_000_000  # most numbers in a page, deflated: the browser unpacks them when the page is there
 CLEARANCES = 3  # that the page tells
@@ -81,10 +79,11 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
     more = [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
     more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
     more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
+    made = [("recording", rec.path.name), ("made by", rec.library)]
     return {
         "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
         "status": _status(rec, verdict),
-        "facts": facts_shown(rec.run, [*_judged(verdict), *more, *told, *_origin(rec)]),
+        "facts": facts_shown(rec.run, [*_judged(verdict), *more, *told, *made]),
         **head,
         "rows": {"t": packed(t[seen], "<f8"), "x": packed(rows[seen])},
         **fine,
@@ -154,10 +153,6 @@ def _status(rec: Recording, verdict: Judged | None) -> str:
     status = rec.result.get("status", "cut off")
     colour = f", verdict {'red' if verdict.red else 'green'}" if verdict else ""
     return f"{status}, {duration(float(rec.fact('sim_s', 0.0)))} simulated{colour}"
-
-
-def _origin(rec: Recording) -> list[tuple[str, str]]:
-    return [("recording", rec.path.name), ("made by", rec.library)]
 
 
 def _judged(verdict: Judged | None) -> list[tuple[str, str]]:

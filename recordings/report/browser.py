@@ -9,8 +9,6 @@ from pathlib import Path
 
 from heavylift.kernel.errors import RecordingError
 
-__all__ = ["print_page"]
-
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
 PATIENCE = 60.0  # [s]
 

@@ -30,8 +30,6 @@ from .facts import Facts, facts
 from .tables import Table, tables
 from .workbook import workbook
 
-__all__ = ["Issue", "report"]
-
 FORMATS = (".html", ".pdf", ".xlsx")
 APPROVED = ("", "name", "date", "signature")
 PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF

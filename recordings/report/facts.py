@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 from .loads import Borne, Loads, SlingUse, loads_of
 from .scene import block_table, scene_table
 
-__all__ = ["Excess", "Facts", "LoadUse", "RopeUse", "StageUse", "facts"]
-
 EMPTY = 1.1  # times its loaders and hook blocks: with less a crane carries nothing
 SETTLED = 0.05  # last part of a stage over which its resting load is taken
 Floats = NDArray[np.float64]

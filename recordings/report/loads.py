@@ -17,8 +17,6 @@ from heavylift.recordings.format.viewer_messages import Rig, RopeLine, corners, 
 from heavylift.recordings.read.reader import Recording
 from numpy.typing import NDArray
 
-__all__ = ["Borne", "Loads", "SlingUse", "loads_of"]
-
 CARRIES = 0.1  # of its largest tension: with less the angle of a sling matters to nobody
 Floats = NDArray[np.float64]
 

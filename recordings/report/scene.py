@@ -7,8 +7,6 @@ from typing import Any
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.read.reader import Recording
 
-__all__ = ["block_table", "scene_table"]
-
 COMPUTED = ("samples_hz", "seed")
 
 

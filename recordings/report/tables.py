@@ -17,8 +17,6 @@ from heavylift.recordings.read.verdict import Judged, LimitTable
 from .facts import Facts, LoadUse, RopeUse, StageUse
 from .loads import Borne
 
-__all__ = ["Table", "tables"]
-
 LOADED = ("largest load", "", "at", "may carry", "use")
 TONNE = 9806.65  # [N] its weight
 TOLD = (  # sentences of facts, what they are, and their title

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from .tables import Table
 
-__all__ = ["number", "workbook"]
-
 NUMBER = re.compile(r"(-?\d+)(?:\.(\d+))?( ?(?:%|°|[A-Za-z]+[23]?(?:[ /][A-Za-z]+[23]?)*))?")
 TIME = re.compile(r"(?:(\d+):)?(\d+):(\d\d(?:\.\d)?)")
 DAY_s = 86400.0

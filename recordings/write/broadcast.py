@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 from .rows import Rows
 from .spectator import Spectator
 
-__all__ = ["Broadcast", "Listener"]
-
 AGAIN_s = 1.0  # of the clock, after which what stands still is sent once more
 
 

@@ -20,18 +20,6 @@ from heavylift.kernel.errors import OutputError, RecordingError
 from heavylift.recordings.format.mcapfile import MAGIC
 from heavylift.recordings.format.text import GENERATOR
 
-__all__ = [
-    "COMMANDS",
-    "PART",
-    "beside",
-    "file_path",
-    "names",
-    "output_path",
-    "remains",
-    "unnamable",
-    "writing",
-]
-
 PART, COMMANDS = ".part", ".commands"  # of a run that is being written
 LOOK = 4096  # [bytes] at the beginning and at the end in which it does
 SIGNS = (GENERATOR.encode(), b"time [s],", b"rung,method,", b"RosOut!log")  # first columns of tables, panel of a layout

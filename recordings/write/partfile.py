@@ -25,8 +25,6 @@ from heavylift.kernel.errors import OutputError, RecordingError
 
 from .outputs import PART, names, output_path, remains, writing
 
-__all__ = ["PartFile", "written"]
-
 AT_FDCWD, RENAME_NOREPLACE = -100, 1  # of linux/fcntl.h and linux/fs.h
 OPENED = "/proc/self/fd"  # where Linux has names for open files
 BLOCK = 1 << 20  # [bytes] read at once

@@ -62,7 +62,9 @@ class Channels(Protocol):
 class Rows:
     """Writes the rows of one layout into the sink and keeps the peak of each rope."""
 
-    def __init__(self, sink: Channels, layout: SampleLayout, lines_every: float) -> None:
+    def __init__(self, sink: Channels, layout: SampleLayout, lines_every: float, lift: str = "") -> None:
+        """Of all, or of one lift alone, in topics with its name."""
+        own = f"/{lift}" if lift else ""
         self.layout = layout.check()
         self.peaks: dict[str, Peak] = {}
         self._sink = sink
@@ -72,13 +74,13 @@ class Rows:
         self._lines_ns, self._lines_due = round(lines_every * 1e9), 0
         fields = self._columns.fields
         descriptor = samples_descriptor([field.field for field in fields])
-        self._numbers = sink.protobuf("/samples", descriptor, {"signals": fields})
+        self._numbers = sink.protobuf(f"/samples{own}", descriptor, {"signals": fields})
         self._form = samples_template(fields)
         if self.bodies:
             facts = {"names": self.bodies, "unit": POSE_UNIT}
-            self._poses = sink.protobuf("/poses", FrameTransforms, facts)
+            self._poses = sink.protobuf(f"/poses{own}", FrameTransforms, facts)
             self._frames = frames_template(self.bodies)
-            self._lines = sink.protobuf("/ropes", SceneUpdate)
+            self._lines = 0 if lift else sink.protobuf("/ropes", SceneUpdate)
 
     def ropes(self, lines: Sequence[RopeLine]) -> Ropes:
         """These lines, ready for `hang`; RecordingError if one is on a body that has no poses."""

@@ -25,8 +25,6 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from .partfile import PartFile
 
-__all__ = ["CHECKPOINT", "FORMAT", "Sink", "texts"]
-
 FORMAT = 2
 FLUSH = 0.5  # [s] of wall time: less than a second is lost, even if messages come half a second apart
 CHECKPOINT = "checkpoint/"  # before the tag in the names of such attachments

@@ -9,8 +9,6 @@ from heavylift.recordings.format.samples import SampleLayout
 from heavylift.recordings.format.viewer_messages import Box, RopeLine
 from numpy.typing import NDArray
 
-__all__ = ["Spectator", "Spectators"]
-
 
 class Spectator:
     """Receives what is recorded: `begin`, then `event`, `ropes`, `samples` as they come, then `end`."""

@@ -14,6 +14,7 @@ import math
 import time
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from typing import NamedTuple
@@ -21,7 +22,7 @@ from typing import NamedTuple
 import msgspec
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.digest import Digest
-from heavylift.recordings.format.samples import SAMPLER, Note, SampleLayout, decode_batch
+from heavylift.recordings.format.samples import SAMPLER, Batch, Note, SampleLayout, decode_batch
 from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, RecordedEvent, event_schema
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
 
@@ -34,10 +35,19 @@ EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken afte
 
 
 class Waiting(NamedTuple):
-    """The rows of a block from `first` on."""
+    """The rows of a block of some rows, from `first` on."""
 
+    rows: Rows
     block: Block
     first: int = 0
+
+
+@dataclass
+class _Apart:
+    """Rows of one lift alone, and the number of the next one."""
+
+    rows: Rows
+    next: int = 0
 
 
 class Recorder:
@@ -62,6 +72,7 @@ class Recorder:
         self._log = self._sink.protobuf("/log", Log)
         self._ports: dict[tuple[str, str], int] = {}
         self._rows: Rows | None = None
+        self._lifts: dict[str, _Apart] = {}
         self._lines_every = lines_every
         self._next_sample = 0
         self.notes: list[Note] = []
@@ -101,6 +112,7 @@ class Recorder:
     def layout(self, layout: SampleLayout) -> None:
         """Announce the columns of the sample rows; once."""
         self._rows = Rows(self._sink, layout, self._lines_every)
+        self._lifts = {name: _Apart(Rows(self._sink, own, 0.0, name)) for name, own in layout.lifts.items()}
 
     def boxes(self, boxes: Sequence[Box]) -> None:
         """Draw these boxes on their bodies, from time 0 on; once, before the first message."""
@@ -131,7 +143,10 @@ class Recorder:
     def samples(self, payload: bytes) -> None:
         """Record a batch of the kernel in its wire form; numbers that are here already are passed over."""
         rows = self._announced()
-        batch = decode_batch(payload, rows.layout.width)
+        batch = decode_batch(payload, rows.layout)
+        if batch.lift:
+            self._samples_apart(batch)
+            return
         for note in batch.notes[max(0, len(self.notes) - batch.notes[0].number) :] if batch.notes else ():
             self.notes.append(note)
             self.digest.note(note.number, note.t_ns, note.sentence)
@@ -149,11 +164,26 @@ class Recorder:
         block = rows.encode(times, log_ns, values)
         for number, t_ns, row in zip(count(self._next_sample), times, block.columns, strict=False):
             self.digest.samples(number, t_ns, row.tobytes())
-        heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(block)))
+        heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(rows, block)))
         note_peaks(rows.peaks, rows.layout, times, values)
         self._next_sample = batch.first + len(batch.times)
         self._last_sample = max(self._last_sample, batch.times[-1])
         self._drain()
+
+    def _samples_apart(self, batch: Batch) -> None:
+        """Rows of one lift alone."""
+        lift = self._lifts[batch.lift]
+        if batch.first > lift.next:
+            raise RecordingError(f"samples {lift.next} to {batch.first - 1} of lift {batch.lift} are missing")
+        times, values = batch.times[lift.next - batch.first :], batch.rows[lift.next - batch.first :]
+        if times:
+            log_ns = [max(t, self._now) for t in times]
+            block = lift.rows.encode(times, log_ns, values)
+            for number, t_ns, row in zip(count(lift.next), times, block.columns, strict=False):
+                self.digest.samples(number, t_ns, row.tobytes(), batch.lift)
+            heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(lift.rows, block)))
+            lift.next += len(times)
+            self._drain()
 
     def protocol(
         self, t_ns: int, node: str, direction: str, kind: str, summary: Mapping[str, object], raw: bytes
@@ -249,11 +279,11 @@ class Recorder:
 
     def _write_rows(self, waiting: Waiting, ticket: int, horizon: float) -> None:
         """The rows below the horizon and before whatever else waits."""
-        queue, (block, first) = self._queue, waiting
+        queue, (rows, block, first) = self._queue, waiting
         if queue:
             horizon = min(horizon, queue[0][0] + queue[0][1])  # an event stands before the sample of its instant
         end = bisect_left(block.log_ns, horizon, first)
-        self._announced().write(block, first, end)
+        rows.write(block, first, end)
         self._now = block.log_ns[end - 1]
         if end < len(block.log_ns):
-            heapq.heappush(queue, (block.log_ns[end], SAMPLE, ticket, Waiting(block, end)))
+            heapq.heappush(queue, (block.log_ns[end], SAMPLE, ticket, Waiting(rows, block, end)))

@@ -1,24 +1,34 @@
 """What a lift costs of which rope tensions alone are asked, to 5, 1 and 0.3 %, beside the same lift followed in full.
 
-    python tests/bench/required.py [--json] [--short]
+    python tests/bench/required.py [--json] [--short] [--lifts 40]
 
 The kernel's seconds of runs in one process, each asked run beside a plain one (`dopri5` at its tolerance) in turns, and
 the worst peak of a hook's rope against the same rung at 1e-8.  Then whole runs from start to exit, with all their
-processes and full recording.  Medians of three.  At last `--within` a time, twice what the cheapest run takes: of five
-runs the median may exceed it by a fifth.
+processes and full recording.  Medians of three.  Then random lifts of every kind (lifts_of_kinds.py), each asked what
+its seed says, to 5 and to 1 %: CPU time of runs in memory, the least of three, against `dopri5` at its tolerance on the
+same rung.  At last `--within` a time, twice what the cheapest run takes: of five runs the median may exceed it by a
+fifth.
 """
 
 import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 from statistics import median
 
 from heavylift.coordinator.run import run
-from heavylift.nodes.scene import load
+from heavylift.coordinator.run.in_memory import play
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
+from msgspec.structs import replace
 from shared.rows import SHORT, options, row
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
+from lifts_of_kinds import lift_of_kinds
+from promised import asked_of
 
 SCENE, TIMES = ("lift", 1) if SHORT else ("turnover", 3)
 KERNEL = {"5 %": 0.10, "1 %": 0.15, "0.3 %": 0.3}  # of the plain run's seconds
@@ -27,6 +37,8 @@ WHOLE_s = {"5 %": 2.0, "1 %": 2.2, "0.3 %": 3.0, "": 3.5}
 PLAIN = ["method=dopri5"]
 TRUE = [*PLAIN, "tolerance=1e-8"]
 LEVELS = ("5 %",) if SHORT else (*KERNEL, "")
+LIFTS, SEED = (1, 3002) if SHORT else (40, 3000)
+MEDIAN, DEAREST = {"5 %": 0.4, "1 %": 0.5}, 1.5  # of the plain run's time
 
 
 def asking(accuracy: str) -> list[str]:
@@ -58,8 +70,29 @@ def within(seconds: float, folder: Path) -> float:
     return time.perf_counter() - began
 
 
+def random_lifts(count: int) -> None:
+    """Each as it is asked and by `dopri5` on the same rung; what nothing is promised of is left out, and counted."""
+    found: dict[str, list[float]] = {accuracy: [] for accuracy in MEDIAN}
+    for seed in range(SEED, SEED + count):
+        drawn = lift_of_kinds(seed)
+        for accuracy, ratios in found.items():
+            settings = [f"ask=[{', '.join(asked_of(seed, drawn))}]", f"accuracy={accuracy}"]
+            scene = parse(drawn.text, overrides=settings)
+            at = {s.method: s.tolerance for s in scene.verdict.steps} if scene.verdict else {}
+            if not at or scene.verdict.notes:
+                continue
+            plain = replace(scene.plan, method="dopri5", tolerance=at["dopri5"], tensions_only=False)
+            with suppress(HeavyliftError):
+                mine, its = (min(play(p).cpu_s for _ in range(1 if SHORT else 3)) for p in (scene.plan, plain))
+                ratios.append(mine / its)
+    for accuracy, ratios in found.items():
+        name = f"{len(ratios)} promised of {count} random lifts to {accuracy}, CPU time against dopri5"
+        row(f"{name}, median", median(ratios), at_most=MEDIAN[accuracy])
+        row(f"{name}, worst", max(ratios), at_most=DEAREST)
+
+
 def main() -> None:
-    options(__doc__ or "")
+    lifts = options(__doc__ or "", {"--lifts": {"type": int, "default": LIFTS, "help": "how many at random"}}).lifts
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for accuracy in filter(None, LEVELS):
@@ -83,6 +116,7 @@ def main() -> None:
         for accuracy in LEVELS:
             seconds = median(whole(asking(accuracy), folder) for _ in range(TIMES))
             row(f"{SCENE}, {accuracy or 'nothing'} asked, start to exit", seconds, "s", at_most=WHOLE_s[accuracy])
+        random_lifts(lifts)
         given = max(LEAST_s, 2.0 * whole(asking("5 %"), folder))
         taken = median(within(given, folder) for _ in range(1 if SHORT else 5))
         row(f"{SCENE}, --within {given:.2g} s", taken, "s", "what was given", given, at_most=1.2)

@@ -85,6 +85,7 @@ def story() -> Simulation:
     return told()
 
 
+@pytest.mark.large
 def test_its_energy_closes_over_impact_snatch_and_lock(story: Simulation) -> None:
     assert [(e.name, e.what) for _, e in story.log if e.name in ("sling", "bolt")] == [
         ("sling", "taut"),

@@ -33,6 +33,7 @@ def said(rec: Recording, kind: str) -> list[dict[str, object]]:
 
 
 @pytest.mark.parametrize(("first", "trips"), [("west", 44.0), ("east", 80.0)])
+@pytest.mark.large(beyond=1)
 def test_cranes_that_travel_together_stop_together(tmp_path: Path, first: str, trips: float) -> None:
     """An interlock of one crane trips where it stands; the other one stops with it, as fast, and their gap stays."""
     limit = f"interlocks: {{end: {{when: position of {first} >= {trips} m, stops: [travel forward], on: {first}}}}}\n"

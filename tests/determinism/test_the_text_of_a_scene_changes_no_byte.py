@@ -20,8 +20,8 @@ from heavylift.nodes.scene import LoadedScene, bundled, load, parse
 from heavylift.recordings import Recording
 from rewritten import apart, block, commented, data, flow, other_units, shuffled
 
-LARGE = {"ramp", "turnover"}  # runs of many seconds
-SCENES = [pytest.param(name, marks=[pytest.mark.large] if name in LARGE else []) for name in sorted(bundled())]
+LARGE = {"dock", "ramp", "turnover"}  # runs of many seconds
+SHORT = {"edge", "floating", "pendulum", "spreader"}  # runs of less than one
 
 
 @pytest.fixture
@@ -58,11 +58,12 @@ REWRITTEN: dict[str, Callable[[str, Random], str]] = {
     "in other units": lambda given, random: flow(other_units(data(given))),
     "under another name": lambda given, random: flow(data(given) | {"name": f"lift-{random.randrange(99)}"}),
 }
+NAMES, KINDS = sorted(bundled()), [*REWRITTEN]
+TURNS = [(KINDS[(i + turn) % len(KINDS)], name) for turn in range(len(KINDS)) for i, name in enumerate(NAMES)]
 
 
-@pytest.mark.parametrize("name", sorted(bundled()))
-@pytest.mark.parametrize("kind", REWRITTEN)
-@pytest.mark.large(beyond=75)
+@pytest.mark.parametrize(("kind", "name"), TURNS)
+@pytest.mark.large(beyond=len(NAMES))
 def test_every_text_of_a_scene_has_one_plan(name: str, kind: str, seeds: range) -> None:
     want = placeless(load(name).plan)
     for seed in seeds:
@@ -70,7 +71,7 @@ def test_every_text_of_a_scene_has_one_plan(name: str, kind: str, seeds: range) 
         assert found == want, f"seed {seed}"
 
 
-@pytest.mark.parametrize("name", sorted(bundled()))
+@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.large(beyond=10)
 def test_a_scene_in_two_files_has_the_plan_of_the_whole(name: str, tmp_path: Path, seeds: range) -> None:
     for seed in seeds:
@@ -78,14 +79,13 @@ def test_a_scene_in_two_files_has_the_plan_of_the_whole(name: str, tmp_path: Pat
         assert placeless(found.plan) == placeless(load(name).plan), f"seed {seed}"
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.large] if x in LARGE else []) for x in NAMES])
 def test_a_scene_has_the_digest_that_is_stored(name: str) -> None:
     """After a change that is meant: python tests/determinism/digests.py."""
     assert own(name) == stored()[name]
 
 
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.large(beyond=10)
+@pytest.mark.parametrize("name", [pytest.param(x, marks=[] if x in SHORT else [pytest.mark.large]) for x in NAMES])
 def test_another_text_has_the_same_digest(name: str) -> None:
     assert digest(everything(name)) == own(name)
 

@@ -26,6 +26,7 @@ METHODS = {
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("stiffer", [1.0, 30.0])
+@pytest.mark.large(beyond=9)
 def test_a_load_let_go_on_a_straight_rope_doubles_its_weight(method, stiffer):
     """With dop853 a step is up to two radians long, and its ends may miss a tenth of the swing."""
     scene = hung(LENGTH)

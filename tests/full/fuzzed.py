@@ -32,7 +32,7 @@ from heavylift.nodes.scene import load, parse
 from heavylift.nodes.scene.operator_command import spoken
 from heavylift.nodes.scenes import bundled
 from heavylift.recordings import Recording
-from heavylift.recordings.format.samples import decode_batch
+from heavylift.recordings.format.samples import SampleChannel, SampleLayout, decode_batch
 from heavylift.recordings.write.sink import Sink
 from mutations import JSON, MSGPACK, bytes_of, spoiled
 from spoiled_recordings import read_in_all_ways
@@ -182,9 +182,11 @@ def frames(folder: Path) -> Any:
     def draw(rng: Random) -> bytes:
         return bytes([rng.randrange(256)]) + spoiled(rng.choice(corpus), MSGPACK, rng)
 
+    two = SampleLayout([SampleChannel("x", ["a", "b"], "m", 0, 2)])
+
     def play(case: bytes) -> None:
         where, data = case[0], case[1:]
-        for decode in (m.decode, parts.decode, transitions.read, lambda x: decode_batch(x, 2)):
+        for decode in (m.decode, parts.decode, transitions.read, lambda x: decode_batch(x, two)):
             with suppress(HeavyliftError, *UNREADABLE):
                 decode(data)
         for kind in (Ask, Answer, Order, Reply, Notice, m.Alive):

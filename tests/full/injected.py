@@ -17,6 +17,7 @@ import time
 from pathlib import Path
 from typing import Any, ClassVar
 
+from heavylift.coordinator import participants
 from heavylift.coordinator.participants import node_process, participant
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.supervision import keeper
@@ -146,7 +147,7 @@ def coordinate() -> None:
     from heavylift.coordinator.supervision.failover import Succession
     from heavylift.coordinator.supervision.processes import Processes
 
-    participant.PRELOAD = (*participant.PRELOAD, "injected")  # type: ignore[assignment]
+    participants.PRELOAD = (*participants.PRELOAD, "injected")  # type: ignore[assignment]
     preload = models._preload
     models._preload = lambda reference: [*preload(reference), "injected"]
     seen: dict[str, tuple[float, float]] = {}  # when a process was struck, and when that was noticed

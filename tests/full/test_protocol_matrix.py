@@ -10,7 +10,8 @@ import pytest
 
 sys.path.append(str(Path(__file__).parents[1] / "coordinator/protocol"))
 
-from random_models import build, build_deep, build_ring, distributed, flat, told, wave
+from one_wave import wave
+from random_models import build, build_deep, build_ring, distributed, flat, told
 
 ORDERS = 4
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+from functools import cache
 from pathlib import Path
 
 import typer
@@ -39,6 +40,7 @@ QUICK = {  # done in less than a second each; the others are run in tests/full
 }
 
 
+@cache
 def printed() -> list[str]:
     """Every command once, without placeholders and comments; those that make recordings first."""
     texts = [command.example for command in typer.main.get_command(app).commands.values()]

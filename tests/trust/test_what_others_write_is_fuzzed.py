@@ -48,6 +48,7 @@ def broken(folder: Path) -> Any:
     return draw, play
 
 
+@pytest.mark.large
 def test_what_native_code_breaks_is_found_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(KINDS, "broken", broken)
     monkeypatch.setattr(fuzz_module, "HARD_s", 3.0)

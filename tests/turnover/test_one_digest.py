@@ -77,6 +77,7 @@ def test_another_scene_has_another_digest(truth: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.large(beyond=2)
 def test_random_grant_limits_leave_every_byte_equal(
     truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import wraps
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.trust import allowed
+from typer.main import get_command_name
 
 from . import completing
 from .helping import Command, Commands
@@ -43,6 +45,16 @@ says what is wrong."""
 
 class App(typer.Typer):
     """All commands have the same form of help."""
+
+    def __call__(self, *args: Any, **settings: Any) -> Any:
+        """Do what the command line says; commands that it does not name are not made ready."""
+        known = self.registered_commands
+        named = [x for x in known if sys.argv[1:2] == [x.name or get_command_name(getattr(x.callback, "__name__", ""))]]
+        self.registered_commands = named or known
+        try:
+            return super().__call__(*args, **settings)
+        finally:
+            self.registered_commands = known
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[..., Any]:
         """A command, with its example behind its options, and --allow-code if it may hear of code of others."""

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["recordings", "runs", "scenes"]
-
 
 def scenes(incomplete: str) -> list[str]:
     """Bundled scenes by name, scene files by path."""

@@ -16,8 +16,6 @@ from heavylift.kernel.errors import HeavyliftError, OutputError, Stopped, out_of
 
 from .app import app
 
-__all__ = ["carry_out"]
-
 LEAST_MB = 400  # below, libraries end the command in words of their own
 
 

@@ -29,7 +29,33 @@ HEADINGS = {
 }
 
 
-class Command(TyperCommand):
+class Spared:
+    """Typer converts by Pydantic, whose import takes long: what needs no conversion is spared it."""
+
+    get_params: Any
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """As typer does."""
+        for param in self.get_params(ctx):
+            if getattr(param, "_runtime_param", param) is None:
+                vars(param)["_runtime_param"] = _AsGiven()
+        return super().parse_args(ctx, args)  # type: ignore[misc,no-any-return]
+
+
+class _AsGiven:
+    """Leaves the value of a parameter as it is: nothing, its default, or text where text is wanted."""
+
+    def coerce(self, value: Any, param: Any, ctx: Any) -> Any:
+        wanted = param.type_descriptor
+        if value is None:
+            return () if param.multiple else None
+        if value == param.default or (wanted.annotation in (str, list[str]) and wanted.parameter_info.parser is None):
+            return value
+        param._runtime_param = None
+        return param.get_runtime_param().coerce(value, param=param, ctx=ctx)
+
+
+class Command(Spared, TyperCommand):
     """A command with its example behind its options."""
 
     def __init__(self, *arguments: str | None, help: str | None = None, **settings: Any) -> None:
@@ -47,7 +73,7 @@ class Command(TyperCommand):
         super().format_epilog(ctx, formatter)
 
 
-class Commands(TyperGroup):
+class Commands(Spared, TyperGroup):
     """All commands, by heading."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

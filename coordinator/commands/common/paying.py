@@ -15,8 +15,6 @@ from heavylift.coordinator.run.watch import Watch
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import NEVER, Event
 
-__all__ = ["paying"]
-
 TRIED_s = 1.0  # of wall time, long beside what starting and a busy moment add
 GAIN = 1.1  # so many times as fast must more processes be: less is noise, and they take memory
 

@@ -12,8 +12,6 @@ from types import SimpleNamespace
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, any_of, less, select
 
-__all__ = ["ROUNDS", "eliminate", "product", "round_of", "start_of"]
-
 PATIENCE = 4.0  # block changes without progress before single ones
 ROUNDS = 60.0  # per row and solve; Murty's worst case is exponential, but is never met in practice
 

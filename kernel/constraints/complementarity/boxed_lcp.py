@@ -15,8 +15,6 @@ import numpy as np
 from .block_pivoting import product, start_of
 from .native_pivoting import pivot
 
-__all__ = ["Solution", "solve"]
-
 PASSES = 4  # proximal passes; each gains about seven digits
 SOFTNESS = 1e-7  # regularisation relative to the mean diagonal: redundant rows share their load equally
 SMALL = 1e-11  # relative size of what counts as zero

@@ -19,8 +19,6 @@ from heavylift.kernel.compiler.symbol import Array
 
 from .block_pivoting import round_of
 
-__all__ = ["SIZES", "pivot"]
-
 SIZES = (6, 12)  # rows
 _SCALARS = ("fewest", "patience", "budget", "number", "small_x", "small_w")
 _VECTORS = ("side", "x", "w", "b", "lo", "hi")

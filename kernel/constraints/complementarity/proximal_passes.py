@@ -12,8 +12,6 @@ from collections.abc import Sequence
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalars
 
-__all__ = ["MU", "MU_SHARED", "TINY", "Proximal", "fill_in"]
-
 MU = 1e-6  # regularisation relative to a row's own diagonal
 MU_SHARED = 1e-8  # and to the mean size of all rows, metres and radians alike: for what can only move together
 TINY = 1e-300  # where no row can move anything

@@ -29,11 +29,6 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, select, sqr
 
 from .frames import Side
 
-__all__ = [
-    "APART", "SIGNS", "VERTICES", "Box", "Witness", "ball_ball", "ball_box", "ball_plane",
-    "box_box", "box_plane", "crossings", "edge",
-]  # fmt: skip
-
 Witness = tuple[Scalar, Scalar]  # gap [m], its rate [m/s]
 
 APART = 1.0  # [m] witness of a candidate that does not count

@@ -27,8 +27,6 @@ from . import frames
 from .pairs import HELD, Pair, pair_of, shape_numbers
 from .reach import passes, reach
 
-__all__ = ["SLOT", "ContactRows", "Site", "SlotAt", "contact_numbers"]
-
 SLOT = HELD + 12
 DEPTH = 1e-10  # [m] and [m/s] below which a touch is round-off
 SUNK = 1e-8  # [m] where a touch without speed counts

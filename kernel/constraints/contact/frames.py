@@ -17,22 +17,6 @@ from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.function import Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar, minimum, sqrt
 
-__all__ = [
-    "BALLS",
-    "CORNER",
-    "EDGE",
-    "EDGES",
-    "FACE",
-    "Frame",
-    "Side",
-    "balls",
-    "corner",
-    "edge",
-    "edges",
-    "face",
-    "rows",
-]
-
 FACE = 16  # numbers: centre and radius of the ball on A; a point of the face and its normal, first, second on B
 BALLS = 11  # centre and radius on A, centre and radius on B, a direction of B that is not the normal
 EDGE = 13  # centre and radius on A; a point of the edge, its direction, difference of its faces' normals on B

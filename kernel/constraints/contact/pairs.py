@@ -22,8 +22,6 @@ from .candidates import SIGNS, VERTICES, Witness, edge
 from .candidates import Box as BoxAt
 from .frames import BALLS, CORNER, EDGE, EDGES, FACE, Frame, Side
 
-__all__ = ["HELD", "PAIRS", "Pair", "check_contact", "gap", "pair_of", "shape_numbers"]
-
 HELD = 19  # numbers of what a slot holds: kind, those of its frame, half widths of the face or edges
 UNIT = 1e-6  # how far a rotation may be off by rounding
 EVERYWHERE = 1e9  # [m] half width of a plane

@@ -15,8 +15,6 @@ from heavylift.kernel.description.contacts import Ball, Contact, Plane, Shape
 
 from .frames import Side
 
-__all__ = ["passes", "reach"]
-
 THIN = 1e-4  # [m] what is thinner counts as that thick, so that two points do not stop the run
 TINY = 1e-300  # [m^2/s^2] keeps what rests from dividing by zero
 

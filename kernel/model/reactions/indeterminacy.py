@@ -21,8 +21,6 @@ from heavylift.kernel.forces.force_law import attachment
 
 from .jacobian import NOISE, Group, Pose
 
-__all__ = ["COMPONENTS", "Indeterminacy", "Key", "indeterminacies"]
-
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 TOUCHED = 1e-5  # part of the largest of a pattern from which a component belongs to it
 Key = tuple[str, str, int]  # "joint" with its component, "rope" or "contact"; the name; the component

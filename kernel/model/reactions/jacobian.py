@@ -25,8 +25,6 @@ from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, seen_f
 from heavylift.kernel.multibody.motion import rates
 from heavylift.kernel.multibody.trees import Tree
 
-__all__ = ["NOISE", "RANK", "Group", "Pose", "State", "pose_of"]
-
 RANK = 1e-6  # singular value, relative to the largest of its group, that counts as zero
 TAUT = 1e-6  # [m] slack up to which a rigid rope counts as taut
 PART = 1e-9  # of a row, squared, that none of the others makes up for

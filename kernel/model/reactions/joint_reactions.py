@@ -22,8 +22,6 @@ from heavylift.kernel.multibody.inverse_dynamics import accelerated
 from .indeterminacy import COMPONENTS, Indeterminacy, Key, indeterminacies
 from .jacobian import pose_of
 
-__all__ = ["Reaction", "Reactions", "reactions"]
-
 
 class Running(Protocol):
     """A simulation, or its native state, as it stands; `[name]` of its state vector X included."""

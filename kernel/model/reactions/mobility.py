@@ -19,8 +19,6 @@ from heavylift.kernel.multibody.graph import Link
 
 from .jacobian import Group, Pose, pose_of
 
-__all__ = ["Mobility", "Redundant", "mobility"]
-
 CLOSED = 1e-9  # scaled residual of a pose whose loops are closed
 ITERATIONS = 40
 NEAR = 0.03  # scaled length of a motion to a pose near by
@@ -97,15 +95,13 @@ class Mobility:
             own = [joints, *([f"{self.modes} {_many(self.modes, 'mode')} of flexible bodies"] if self.modes else ())]
             out.append(f"degrees of freedom: {', '.join([*own, *(f'less {n} {what}' for n, what in taken if n)])}")
         out += [
-            f"{x.redundant} of the {x.conditions} conditions of {_some(x.names)} {_are(x.redundant)} redundant: "
-            "reactions are partly indeterminate"
+            f"{x.redundant} of the {x.conditions} conditions of {_some(x.names)} "
+            f"{'is' if x.redundant == 1 else 'are'} redundant: reactions are partly indeterminate"
             for x in self.redundant
         ]
         if self.at_start != self.dof and not self.open:
-            out.append(
-                f"the start pose is singular: {self.at_start} {_degrees(self.at_start)} at that instant, "
-                f"{self.dof} in motion"
-            )
+            free = f"{self.at_start} {_many(self.at_start, 'degree')} of freedom at that instant"
+            out.append(f"the start pose is singular: {free}, {self.dof} in motion")
         if self.open:
             out.append(f"{', '.join(self.open)}: loops do not close near the start pose; counted as they stand")
         return out
@@ -114,14 +110,6 @@ class Mobility:
 def _is_station(k: Link, links: tuple[Link, ...]) -> bool:
     """Whether a link stands for a place on a flexible body."""
     return k.parent >= 0 and bool(links[k.parent].modes) and k.body.name.startswith(f"{links[k.parent].body.name}@")
-
-
-def _are(n: int) -> str:
-    return "is" if n == 1 else "are"
-
-
-def _degrees(n: int) -> str:
-    return "degree of freedom" if n == 1 else "degrees of freedom"
 
 
 def _some(names: tuple[str, ...]) -> str:

@@ -19,8 +19,6 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join, motion_cross, skew
 from heavylift.kernel.compiler.symbol import Array, Scalar
 
-__all__ = ["Carried", "Place", "Track", "carry", "carry_along"]
-
 ALONG = np.array([1.0, 0.0, 0.0])  # e: beams lie along x
 
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 import numpy as np
 from heavylift.kernel.description.flexible import Beam
 
-__all__ = ["BENDING_Y", "BENDING_Z", "beam_matrices", "hermite", "nodes_of", "rigid_directions"]
-
 # degrees of freedom of an element per kind of deformation, and the sign of its slopes
 _AXIAL, _TORSION = (0, 6), (3, 9)
 BENDING_Z, BENDING_Y = ((1, 5, 7, 11), 1.0), ((2, 4, 8, 10), -1.0)  # about z: uy' = rz, about y: uz' = -ry

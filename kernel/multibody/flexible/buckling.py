@@ -20,8 +20,6 @@ from .beam import BENDING_Y, BENDING_Z
 from .rounding import rounded
 from .small_deflections import Shapes
 
-__all__ = ["Column"]
-
 SHAPES = 8  # buckling modes, those of both planes
 SLIGHT = 0.02  # of the buckling load: less is not looked at
 MOST = 1e3  # of the buckling load: more is told as that

@@ -18,8 +18,6 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import force_cross, mirror, skew
 from heavylift.kernel.compiler.symbol import Array, Scalar
 
-__all__ = ["FlexibleInertia", "flexible_inertia"]
-
 
 @dataclass(frozen=True)
 class FlexibleInertia:

@@ -29,8 +29,6 @@ from .buckling import Column
 from .rounding import rigid_motions, rounded, rounded_each
 from .small_deflections import Smallness, smallness
 
-__all__ = ["Modes", "modes_of"]
-
 DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others
 SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials along a beam, sought and refused; shapes are 1 at most
 HARDLY = 0.005  # of a mode's stiffness: so small a part of the buckling load is not looked at
@@ -134,21 +132,18 @@ class Modes:
             return np.full(len(a), self.flexible.modal is not None)
         reach = np.abs(a[:, 0]) + (beam.length + abs(beam.start)) * total((w * w).T)
         size = total(np.abs(forces[:, :, 0]).T) + beam.mass_per_length * beam.length * reach
-        hardly: np.ndarray = size * self._softness < HARDLY
-        return hardly
+        return np.asarray(size * self._softness < HARDLY)
 
     @cached_property
     def _softness(self) -> float:
         """What a newton along it takes of the stiffness of a mode at most [1/N]."""
-        every = np.arange(len(self.mass))
-        own = self.nodal_shortening[:, every, every]
+        own = self.nodal_shortening.diagonal(axis1=1, axis2=2)
         return float((np.abs(own).max(axis=0) / self.stiffness).max())
 
     @cached_property
     def column(self) -> Column:
         """What its axial loads are to it."""
-        _, _, K, held = _model(self.flexible)
-        return Column(self, K, held)
+        return Column(self, *_model(self.flexible)[2:])
 
     @cached_property
     def nodal_shortening(self) -> np.ndarray:
@@ -156,7 +151,11 @@ class Modes:
         beam, none = self.flexible.beam, np.zeros((len(self.mass),) * 2)
         if beam is None:
             return np.array([none] * len(self.nodes))
-        h = beam.length / beam.elements
+        kept = remembered(f"{_key(self.flexible)}.shortening", bytes, lambda: self._shortened(beam).tobytes())
+        return np.frombuffer(kept).reshape(len(self.nodes), *none.shape)
+
+    def _shortened(self, beam: Beam) -> np.ndarray:
+        h, none = beam.length / beam.elements, np.zeros((len(self.mass),) * 2)
         g = np.cumsum([none, *(self._product(beam, e * h, (e + 1) * h) for e in range(beam.elements))], axis=0)
         return g - total(g) / len(g) if self.flexible.frame == "free" else g
 
@@ -170,6 +169,11 @@ class Modes:
         return out
 
 
+def _key(flexible: Flexible) -> str:
+    """Name of what is known of such a body."""
+    return hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
+
+
 def modes_of(name: str, flexible: Flexible) -> Modes:
     """Eigenmodes (lowest first) and attachment modes, or the given ones.
 
@@ -178,8 +182,7 @@ def modes_of(name: str, flexible: Flexible) -> Modes:
     if flexible.modal:
         return _given(name, flexible, flexible.modal)
     nodes, M, K, held = _model(flexible)
-    key = hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
-    kept = remembered(f"{key}.modes", bytes, lambda: _shapes(name, flexible, nodes, M, K, held).tobytes())
+    kept = remembered(f"{_key(flexible)}.modes", bytes, lambda: _shapes(name, flexible, nodes, M, K, held).tobytes())
     shapes = np.frombuffer(kept).reshape(len(M), -1)
     mass, stiffness = (total(shapes * times(A, shapes)) for A in (M, K))
     for k, x in enumerate(stiffness):
@@ -234,10 +237,9 @@ def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list
     """Nodes, matrices of six degrees of freedom per node, and those that do not deform."""
     if beam := flexible.beam:
         M, K = beam_matrices(beam)
-        n = beam.elements + 1
-        last = 6 * (n - 1)
+        last = 6 * beam.elements
         frame = {"clamped": [*range(6)], "simply supported": [0, 1, 2, 3, last + 1, last + 2], "free": []}
-        stiff = {6 * j + d for j in range(n) for d in rigid_directions(beam)}
+        stiff = {6 * j + d for j in range(beam.elements + 1) for d in rigid_directions(beam)}
         return nodes_of(beam), M, K, sorted(stiff | set(frame[flexible.frame]))
     nodal = flexible.nodal
     assert nodal is not None, "checked with the description"

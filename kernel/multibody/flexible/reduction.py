@@ -28,8 +28,6 @@ from heavylift.kernel.algebra.spatial import skew
 from .modes import Modes
 from .rounding import rigid_motions, rounded
 
-__all__ = ["Elastic", "reduced"]
-
 
 @dataclass(frozen=True)
 class Elastic:

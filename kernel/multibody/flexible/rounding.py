@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 from heavylift.kernel.algebra.spatial import skew
 
-__all__ = ["rigid_motions", "rounded", "rounded_each"]
-
 DIGITS = 12  # to which constants are rounded: beyond them they are noise
 
 

@@ -21,8 +21,6 @@ from heavylift.kernel.description.flexible import WARNED, Flexible
 
 from .rounding import rounded
 
-__all__ = ["NEVER", "Shapes", "Smallness", "sentence", "smallness"]
-
 TURNED = 4.5  # rad, for each part of the length
 PLACES = 8  # parts into which a beam is divided for this
 BEFORE, NEVER = 4, -1.0  # numbers in P before the rows; a time at which nothing began

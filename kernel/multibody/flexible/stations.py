@@ -14,8 +14,6 @@ from msgspec import Struct, structs
 
 from .modes import Modes, modes_of
 
-__all__ = ["with_stations"]
-
 
 def with_stations(system: System) -> tuple[System, dict[str, Modes]]:
     """The system with stations and every point on one of them, and the modes of its flexible bodies by name."""

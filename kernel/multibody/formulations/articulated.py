@@ -15,8 +15,6 @@ from heavylift.kernel.multibody.free_bodies import newton_euler
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
 
-__all__ = ["articulated", "inwards", "outwards"]
-
 Eliminated = dict[int, tuple[Array, Scalar, Scalar]]  # degree of freedom -> U, 1/D, acceleration that x = 0 leaves
 
 

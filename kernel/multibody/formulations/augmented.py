@@ -19,8 +19,6 @@ from heavylift.kernel.multibody.free_bodies import newton_euler
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
 
-__all__ = ["augmented"]
-
 REGULAR = 1e-10  # added inertia, relative to mass and moment of what a body carries
 PASSES = 2  # of refinement: each takes the error down by REGULAR times the ratio of inertias
 

@@ -15,8 +15,6 @@ from heavylift.kernel.multibody.free_bodies import newton_euler
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
 
-__all__ = ["embedding", "velocity_transformation"]
-
 
 def embedding(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()

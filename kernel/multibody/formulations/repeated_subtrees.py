@@ -31,8 +31,6 @@ from heavylift.kernel.multibody.trees import (
 
 from .articulated import inwards, outwards
 
-__all__ = ["Limbs", "limbs_of"]
-
 FEWEST = 3  # equal limbs that are worth functions of their own
 _UPPER = [(i, j) for i in range(6) for j in range(i, 6)]
 

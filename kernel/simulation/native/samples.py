@@ -69,7 +69,7 @@ Read = Callable[[Raw], np.ndarray]
 Topic = tuple[str, Sequence[str], str, Read]  # topic, names, unit, where its columns are read
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=256)
 def _topics(p: Program, long_steps: bool) -> list[Topic]:
     """All channels of a scene that have columns, in their order; `long_steps`: how many there were is one of them."""
     s, loops = p.system, [f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"]

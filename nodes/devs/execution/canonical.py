@@ -25,8 +25,6 @@ from typing import Any
 import msgspec
 from heavylift.kernel.trust import written_by_user
 
-__all__ = ["Freezer", "frozen", "thawed"]
-
 _COMPUTING = {"math", "cmath", "operator", "collections", "fractions", "decimal", "datetime", "statistics"}
 _BUILTIN = {  # beside the types
     "builtins": ("abs", "all", "any", "divmod", "len", "max", "min", "pow", "round", "sorted", "sum"),

@@ -11,6 +11,7 @@ there is an entry here, with routes and places like any port, which its messages
 """
 
 from collections.abc import Iterable, Sequence
+from operator import itemgetter
 from typing import Never
 
 from heavylift.nodes.devs.messages import Message
@@ -58,7 +59,7 @@ def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tupl
         place = 0
         for name in sorted(m.ports):
             port = m.ports[name]
-            for _, start in sorted(into.get(port, ()), key=_hops):
+            for _, start in sorted(into.get(port, ()), key=itemgetter(0)):
                 if isinstance(port, OutPort):
                     exits[start].append((port, place))
                 elif isinstance(port, InPort) and isinstance(m, Atomic):
@@ -114,7 +115,3 @@ def _follow(start: Port[Message], ahead: Ahead, tops: dict[str, Model], into: di
                 into.setdefault(target, []).append((way, start))
             if not inward:
                 going.append((target, way))
-
-
-def _hops(way: _Way) -> str:
-    return way[0]

@@ -23,8 +23,6 @@ from heavylift.nodes.devs.tags import NEVER, Instant
 
 from .rules import fail
 
-__all__ = ["Witness", "image"]
-
 FIRST = 256  # outputs that are all looked at, fewer of large states
 EVERY = 251  # tags of which one is looked at, on average; at most twice as many pass by
 BYTES = 4096  # of state for which one look is left out

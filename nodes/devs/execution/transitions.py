@@ -13,8 +13,6 @@ from heavylift.nodes.devs.models import Atomic
 from heavylift.nodes.devs.ports import OutPort, Owner, Port
 from heavylift.nodes.devs.tags import Instant, Tag
 
-__all__ = ["Log", "Trace", "Transition"]
-
 
 class Transition(NamedTuple):
     """One line: what an atomic did at a tag, received and said, as (port, message)."""

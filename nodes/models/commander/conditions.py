@@ -41,15 +41,14 @@ def crossings(condition: Condition | None) -> list[tuple[int, Crossing]]:
     return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, Crossing)]
 
 
-def watched(plan: Plan, model: str) -> tuple[Threshold, ...]:
-    """The thresholds that this model has to watch for the action list."""
-    found: dict[str, Threshold] = {}
+def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
+    """The thresholds that each model has to watch for the action list."""
+    found: dict[str, dict[str, Threshold]] = {}
     for action in plan.actions:
         untils = [order.until for order in action.orders if isinstance(order, (Move, Turn))]
         for _, crossing in (c for condition in (action.when, *untils) for c in crossings(condition)):
-            if crossing.model == model:
-                found[crossing.threshold.name] = crossing.threshold
-    return tuple(found.values())
+            found.setdefault(crossing.model, {})[crossing.threshold.name] = crossing.threshold
+    return {model: tuple(thresholds.values()) for model, thresholds in found.items()}
 
 
 def holds(condition: Condition, picture: Picture, moment: Moment) -> bool:

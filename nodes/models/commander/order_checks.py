@@ -17,8 +17,6 @@ from .observed_state import OFF, Picture
 from .refused import Refused
 from .turn_law import followers
 
-__all__ = ["check", "check_led", "joints_moved", "sling_fault"]
-
 
 def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]) -> None:
     """Raise Refused for an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""

@@ -42,9 +42,12 @@ class Orders(Atomic):
         self.plan, self.owners = plan, owners(plan)
         self.own = next((each.machines for each in plan.lists if each.name == name), ())  # machines, of several lists
         self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
-        targets = [*machines(plan), *([TURN] if turns(plan) else [])]
+        targets = [*(self.own or machines(plan)), *([TURN] if turns(plan) else [])]
         self.aims = {
-            self.add_in(aim_port(own.name, led.port), m.SetPoint): led for own in plan.models for led in own.leads
+            self.add_in(aim_port(own.name, led.port), m.SetPoint): led
+            for own in plan.models
+            for led in own.leads
+            if not self.own or led.move.model in self.own
         }
         self.to: dict[str, OutPort[m.Order]] = {name: self.add_out(f"order_{name}", m.Order) for name in targets}
 

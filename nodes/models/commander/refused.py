@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from heavylift.kernel.errors import ModelError
 
-__all__ = ["Refused"]
-
 
 class Refused(ModelError):
     """An order that cannot be carried out; `by`: (action, order) of the one that conflicts, if any."""

@@ -11,8 +11,6 @@ from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import Body, Matrix, Vector
 from heavylift.nodes.plan.plan import Inertia
 
-__all__ = ["block_body"]
-
 
 def block_body(name: str, given: Inertia, flexible: Flexible | None) -> Body:
     """A body of the description that has these mass properties, with all that bends of it."""

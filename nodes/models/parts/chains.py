@@ -16,8 +16,6 @@ from heavylift.kernel.algebra.elementary import cos
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, Rope, System, Vector
 from heavylift.nodes.plan.plan import Fidelity, HookRope, Plan
 
-__all__ = ["chain", "gauss", "hangs", "pieces"]
-
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
 Z: Vector = (0.0, 0.0, 1.0)

@@ -13,8 +13,6 @@ from heavylift.nodes.plan.plan import Fidelity, HookRope, Plan, Sling
 
 from .chains import chain, hangs
 
-__all__ = ["hook_rope", "modelled", "sling"]
-
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
 Z: Vector = (0.0, 0.0, 1.0)

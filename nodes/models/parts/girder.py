@@ -14,8 +14,6 @@ from heavylift.kernel.description.flexible import Beam, Flexible
 from heavylift.kernel.description.mechanics import Body, Joint, Matrix, Vector
 from heavylift.nodes.plan.plan import Crane, Inertia, Plan
 
-__all__ = ["girder", "on_girder", "sag", "stiff_part"]
-
 ALONG_Y: Matrix = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # the beam's x is the main body's y
 X: Vector = (1.0, 0.0, 0.0)
 

@@ -16,8 +16,6 @@ from . import messages as m
 from .drive import DriveActor
 from .parts import LiveActor, Machine
 
-__all__ = ["InterlockActor", "fit"]
-
 
 class InterlockActor(LiveActor):
     """One interlock of the plan."""

@@ -10,8 +10,6 @@ from . import messages as m
 from .drive import DriveActor
 from .inputs import part
 
-__all__ = ["WinchActor"]
-
 SWITCH_BACK = 0.1  # an upper limit switch closes again this far below [m]
 UPPER, HOISTING = "upper limit", -1
 

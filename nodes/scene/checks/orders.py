@@ -25,8 +25,6 @@ from heavylift.nodes.statics.static_state import Following, State, Step, goals, 
 from .findings import Findings, Violations
 from .geometry import goal_checks, reach
 
-__all__ = ["held_orders", "order_checks"]
-
 SAME = 1.0 + 1e-6  # times a speed that is not faster
 FALLS = 1.0  # [m] that a block sinks at once when it is let go
 TIPS = radians(10.0)  # of a block that leans as it is lifted

@@ -19,8 +19,6 @@ from heavylift.nodes.statics import Followed, goal_states
 
 from .findings import Findings
 
-__all__ = ["overloads"]
-
 PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that drives are moved to
 
 

@@ -18,8 +18,6 @@ from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-__all__ = ["Checking"]
-
 Made = TypeVar("Made")
 NONE: Mapping[str, Edge] = MappingProxyType({})
 

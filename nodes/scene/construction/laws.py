@@ -23,8 +23,6 @@ from heavylift.nodes.scene.text.units import Dimension
 from .checking import Checking
 from .yard import ramp_of
 
-__all__ = ["actuators", "check_curve", "check_laws", "laws_of"]
-
 
 def check_laws(checks: Checking) -> None:
     """Names are unique; laws act along existing coordinates, in their units, with ordered ranges."""

@@ -20,8 +20,6 @@ from .rigging.tree import Tree
 from .stools import block_machine
 from .yard import Yard
 
-__all__ = ["build_mechanisms"]
-
 WIND = "wind"
 
 

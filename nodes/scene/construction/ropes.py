@@ -16,8 +16,6 @@ from heavylift.nodes.scene.text.source import Path
 from .checking import Checking
 from .rigging.edges import along_edges
 
-__all__ = ["reeving_of", "rope_of", "span"]
-
 
 def rope_of(checks: Checking, name: str, rope: mechanics.Rope) -> k.Rope | k.RigidRope:
     """A rope between points, on its way perhaps over others without friction."""

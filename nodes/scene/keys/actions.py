@@ -11,8 +11,6 @@ from heavylift.nodes.scene.text.units import Duration
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
-__all__ = ["Action"]
-
 
 def _phrase(read: Callable[[str], object], needed: str) -> PlainValidator:
     def reads(text: object) -> object:

@@ -17,25 +17,6 @@ from heavylift.kernel.description.points import Matrix, Vector
 from heavylift.nodes.scene.text.units import Length, Number
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
-__all__ = [
-    "Base",
-    "Direction",
-    "End",
-    "Name",
-    "Place",
-    "Quaternion",
-    "Station",
-    "across",
-    "comments",
-    "keys_of",
-    "part_name",
-    "quaternion_matrix",
-    "rising",
-    "turned",
-    "unit",
-    "written",
-]
-
 
 def _named(word: str) -> str:
     if not word or not word.isascii() or not (word[0].isalpha() or word[0] == "_"):

@@ -13,8 +13,6 @@ from heavylift.nodes.scene.text.tables import tabled
 from .quantities import below, quantity
 from .validate import validate
 
-__all__ = ["default_list", "listed", "override"]
-
 
 def override(source: Source, setting: str) -> None:
     """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""

@@ -23,8 +23,6 @@ from heavylift.nodes.scene.text.units import (
 from .base import Base, comments
 from .schema import Scene
 
-__all__ = ["json_schema", "with_unit"]
-
 Schema = dict[str, Any]
 ALL = (*DIMENSIONS, STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in ALL}

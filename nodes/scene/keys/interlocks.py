@@ -16,8 +16,6 @@ from pydantic import Field, model_validator
 from .actions import Condition
 from .base import Base
 
-__all__ = ["Interlock"]
-
 
 class Interlock(Base):
     """A measured quantity at which a machine stops some of its motions, and lets them go again where it is back."""

@@ -28,8 +28,6 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from .base import Base, Name
 
-__all__ = ["OwnModel", "Process", "placement_faults"]
-
 TEXT = re.compile(rf"{u.NUMBER}\s*\D.*")
 
 

@@ -8,8 +8,6 @@ from heavylift.nodes.scene.text import units as u
 
 from .base import Base, Place
 
-__all__ = ["Floor", "Obstacle"]
-
 
 class Floor(Base):
     """A level floor that all blocks meet."""

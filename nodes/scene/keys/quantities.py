@@ -12,8 +12,6 @@ from pydantic import BaseModel
 
 from .base import written
 
-__all__ = ["below", "quantity", "quantity_at", "uncertainty_faults"]
-
 Kind = Any  # annotation of a key, with its metadata
 
 

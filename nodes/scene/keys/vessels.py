@@ -15,8 +15,6 @@ from .base import Base, Place
 from .parts.forces import Matrix6
 from .parts.mechanics import Moments
 
-__all__ = ["LoadResponses", "Mooring", "Responses", "Vessel", "Waves"]
-
 Response = tuple[Annotated[float, u.Quantity(u.RESPONSE, "zero")], u.Angle]
 TurnResponse = tuple[Annotated[float, u.Quantity(u.TURN_RESPONSE, "zero")], u.Angle]
 LoadResponse = tuple[u.Stiffness, u.Angle]

@@ -20,8 +20,6 @@ from pydantic import Field, model_validator
 from .base import Base, Direction
 from .parts.forces import Wind as Force
 
-__all__ = ["Wind"]
-
 BLOCK = "block"
 USUAL, LONGEST = 7200.0, 86400.0  # [s] of a history, where no end is given, and of any; then its last speed goes on
 HARMONICS = 128

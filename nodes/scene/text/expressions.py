@@ -22,8 +22,6 @@ from heavylift.kernel.algebra.elementary import atan2, cos, sin
 
 from .units import DIMENSIONS, NUMBER
 
-__all__ = ["FUNCTIONS", "ExpressionError", "Value", "evaluated", "shown_as", "value_of"]
-
 Exponents = tuple[int, int, int, int]  # of kg, m, s, rad
 PLAIN: Exponents = (0, 0, 0, 0)
 ANGLE: Exponents = (0, 0, 0, 1)

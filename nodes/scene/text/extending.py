@@ -12,8 +12,6 @@ from heavylift.nodes.scene.text.overlay import merged
 from heavylift.nodes.scene.text.source import Source, read
 from heavylift.nodes.scenes import bundled
 
-__all__ = ["extended", "over"]
-
 ENDINGS = (".yaml", ".yml", ".json")
 LONGEST_CHAIN = 20  # of files that extend one another
 

@@ -7,8 +7,6 @@ import stat
 from itertools import count
 from pathlib import Path
 
-__all__ = ["content", "named_so_far", "within"]
-
 LARGEST = 1 << 19  # of a scene [bytes]
 _named = count()
 

@@ -22,8 +22,6 @@ from .files import content, within
 from .source import Data, Path, Source
 from .units import DENSITY, LENGTH, MASS
 
-__all__ = ["Solid", "shaped", "slices", "solid"]
-
 LARGEST = 1 << 25  # of a file [bytes]
 SLICES = 12
 SMALL, LARGE = 0.05, 1000.0  # [m] between which the longest edge of a block lies

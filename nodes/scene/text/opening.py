@@ -9,8 +9,6 @@ from heavylift.nodes.scenes import bundled
 
 from .files import content
 
-__all__ = ["scene_file", "scene_text"]
-
 MCAP = b"\x89MCAP0\r\n"  # how a recording begins
 
 

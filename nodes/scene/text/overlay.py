@@ -16,8 +16,6 @@ from .faults import closest
 from .source import DEEPEST, Data, Mark, Path, Source, child, read
 from .units import NUMBER
 
-__all__ = ["merged", "override", "parts", "path_in"]
-
 AXES = {"x": 0, "y": 1, "z": 2}
 STAGE = re.compile(r"\s*stage\s+([^/]+?)\s*/\s*(.+)")
 PART = re.compile(r"[^./\[\]]+")

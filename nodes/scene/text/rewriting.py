@@ -8,8 +8,6 @@ from heavylift.kernel.errors import SceneError
 
 from .source import Mark, Path, Source, ordered, read
 
-__all__ = ["rewritten"]
-
 
 def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
     """The text with these values at paths; a new key comes before the second of its mapping.

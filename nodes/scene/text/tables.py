@@ -28,8 +28,6 @@ from .files import content, within
 from .source import Data, Mark, Path, Source
 from .units import NUMBER
 
-__all__ = ["row_names", "tabled"]
-
 BLOCK = "block"
 ROW, LUGS, MODES = "from", "lugs from", "modes from"
 AXES = ("x", "y", "z")

@@ -9,8 +9,6 @@ from .expressions import ExpressionError, Value, evaluated, shown_as, value_of
 from .faults import closest
 from .source import Data, Path, Source
 
-__all__ = ["Expansion", "MachineType"]
-
 HEADER = {"machine type", "family", "name", "about", "capacity", "source", "parameters", "interlocks"}
 NAMED = (  # sections whose keys are names of parts
     *("bodies", "joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts"),

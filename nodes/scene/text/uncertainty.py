@@ -20,8 +20,6 @@ from typing import Literal, TypeAlias
 from .source import Data, Path, Source
 from .units import ACCURACY, DURATION, NUMBER, SAMPLING, Dimension, Either, Limited, Quantity, tidy
 
-__all__ = ["PLUS", "Kind", "Stated", "half_width", "separated", "standard"]
-
 PLUS = r"\+-|\+/-|±"
 MARKED = re.compile(rf"{PLUS}|sd|sigma|\.\.")  # what every such form has in it
 _FORM = re.compile(rf"\s*(?P<value>{NUMBER}[^±]*?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")

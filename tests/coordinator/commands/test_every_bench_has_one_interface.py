@@ -11,6 +11,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[3]
 BENCH = ROOT / "tests" / "bench"
 SCRIPTS = sorted(path for path in BENCH.glob("*.py"))
@@ -58,6 +60,7 @@ def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.large
 def test_every_script_takes_the_two_options_and_says_what_it_measures() -> None:
     helps = json.loads(python(ALL_HELPS, *map(str, SCRIPTS)).stdout)
     for script in SCRIPTS:

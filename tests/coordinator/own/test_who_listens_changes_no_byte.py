@@ -29,6 +29,7 @@ def mechanics(run: Played) -> tuple[bytes, bytes, list[object], list[tuple[int, 
 
 
 @pytest.mark.parametrize(("name", "signal", "period", "sets"), CASES)
+@pytest.mark.large(beyond=4)
 def test_a_run_is_the_same_to_the_last_byte(
     folder: Path, name: str, signal: str, period: str, sets: tuple[str, ...]
 ) -> None:

@@ -20,20 +20,7 @@ from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.messages import Bye, Stop
 from heavylift.coordinator.protocol.node import Node
-from heavylift.nodes.devs import (
-    Atomic,
-    Bag,
-    Coupled,
-    Event,
-    In,
-    Message,
-    Model,
-    Port,
-    Simulator,
-    Tag,
-    Transition,
-    succ,
-)
+from heavylift.nodes.devs import Atomic, Bag, Coupled, Event, In, Message, Model, Port, Simulator, Tag, Transition
 from heavylift.nodes.devs.execution.flatten import Wire
 
 END = 60  # [ns]
@@ -142,11 +129,7 @@ def build(seed: int, most: int = 5, densities: Sequence[float] = (0.15, 0.3, 0.5
         home = homes[i] if i < len(root.children) else r.choice(homes)
         lookaheads = (0, 0) if zero else (r.choice([0, 1, 2, 4]), r.choice([0, 1, 4, 6]))
         home.add(Chaotic(f"m{i}", lookaheads, shaped and i < len(root.children)))
-    for home in homes:
-        for p in "pq":
-            home.add_in(p, Number)
-        for p in "uv":
-            home.add_out(p, Number)
+    _open(homes)
     _couple(root, r, r.choice(densities))
     if r.random() < 0.4:  # a source: the others hear of it long before they come there
         for source, target in list(root.couplings):
@@ -168,13 +151,18 @@ def build_deep(seed: int) -> Coupled:
         for i in range(r.randint(1, 6)):
             ahead = 0 if zero else r.choice([0, 1, 2, 4])
             r.choice(homes).add(Chaotic(f"m{i}", (ahead, ahead), shapes=False))
-        for home in homes:
-            for p in ("p", "q"):
-                home.add_in(p, Number)
-            for p in ("u", "v"):
-                home.add_out(p, Number)
+        _open(homes)
     _couple(root, r, r.choice([0.06, 0.12]), 0.25)
     return root
+
+
+def _open(homes: Sequence[Coupled]) -> None:
+    """Ports of groups: two in, two out."""
+    for home in homes:
+        for p in "pq":
+            home.add_in(p, Number)
+        for p in "uv":
+            home.add_out(p, Number)
 
 
 def _couple(model: Coupled, r: Random, density: float, inside: float = 0.0) -> None:
@@ -307,30 +295,3 @@ def distributed(
     left = [node.handle(Stop(coordinator.end)) for node in nodes]
     results = {result.path: result.value for bye in left if isinstance(bye, Bye) for result in bye.results}
     return Run(logs, events, outcome, coordinator.end, results)
-
-
-def wave(seed: int) -> Logs:
-    """Mutant: all imminent nodes in one wave; what they say to other nodes arrives at the next microstep."""
-    logs: Logs = {}
-    simulators, couplings = parts(seed, logs)
-    pending: list[tuple[Tag, str, Event]] = []
-    for simulator in simulators.values():
-        simulator.start()
-    while True:
-        tag = min([s.next_time for s in simulators.values()] + [when for when, _, _ in pending])
-        if tag.t >= END:
-            return logs
-        now = [(name, event) for when, name, event in pending if when == tag]
-        pending = [entry for entry in pending if entry[0] != tag]
-        said: list[Event] = []
-        for name, simulator in simulators.items():
-            bag = sorted(event for to, event in now if to == name)
-            due = simulator.next_time == tag
-            said += simulator.outputs() if due else []
-            if bag or due:
-                simulator.advance(tag, bag)
-        for event in said:
-            pending += [
-                (succ(tag), target, event)
-                for target in {t: 0 for source, port, t, _ in couplings if (source, port) == (event.source, event.port)}
-            ]

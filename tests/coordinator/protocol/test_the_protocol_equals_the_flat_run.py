@@ -10,7 +10,8 @@ from heavylift.coordinator.protocol.core import Coordinator, Outcome
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import Tag
 from mutants import MUTANTS, changed
-from random_models import END, Logs, distributed, flat, wave
+from one_wave import wave
+from random_models import END, Logs, distributed, flat
 
 MODELS = range(100)
 FEW = range(40)

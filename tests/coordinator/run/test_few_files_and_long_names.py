@@ -38,7 +38,7 @@ def play(folder: Path, words: str, files: int = 256) -> tuple[int, list[str], li
 
 @pytest.mark.parametrize("files", [20, 33, 64, 12, 26, 32, 36, 40, 48])
 @pytest.mark.parametrize("where", ["", " --in-process"])
-@pytest.mark.large(beyond=4)
+@pytest.mark.large(beyond=2)
 def test_a_run_with_few_files(tmp_path: Path, files: int, where: str) -> None:
     code, said, left = play(tmp_path, f"run pendulum --set end=1s -o x.mcap{where}", files)
     refused = not where and files < FILES

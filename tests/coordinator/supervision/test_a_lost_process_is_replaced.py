@@ -95,6 +95,7 @@ STOPPED = r"its process \d+ is stopped \(SIGSTOP\) and was not continued within 
 
 @pytest.mark.parametrize("point", [70, MESSAGES], ids=["run", "exit"])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "stopped"])
+@pytest.mark.large(beyond=3)
 def test_a_lost_keeper_that_nobody_needs_does_no_harm(digest: str, point: int, number: int) -> None:
     run, notes = play({point: keeper(number)}, deadline=1.0)
     assert (run.digest, notes) == (digest, [])

@@ -48,6 +48,7 @@ def left() -> tuple[int, int, int]:
 
 
 @pytest.mark.parametrize("run", [local, apart])
+@pytest.mark.large(beyond=1)
 def test_nothing_adds_up(run: Callable[[], None]) -> None:
     for _ in range(RUNS):
         run()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.islands.choice import simulate
 from heavylift.kernel.islands.components import islands_of
 from heavylift.kernel.islands.islands import Islands
+from heavylift.kernel.simulation.native.sample_row import labels
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 
@@ -114,6 +116,15 @@ def grid(s: Simulation | Islands) -> Iterator[tuple[int, np.ndarray]]:
     return ((t, row) for t, row in s.rows if t % (SECOND // 10) == 0)
 
 
+def assert_alike(s: Simulation | Islands, whole: Simulation | Islands, *groups: str) -> None:
+    """The same columns of their rows, but for steps that are not the same."""
+    (times, rows), (same, expected) = (zip(*grid(x), strict=True) for x in (s, whole))
+    assert times == same
+    for group in groups:
+        x, y = (np.array(r)[:, whole.method.row_layout.at[group]] for r in (rows, expected))
+        assert np.abs(x - y).max() < APART * np.abs(y).max(), group
+
+
 # ---- what ties ----------------------------------------------------------------------------------------------
 
 
@@ -142,11 +153,6 @@ def test_what_cannot_move_is_no_island() -> None:
     assert bodies(islands_of(merge([post, TWO], G))) == [["post", "load-a"], ["load-b"]]
 
 
-def test_many_small_islands_are_solved_together() -> None:
-    many = merge([lift(name, 10.0 * i) for i, name in enumerate("abcdefghijk")], G)
-    assert [len(names) for names in bodies(islands_of(many))] == [1, 1, 1, 1, 1, 1, 1, 4]
-
-
 def chain(name: str, links: int) -> System:
     """A chain of hinged links."""
     bodies = [Body(f"{name}{i}", 1.0, (0.0, 0.0, -1.0)) for i in range(links)]
@@ -158,16 +164,14 @@ def chain(name: str, links: int) -> System:
     return System(tuple(bodies), tuple(joints))
 
 
-def test_large_islands_are_apart_however_many() -> None:
-    large = [chain(name, 5) for name in "abcdefghij"]
-    small = [chain(name, 1) for name in "stuv"]
-    assert [len(names) for names in bodies(islands_of(merge([*large, *small], G)))] == [5] * 10 + [4]
+def test_islands_are_apart_however_many() -> None:
+    many = [chain(name, links) for name, links in zip("abcdefghijklmn", [5] * 10 + [1] * 4, strict=True)]
+    assert [len(names) for names in bodies(islands_of(merge(many, G)))] == [5] * 10 + [1] * 4
 
 
 def test_equal_islands_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path))
-    compiled = []
-    compile_ = Library._compile
+    compiled, compile_ = [], Library._compile
     monkeypatch.setattr(Library, "_compile", lambda *args: compiled.append(1) or compile_(*args))
     assert len(islands(merge([chain(name, 5) for name in "abcdefghij"], G)).parts) == 10
     assert len(compiled) == 1
@@ -193,7 +197,6 @@ def test_each_island_takes_the_steps_that_it_would_take_alone() -> None:
     for name, part in zip("ab", both.parts, strict=True):
         own = [(t, c) for t, c in UP if c.__closure__ and c.__closure__[1].cell_contents == name]
         alone = played(one(lift(name, 0.0 if name == "a" else 10.0)), own)
-        assert isinstance(alone, Simulation)
         assert part.state.tobytes() == alone.state.tobytes()
         assert (part["accepted"], part["rejected"]) == (alone["accepted"], alone["rejected"])
         assert [e for e in both.log if e[1].name.split("-")[1].startswith(name)] == alone.log
@@ -202,12 +205,7 @@ def test_each_island_takes_the_steps_that_it_would_take_alone() -> None:
 def test_islands_show_what_one_simulation_shows() -> None:
     both, whole = played(islands(), UP), played(one(), UP)
     assert [(e.name, e.what) for _, e in both.log] == [(e.name, e.what) for _, e in whole.log]
-    (times, rows), (same, expected) = (zip(*grid(s), strict=True) for s in (both, whole))
-    assert times == same
-    at = whole.method.row_layout.at
-    for group in ("q", "tension", "elongation", "poses", "potential"):
-        x, y = (np.array(r)[:, at[group]] for r in (rows, expected))
-        assert np.abs(x - y).max() < APART * np.abs(y).max(), group
+    assert_alike(both, whole, "q", "tension", "elongation", "poses", "potential")
 
 
 def test_an_island_at_rest_takes_no_steps_and_costs_nothing() -> None:
@@ -220,10 +218,82 @@ def test_an_island_at_rest_takes_no_steps_and_costs_nothing() -> None:
     assert sorted(set(times)) == list(range(0, 60 * SECOND + 1, SECOND // 10))  # it is shown all the same
 
 
-def test_nothing_depends_on_how_far_it_is_allowed_to_go() -> None:
-    at_once, in_pieces = played(islands(), UP), played(islands(), UP, pieces=37)
-    assert [(t, row.tobytes()) for t, row in in_pieces.rows] == [(t, row.tobytes()) for t, row in at_once.rows]
-    assert in_pieces.log == at_once.log
+def answered(commands: list[tuple[int, str, float]], cuts: Random | None, period: int = 0) -> list[object]:
+    """Winches are led to a speed at a time, and to that of the other load as soon as one is at 2 m; runs are cut at
+    random, and somebody listens every `period` [ns].  All that is seen of it, what was listened to last."""
+    s, heard = islands(subscribed=frozenset({"height-a", "height-b"}), lifts={"a": ["load-a"], "b": ["load-b"]}), []
+    s.start()
+    for name in "ab":
+        s.watch(f"height-{name}", 2.0, True)
+    s.settle()
+    due: dict[int, list[tuple[str, float]]] = {t: [] for t in range(0, 6 * SECOND + 1, period or 6 * SECOND)}
+    for t, name, speed in commands:
+        due.setdefault(t, []).append((name, speed))
+    for t, orders in sorted(due.items()):
+        while True:
+            while cuts and cuts.random() < 0.6:
+                s.run(cuts.randrange(t + 1))
+            s.run(t)
+            if not s.event or s.next_ns > t:
+                break
+            for e in s.fire():
+                s.set_profile("rope-b" if e.name == "height-a" else "rope-a", s.epoch, -0.3, 0.5, None)
+            s.settle()
+        if period and t % period == 0:
+            heard.append(s.shown(t).tobytes())
+        if orders or t == 6 * SECOND:
+            s.interrupt(t)
+            for name, speed in orders:
+                s.set_profile(f"rope-{name}", t, speed, 0.5, None)
+            s.settle()
+    rows = [[(t, row.tobytes()) for t, row in x.rows] for x in (s, *s.lifts)]
+    return [rows, s.log, [p["accepted"] for p in s.parts], heard]
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.large(beyond=2)
+def test_nothing_depends_on_how_calls_are_cut_nor_on_who_listens(seed: int) -> None:
+    random = Random(seed)
+    commands = [
+        (random.randrange(SECOND, 5 * SECOND), random.choice("ab"), random.uniform(-1.0, 0.5)) for _ in range(6)
+    ]
+    alone = answered(commands, None)
+    assert [answered(commands, Random(seed + i))[:3] for i in (1, 2)] == [alone[:3]] * 2
+    listening = answered(commands, None, SECOND // 8)
+    assert [answered(commands, Random(seed + i), SECOND // 8) for i in (3, 4)] == [listening] * 2
+    assert listening[:3] == alone[:3]
+
+
+# ---- rows of one alone -----------------------------------------------------------------------------------------
+
+
+def test_an_event_of_one_lift_leaves_a_row_of_it_alone() -> None:
+    """The common samples and the rows of its own are, byte for byte, those of the lift by itself; peaks count on until
+    the next sample of all, energies and steps are those of all there."""
+    both = played(islands(lifts={"a": ["load-a"], "b": ["load-b"]}), UP)
+    assert isinstance(both, Islands)
+    *samples, _, (end, _) = both.rows  # the last sample is shown again where all stand
+    assert [t for t, _ in samples] == [i * SECOND // 10 for i in range(200)]
+    for lift_rows, place, own in zip(both.lifts, (0.0, 10.0), (UP[::2], UP[1:2]), strict=True):
+        alone = played(one(lift(lift_rows.name, place)), own)
+        counted = [
+            x for x in labels(alone.program) if x[0] not in ("peak", "peak_time", "kinetic", "potential", "steps")
+        ]
+        here, there, whole = (
+            [labels(p).index(x) for x in counted] for p in (alone.program, lift_rows.method.program, both.program)
+        )
+        found = [(t, row[there].tobytes()) for t, row in lift_rows.rows]
+        found += [(t, row[whole].tobytes()) for t, row in samples]
+        assert sorted(found) == sorted((t, row[here].tobytes()) for t, row in alone.rows if t < end)
+        assert len(lift_rows.rows) >= len(own)
+
+
+def test_lifts_that_something_may_tie_have_their_rows_in_common() -> None:
+    assert islands(lifts={"a": ["load-a"], "b": ["load-b"]}).lifts[0].name == "a"
+    assert not islands(TIED, lifts={"a": ["load-a"], "b": ["load-b"]}).lifts
+    three = merge([TIED, lift("c", 20.0)], G)
+    lifts = {name: [f"load-{name}"] for name in "abc"}
+    assert [x.name for x in islands(three, lifts=lifts).lifts] == ["a+b", "c"]
 
 
 # ---- cut again ----------------------------------------------------------------------------------------------
@@ -257,12 +327,7 @@ def test_a_loose_rope_keeps_its_far_end_for_when_it_is_hooked() -> None:
     hooked: list[Stage] = [(2.0, lambda s: s.hook("tug", L0=10.3)), (2.5, wind("a", -1.0))]
     s, whole = played(islands(scene), hooked, end=5.0), played(one(scene), hooked, end=5.0)
     assert ("tug", "taut") in [(e.name, e.what) for _, e in s.log]
-    at = whole.method.row_layout.at
-    (times, rows), (same, expected) = (zip(*grid(x), strict=True) for x in (s, whole))
-    assert times == same
-    for group in ("q", "elongation"):
-        x, y = (np.array(r)[:, at[group]] for r in (rows, expected))
-        assert np.abs(x - y).max() < APART * np.abs(y).max(), group
+    assert_alike(s, whole, "q", "elongation")
 
 
 @pytest.mark.parametrize("t", [1.0, 4.0, 18.0])

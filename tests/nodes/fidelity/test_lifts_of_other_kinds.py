@@ -157,13 +157,14 @@ def test_what_is_awaited_while_the_load_swings_is_as_unsure_as_it_swings(speed, 
     """It is set down as it swings: when, where and how hard depends on the phase."""
     slower = {"end: 60 s": "end: 900 s", "traverse 20 m/min": f"traverse {speed} m/min"}
     scene = parse(text(slower, AGAIN), overrides=["ask=[position]", f"accuracy={accuracy}"])
-    swing = case_of(scene.plan, scene.followed).awaits
+    case = case_of(scene.plan, scene.followed)
+    swing = case.awaits
     assert swing == pytest.approx(1.4555 * speed / 20, rel=0.2)
     assert (scene.verdict.notes == ()) == promised
     if swing > 1.0:
         assert f"it awaits an event while the load swings by up to {1e3 * swing:.0f} mm" in scene.verdict.notes[0]
     else:
-        assert scene.verdict.chance["position"] > 0.01 * swing
+        assert scene.verdict.chance["position"] >= 0.004 * swing / case.way
         assert scene.plan.fidelity.girder == "elastic"
 
 

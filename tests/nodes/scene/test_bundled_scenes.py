@@ -42,7 +42,7 @@ def test_all_scenes_are_told() -> None:
     assert sorted(bundled()) == sorted(SIZES)
 
 
-@pytest.mark.parametrize("name", SIZES)
+@pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.large] if x == "ramp" else []) for x in SIZES])
 def test_a_scene_has_its_size(name: str) -> None:
     scene = load(name)
     told = check(scene)

@@ -20,8 +20,6 @@ from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.contacts import touches
 from heavylift.nodes.scene.text.faults import closest
 
-__all__ = ["OBSTACLES", "obstacles_machine"]
-
 OBSTACLES = "obstacles"
 SIGNS = (-0.5, 0.5)
 TOUCH = 1e-9  # [m]

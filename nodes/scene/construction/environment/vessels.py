@@ -24,8 +24,6 @@ from heavylift.nodes.scene.keys.vessels import Floating, Vessel, Waves
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
-__all__ = ["afloat", "check_decks", "vessel_machine"]
-
 MOST = 0.02  # of its displacement may be a load, where its motion is given
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 CHAIN = {"surge": X, "sway": Y, "heave": Z, "yaw": Z, "pitch": Y, "roll": X}  # axes of joints, the first on the world

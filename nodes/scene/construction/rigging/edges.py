@@ -13,8 +13,6 @@ from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-__all__ = ["along_edges"]
-
 PLAIN = 1e-3  # sine below which it is not plain on which side of its edge a rope is
 
 

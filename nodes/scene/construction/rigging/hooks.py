@@ -19,8 +19,6 @@ from heavylift.nodes.scene.text.source import Path
 
 from .tree import Tree
 
-__all__ = ["Hung", "hang"]
-
 TOUCH = 1e-9  # [m]
 
 

@@ -16,8 +16,6 @@ from heavylift.nodes.scene.text.source import Path
 
 from .slings import lugs_of, slings_of
 
-__all__ = ["hook_limits", "lug_limits", "rigging_limits", "sling_limits"]
-
 
 def hook_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
     """Hooks of a machine made of parts: capacity or chart, rope, slings."""

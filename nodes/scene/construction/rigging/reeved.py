@@ -12,8 +12,6 @@ from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser
 
-__all__ = ["SPREAD", "equalising", "height_of"]
-
 SPREAD = 1e-6  # [m] less: what holds a frame tells nothing of where it points
 HALVINGS = 60
 

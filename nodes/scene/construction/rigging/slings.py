@@ -8,8 +8,6 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.scene.keys.parts.rigging import Frame, Slings
 from heavylift.nodes.scene.keys.schema import Scene
 
-__all__ = ["Sling", "lugs_of", "slings_of"]
-
 
 class Sling(NamedTuple):
     """A rope of an entry: number of its sling, what it holds, whether it does at the start.

@@ -27,8 +27,6 @@ from .edges import along_edges
 from .reeved import SPREAD, equalising, height_of
 from .slings import lugs_of, slings_of
 
-__all__ = ["Tree"]
-
 NOWHERE = k.Point("")
 
 

@@ -23,8 +23,6 @@ from heavylift.nodes.scene.text.source import Path, Source
 
 from .conditions import Conditions
 
-__all__ = ["build_models", "check_models"]
-
 LED_BY = {"gantry": "travel", "trolley": "traverse", "drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 

@@ -15,8 +15,6 @@ from pydantic import Field
 
 from .kinematics import Poses
 
-__all__ = ["Contact", "built", "touches"]
-
 Sizes = tuple[Extent, Extent, Extent]
 
 

@@ -21,8 +21,6 @@ from heavylift.nodes.scene.text.files import content, within
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-__all__ = ["Beam", "Hull", "Matrices", "Mode"]
-
 LARGEST = 1 << 25  # of a matrix [bytes]
 # what zipfile and NumPy raise of archives that are damaged, or packed in a way that they do not know
 BROKEN = (BadZipFile, MemoryError, zlib.error, EOFError, OverflowError, NotImplementedError, RuntimeError, TypeError)

@@ -18,8 +18,6 @@ from heavylift.nodes.scene.keys.base import Base, Direction, End, Quaternion, St
 from heavylift.nodes.scene.text import units as u
 from pydantic import Field
 
-__all__ = ["Force", "Matrix6"]
-
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 History = list[tuple[u.Instant, u.Number]]

@@ -17,8 +17,6 @@ from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, 
 from heavylift.nodes.scene.text.units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
 from pydantic import Field
 
-__all__ = ["AnyJoint", "Joint"]
-
 X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 POSITIONS, SPEEDS = ("start", "position", "attitude"), ("speed", "velocity", "rate")  # keys that q0 and v0 are made of
 

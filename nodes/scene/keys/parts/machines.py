@@ -13,8 +13,6 @@ from .forces import Force
 from .joints import Joint
 from .mechanics import Body, Brake, Drive, Hook, Lock, Mechanism, Rope, Spring, Stop, Support
 
-__all__ = ["GoliathParts", "Machine", "PartName"]
-
 PartName = Annotated[str, AfterValidator(part_name)]  # `west.boom` of the machine `west`
 
 

@@ -12,8 +12,6 @@ from heavylift.nodes.scene.keys.base import Base, Name, Place
 from heavylift.nodes.scene.text import units as u
 from pydantic import Discriminator, Field, Tag
 
-__all__ = ["Edge", "Equaliser", "Frame", "Rigging", "SlingType", "Slings"]
-
 
 class Edge(Base):
     """An edge of a body that ropes bend over where they meet it, from one end to the other: the axis of its rounding.

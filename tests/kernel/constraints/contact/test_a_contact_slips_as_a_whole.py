@@ -74,7 +74,7 @@ def test_a_square_box_slips_on_the_spot_at_the_moment_of_its_corners() -> None:
 
 
 @pytest.mark.parametrize(("upper", "lower", "slipping"), [(0.6, 0.2, "ground"), (0.5, 0.2, "seam"), (0.2, 0.5, "seam")])
-@pytest.mark.large(beyond=2)
+@pytest.mark.large
 def test_of_a_stack_the_weaker_contact_slips_and_no_other(upper: float, lower: float, slipping: str) -> None:
     """The upper box is pushed at its foot: the seam holds upper m g, the ground lower (M + m) g."""
     m, M, low, high = 3.0, 5.0, (2.0, 2.0, 0.5), (1.0, 1.0, 0.4)

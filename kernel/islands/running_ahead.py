@@ -1,0 +1,112 @@
+"""Islands run ahead of each other for a span of time, each for itself; one that is told something before goes back.
+
+What is known of all is the time up to which none of them has an event that was not taken (Jefferson, Virtual time, ACM
+TOPLAS 7, 1985); samples, log and notes become those of all once nothing that may still be told can change them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+
+import numpy as np
+from heavylift.kernel.description.notes import Note
+from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.simulation.commanded import Commanded
+from heavylift.kernel.simulation.native.native_state import FOREVER_NS
+
+from .island import Island
+from .sample_merge import Joining, logged, noted
+
+__all__ = ["SPAN", "RunningAhead"]
+
+SPAN = 64  # periods of samples that islands run ahead of each other at most
+
+
+class RunningAhead(Commanded):
+    """`parts`: the islands; `reached` [ns] by all of them, `epoch`: of the last event or command; `stopped`: those that
+    stand there; `samples`, `rows`, `log`, `notes`: of all."""
+
+    samples: Joining
+
+    def __init__(self, subscribed: frozenset[str], sample_ns: int) -> None:
+        self.subscribed, self._sample_ns = subscribed, sample_ns
+        self.parts: list[Island] = []
+        self.rows: list[tuple[int, np.ndarray]] = []
+        self.log: list[tuple[int, StateEvent]] = []
+        self.notes: list[Note] = []
+        self.epoch = self.reached = 0
+        self._stopped: list[Island] = []
+        self._pause: Callable[[], None] = lambda: None
+        self._due = 0  # when to look for samples again [ns]
+        self._soonest: tuple[int, list[Island]] | None = None  # when something happens next, and events of whom
+
+    @property
+    def _next(self) -> tuple[int, list[Island]]:
+        """Time of the first located event or end of a tentative step, and the islands with an event then."""
+        if self._soonest is None:
+            rests = [p.began for p in self.parts if p.still and p.began > self.reached]  # they are on their way to it
+            now = min([p.due for p in self.parts] + rests)
+            self._soonest = now, [p for p in self.parts if p.firing and p.due == now]
+        return self._soonest
+
+    @property
+    def next_ns(self) -> int:
+        """Time of the first located event or end of a tentative step; FOREVER_NS if nothing moves any more."""
+        return self._next[0]
+
+    @property
+    def event(self) -> bool:
+        """Whether `next_ns` is an event that somebody subscribed to."""
+        return any(p.tells(self.subscribed) for p in self._firing)
+
+    @property
+    def _firing(self) -> list[Island]:
+        return self._next[1]
+
+    def _run_to(self, until_ns: int, pause: Callable[[], None]) -> int:
+        """All islands up to a time, or to the first event by then; when that is [ns]."""
+        while True:
+            end = min([until_ns, *(p.due for p in self.parts if p.firing)])
+            if end == self.epoch and self._firing:  # at once: who stands there, too, waits for it
+                return end
+            behind = [p for p in self.parts if p.due <= end and not p.firing]
+            if not behind:
+                return end
+            refused = all(p.refused for p in behind)
+            soon = end + self._sample_ns  # who would be behind then goes on with them, as one call costs less than two
+            for p in behind if refused else [p for p in self.parts if p.due <= soon and not p.firing]:
+                if refused or not p.refused:
+                    p.extend(end, SPAN * self._sample_ns, pause)
+            self._soonest = None
+
+    def _reach(self, t_ns: int, whole: bool = False) -> None:
+        """Nothing unknown happens before this time; `whole`: show all that can be shown by now."""
+        if self._next[0] <= t_ns and not self._firing:
+            self._soonest = None
+        self.reached = t_ns
+        self.log += logged(self._stopped)
+        rested = any(p.recorder.rested for p in self._stopped)
+        if whole or rested or t_ns >= self._due or self.samples.struck or self.next_ns >= FOREVER_NS:
+            for p in self.parts:
+                if p.marks:
+                    p.forget(t_ns)
+            self._collect()
+            self._due = t_ns + self._sample_ns
+
+    def _collect(self) -> None:
+        """Samples and notes of the islands become those of all, in the order of time."""
+        self.notes += noted(self.parts, min([self.reached, *(p.began for p in self.parts if not p.still)]))
+        end = min(self.reached, *(self.epoch if p in self._stopped else p.history for p in self.parts)) + 1
+        more = self.samples.next_ns < end or any(p.recorder.rested for p in self._stopped)
+        while more:
+            more = any([p.recorder.unroll(self.samples.next_ns) for p in self.parts])
+            self.rows += self.samples.take([p.rows for p in self.parts], [p.resting for p in self.parts], end)
+            if more:
+                self._pause()
+        self.rows += self.samples.ready()
+
+    def _stand(self, parts: Collection[Island]) -> None:
+        """These have come to stand somewhere else."""
+        for p in parts:
+            p.stand()
+        self._soonest = None
