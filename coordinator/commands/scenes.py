@@ -16,6 +16,8 @@ def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift"""
     import msgspec
     from heavylift.coordinator.participants.pause import check_steps
+    from heavylift.coordinator.transport.placement import Placement
+    from heavylift.nodes.models import node_names
     from heavylift.nodes.scene import check as examine
     from heavylift.nodes.scene import load
 
@@ -23,7 +25,8 @@ def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     check_steps(loaded)
     found = examine(loaded)
     if not as_json:
-        typer.echo(str(found))
+        crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
+        typer.echo("\n".join([str(found), *([f"\n  {crowd}"] if crowd else [])]))
         return
     told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
     told |= {"modelled": loaded.verdict.data() if loaded.verdict else None}

@@ -20,6 +20,8 @@ from functools import cached_property
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models import KERNEL
 
+MANY = 128  # processes; of more, `check` suggests fewer
+
 
 @dataclass(frozen=True)
 class Placement:
@@ -62,6 +64,13 @@ class Placement:
     def models(self) -> tuple[str, ...]:
         """All models."""
         return tuple(model for models in self.processes.values() for model in models)
+
+    @property
+    def crowd(self) -> str:
+        """What `check` suggests for very many processes; "" for fewer."""
+        if (count := len(self.processes)) <= MANY:
+            return ""
+        return f"a run starts {count} processes: `--processes auto` takes as many as pay, `--processes 4` four"
 
     @property
     def awaited(self) -> frozenset[str]:

@@ -8,6 +8,7 @@ import pytest
 from heavylift.coordinator.commands import app
 from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport import placement
 from heavylift.coordinator.transport.placement import Placement, place
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models import node_names
@@ -44,14 +45,23 @@ def test_every_node_has_one_process(count: int) -> None:
 
 
 def test_nodes_that_are_not_placed_have_their_own_process() -> None:
-    placement = place(LIFT, {"crane": "yard-a"}, ["block, loader-1=yard-a", "loader-2=yard-b"])
-    assert placement.processes == {
+    found = place(LIFT, {"crane": "yard-a"}, ["block, loader-1=yard-a", "loader-2=yard-b"])
+    assert found.processes == {
         "commander": ("commander",),
         "yard-a": ("crane", "loader-1", "block"),
         "yard-b": ("loader-2",),
         "loader-3": ("loader-3",),
         "kernel": ("kernel",),
     }
+
+
+@pytest.mark.parametrize(("most", "told"), [(7, True), (8, False)])
+def test_check_suggests_to_share_very_many_processes(monkeypatch: pytest.MonkeyPatch, most: int, told: bool) -> None:
+    """A yard of three lifts has two machines for each, a commander and the kernel, unless the scene places them."""
+    monkeypatch.setattr(placement, "MANY", most)
+    shown = CliRunner().invoke(app, ["check", "yard"]).output
+    assert ("a run starts 8 processes: `--processes auto` takes as many as pay" in shown) is told
+    assert not Placement.of(node_names(load("yard").plan), {"a-hall": "a", "a-block": "a"}).crowd
 
 
 @pytest.mark.parametrize(
