@@ -25,8 +25,6 @@ from numpy.typing import NDArray
 from .kernel_node import KernelNode
 from .parts import KernelConfig
 
-__all__ = ["Past", "Recalled"]
-
 Floats = NDArray[np.float64]
 Rows = Iterator[tuple[list[int], Floats]]  # times [ns], rows as they stand in the file
 BATCH = 256  # samples that are said at once
