@@ -27,8 +27,7 @@ STILL = 1e-9  # [m/s2, rad/s2] acceleration that counts as none
 ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer falls is rounding of stiff laws
 NEAR = 1e-10  # [m, rad] a Newton step behind which there is only the rounding of stiff laws on light bodies
 LONGEST = 0.3  # [m, rad] a step
-MOST = 300  # steps
-HALF = 0.5  # of a step, where half as many found none: two poses may lead to each other
+MOST, MORE = 300, 150  # steps; halves of steps behind them, for two poses may lead to each other
 RELAXED = 1.0  # [s] of pseudo time from which a step is Newton's
 SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions alone
 
@@ -65,7 +64,7 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateEve
     """
     h, before, last, stalled = SHORT, np.inf, np.inf, 0
     events: list[StateEvent] = []
-    for steps in range(MOST):
+    for steps in range(MOST + MORE):
         switched = switch(poses, q)
         events += switched
         a = poses.accelerations(q)
@@ -80,7 +79,7 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateEve
         before = size
         step, h = _step(poses, poses.basis(q), poses.stiffness(q, SECOND), a, h)
         last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
-        part = 1.0 if steps < MOST // 2 else HALF
+        part = 1.0 if steps < MOST else 0.5
         q = poses.moved(q, step * min(part, LONGEST / float(np.abs(step).max(initial=LONGEST))))
         poses.count_turns(q)
     raise _restless(poses, q)
