@@ -16,5 +16,5 @@ Node processes import these modules one by one and nothing else of this room.
 __all__ = ["NODE_MODULE", "PRELOAD", "PRELOAD_SCENE"]
 
 NODE_MODULE = f"{__name__}.node_process"
-PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.plan.plan")  # what every node of a scene imports
+PRELOAD = (NODE_MODULE, f"{__name__}.configuration")  # what every node of a scene imports
 PRELOAD_SCENE = (*PRELOAD, f"{__name__}.kernel_node")  # its kernel, too

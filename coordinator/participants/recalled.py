@@ -76,7 +76,9 @@ class Recalled:
                 past.used = True
             except (KernelError, *BROKEN) as error:
                 foreign = isinstance(error, KernelError)
-                past.why = "the mechanics of the new scene are others" if foreign else "its checkpoint is damaged"
+                past.why = (
+                    "the mechanics of the new scene are others" if foreign else "its checkpoint is damaged, or too old"
+                )
                 self._kernel = KernelNode(config, self._sampled, foretells=True)
         self.lookahead = self._kernel.lookahead
         self._sent, self._known = sent, _Known(past, self._announced(sent))

@@ -1,6 +1,6 @@
 """What a user sees of a run: a progress bar with stage and real-time factor, and at the end a summary per rope.
 
-Without a terminal the bar becomes one plain line per stage.
+Without a terminal the bar becomes one plain line per stage, and Rich is not imported.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import sys
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Protocol, Self
+from typing import TYPE_CHECKING, Protocol, Self
 
 import msgspec
 from heavylift.coordinator.record.scene import Result, rated
@@ -23,12 +23,12 @@ from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.format.text import clock
 from heavylift.recordings.read.verdict import Judged
-from rich.console import Console
-from rich.live import Live
-from rich.table import Table
-from rich.text import Text
 
 from .watch import Watch
+
+if TYPE_CHECKING:
+    from rich.live import Live
+    from rich.text import Text
 
 
 class Progress(Watch):
@@ -37,10 +37,7 @@ class Progress(Watch):
     def __init__(self, plan: Plan, as_json: bool = False) -> None:
         self._plan, self._json = plan, as_json
         self._actions = max(1, len(plan.actions))
-        self._console = Console(stderr=True)
-        self._live = (
-            Live(console=self._console, refresh_per_second=8, transient=True) if self._console.is_terminal else None
-        )
+        self._live = _bar() if sys.stderr is not None and sys.stderr.isatty() else None
         self._began = time.perf_counter()
         self._stage, self._action, self._t_ns = "starting", 0, 0
 
@@ -62,11 +59,11 @@ class Progress(Watch):
             stage = event.value
             self._stage, self._action = stage.name or self._stage, stage.action + 1  # type: ignore[attr-defined]
             if self._live is None and stage.name:  # type: ignore[attr-defined]
-                self._console.print(f"{event.t * 1e-9:9.1f} s  {stage.name}", highlight=False)  # type: ignore[attr-defined]
+                print(f"{event.t * 1e-9:9.1f} s  {stage.name}", file=sys.stderr)  # type: ignore[attr-defined]
             self.progress(event.t)
         elif event.type == "StateEvent" and self._live is None and event.value.what == "locked":  # type: ignore[attr-defined]
             lost = f"{event.value.name} locked, {event.value.value:.4g} J became heat"  # type: ignore[attr-defined]
-            self._console.print(f"{event.t * 1e-9:9.1f} s  {lost}", highlight=False)
+            print(f"{event.t * 1e-9:9.1f} s  {lost}", file=sys.stderr)
 
     def progress(self, t_ns: int) -> None:
         """Simulated time moves on."""
@@ -76,9 +73,14 @@ class Progress(Watch):
 
     def say(self, sentence: str) -> None:
         """A line of its own, above the bar."""
-        self._console.print(printable(sentence), highlight=False, markup=False, soft_wrap=True)
+        if self._live is None:
+            print(printable(sentence), file=sys.stderr)
+        else:
+            self._live.console.print(printable(sentence), highlight=False, markup=False, soft_wrap=True)
 
     def _line(self) -> Text:
+        from rich.text import Text
+
         seconds = self._t_ns * 1e-9
         wall = time.perf_counter() - self._began
         share = seconds / self._plan.end if self._plan.end else self._action / self._actions
@@ -88,6 +90,13 @@ class Progress(Watch):
         return Text(
             f"{bar}  {clock(seconds)} simulated  {seconds / wall if wall > 0 else 0:6.0f} x real time  {self._stage}"
         )
+
+
+def _bar() -> Live:
+    from rich.console import Console
+    from rich.live import Live
+
+    return Live(console=Console(stderr=True), refresh_per_second=8, transient=True)
 
 
 class Certified(Protocol):
@@ -111,55 +120,63 @@ def summary(plan: Plan, result: Result, as_json: bool = False, certificate: Cert
         told |= {"certified": certificate.data()} if certificate else {}
         print(json.dumps(told))
         return
-    console = Console(highlight=False)
     if result.peaks:
         limits = rated(plan)
         red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
-        table = Table(box=None, pad_edge=False, header_style="bold")
-        table.add_column("rope")
-        for title in ("peak kN", "at", "rated kN", "use %"):
-            table.add_column(title, justify="right")
+        rows = [("rope", "peak kN", "at", "rated kN", "use %")]
         for name, (tension, when) in result.peaks.items():
             limit = limits.get(name)
-            rest = [f"{limit / 1e3:.0f}", f"{100 * tension / limit:.1f}"] if limit else ["-", "-"]
-            beyond = "bold red" if name in red else None
-            table.add_row(name, f"{tension / 1e3:.1f}", clock(when), *rest, style=beyond)
-        console.print(table)
+            rest = (f"{limit / 1e3:.0f}", f"{100 * tension / limit:.1f}") if limit else ("-", "-")
+            rows.append((name, f"{tension / 1e3:.1f}", clock(when), *rest))
+        first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
+        for i, (name, *figures) in enumerate(rows):
+            style = "bold red" if i and name in red else None if i else "bold"
+            right = (figure.rjust(width) for figure, width in zip(figures, others, strict=True))
+            _tell("  ".join((name.ljust(first), *right)), style)
     if certificate is not None:
-        console.print("\n" + "\n".join(certificate.told), markup=False, soft_wrap=True)
+        _tell("\n" + "\n".join(certificate.told))
     factor = result.sim_s / result.wall_s if result.wall_s else 0.0
-    console.print(
+    _tell(
         f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time, {result.grants} grants"
     )
-    console.print(f"seconds: {result.budget}")
+    _tell(f"seconds: {result.budget}")
     if result.energy_turned_over:
         moved = f"{result.energy_turned_over / 1e6:.4g} MJ turned over"
-        console.print(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
+        _tell(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
     if result.lateness is not None:
-        console.print(f"by the clock: {result.lateness}")
+        _tell(f"by the clock: {result.lateness}")
     path = result.recording
-    console.print(f"digest {result.digest}\nwrote {path}", markup=False, soft_wrap=True)
-    console.print(f"\nnext: {command()} plot {path}", markup=False, soft_wrap=True)
+    _tell(f"digest {result.digest}\nwrote {path}")
+    _tell(f"\nnext: {command()} plot {path}")
     if result.verdict is not None:
-        tell_verdict(console, result.verdict)
+        tell_verdict(result.verdict)
 
 
-def tell_verdict(console: Console, verdict: Judged) -> None:
+def tell_verdict(verdict: Judged) -> None:
     """Print what was found, the smallest clearance, and the verdict as the last line."""
     styles = {"red": "bold red", "warning": "yellow", "note": None}
     grouped = likewise(msgspec.convert(msgspec.to_builtins(f), Finding) for f in verdict.findings)
     if grouped:
-        console.print()
+        _tell("")
     for f in grouped:
         at = f", at {clock(f.t)}" if f.t is not None else ""
         stage = f" ({f.stage})" if f.stage else ""
         told = f"{f.severity}: {f.sentence}{at}{stage}" + (f" [{f.where}]" if f.where else "")
-        console.print(told, style=styles[f.severity], markup=False, soft_wrap=True)
+        _tell(told, styles[f.severity])
     if verdict.clearances and not verdict.red:
         c = verdict.clearances[0]
-        console.print(f"smallest clearance: {c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}", markup=False)
-    style = "bold red" if verdict.red else "bold green"
-    console.print(f"verdict: {verdict.line}", style=style, markup=False, soft_wrap=True)
+        _tell(f"smallest clearance: {c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}")
+    _tell(f"verdict: {verdict.line}", "bold red" if verdict.red else "bold green")
+
+
+def _tell(text: str, style: str | None = None) -> None:
+    """Print lines, in a style where there is a terminal."""
+    if sys.stdout is None or not sys.stdout.isatty():
+        print(text)
+        return
+    from rich.console import Console
+
+    Console(highlight=False).print(text, style=style, markup=False, soft_wrap=True)
 
 
 def command() -> str:

@@ -248,7 +248,7 @@ class Rehearsal:
         supports = dict(zip((u.name for u in system.supports), map(float, row.normal), strict=True))
         poses = row.poses.reshape(-1, 12).tolist()
         block = {pad.support.name for pad in self.plan.block.pads} if self.plan.block else set()
-        names = [d.name for d in system.drives] + [r.name for r in system.straight_ropes if r.winch]
+        names = [d.name for d in system.drives] + [r.name for r in system.all_ropes if r.winch]
         names += [x.name for x in system.masters]
         t = rest.t_ns
         return StaticState(

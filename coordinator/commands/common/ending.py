@@ -77,10 +77,9 @@ def _judged(error: HeavyliftError) -> None:
         return
     from heavylift.coordinator.run.progress import tell_verdict
     from heavylift.recordings.read.verdict import Judged
-    from rich.console import Console
 
     assert isinstance(error.verdict, Judged)
-    tell_verdict(Console(highlight=False), error.verdict)
+    tell_verdict(error.verdict)
     sys.stdout.flush()
 
 
