@@ -15,8 +15,6 @@ from heavylift.coordinator.supervision.hash_seed import start_again
 
 from .stopping import STOPPED, UNHEARD, ReaderLeft, Stopping, heard
 
-__all__ = ["main"]
-
 LIGHT = {
     **{"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"},  # threads reserve 40 and 64 MB each, and need neither
     **dict.fromkeys(("MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"), f"{64 << 20}"),  # batches keep their pages

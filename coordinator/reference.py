@@ -71,8 +71,8 @@ def _keys() -> Iterator[str]:
     grammar = inspect.cleandoc((phrases.__doc__ or "").partition("\n\n")[2])
     yield (
         "A quantity is written with its unit, and perhaps how uncertain it is (`480 t +- 3 %`, `480 t sd 5 t`, "
-        "`460..500 t`); `string` stands for a name, `list` and `mapping` for several. What an "
-        f"order and a condition may say:\n\n```\n{grammar}\n```"
+        "`460..500 t`); `string` stands for a name, `list` and `mapping` for several; `like: name` in an entry copies "
+        f"another one of its mapping. What an order and a condition may say:\n\n```\n{grammar}\n```"
     )
     parts = {"the scene": schema, **schema["$defs"]}
     for name, part in parts.items():
@@ -108,7 +108,10 @@ def _kind(value: dict[str, Any]) -> str:
     if "$ref" in value:
         return _plain(value["$ref"].rpartition("/")[2])
     options = [
-        _kind(option) for key in ("anyOf", "oneOf") for option in value.get(key, []) if option.get("type") != "null"
+        _kind(option)
+        for key in ("anyOf", "oneOf")
+        for option in value.get(key, [])
+        if option.get("type") != "null" and "like" not in option.get("properties", {})
     ]
     if options:
         return " or ".join(dict.fromkeys(options))

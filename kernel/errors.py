@@ -14,12 +14,14 @@ All other rooms import these names and add none: `except HeavyliftError` catches
 """
 
 import errno
+from importlib import import_module
+from typing import Any
 
 import msgspec
 
 __all__ = [
     "UNREADABLE", "HeavyliftError", "KernelError", "ModelError", "OutputError", "ProtocolError",
-    "RecordingError", "SceneError", "SignalError", "Stopped", "out_of_memory",
+    "RecordingError", "SceneError", "SignalError", "Stopped", "extra", "out_of_memory",
 ]  # fmt: skip
 
 
@@ -47,6 +49,15 @@ class HeavyliftError(Exception):
     """
 
     verdict: object = None
+
+
+def extra(package: str, missing: HeavyliftError) -> Any:
+    """A package that heavylift can do without; the error, if it is not installed, says what needs it and how to get
+    it."""
+    try:
+        return import_module(package)
+    except ImportError:
+        raise missing from None
 
 
 class SceneError(HeavyliftError):

@@ -23,7 +23,7 @@ from typing import Any
 from uuid import uuid4
 
 from heavylift.kernel.cache import cache_folder, unsafe_cache
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel.errors import ModelError, extra
 from heavylift.kernel.trust import refusal
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out
 
@@ -241,8 +241,4 @@ def unpacked(file: Path) -> Path:
 
 def library(name: str) -> Any:
     """FMPy; ModelError says how to get it."""
-    try:
-        import fmpy
-    except ImportError:
-        raise ModelError(f"{name}: a unit of FMI needs FMPy: pip install 'heavylift[fmi]'") from None
-    return fmpy
+    return extra("fmpy", ModelError(f"{name}: a unit of FMI needs FMPy: pip install 'heavylift[fmi]'"))

@@ -143,13 +143,10 @@ def _engine(scheduler: str, keys: Path) -> Iterator[Executor | None]:
         yield None
         return
     from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
-    from heavylift.kernel.errors import ProtocolError
+    from heavylift.kernel.errors import ProtocolError, extra
 
-    try:
-        import distributed
-    except ImportError:
-        raise ProtocolError("--scheduler needs dask.distributed; install heavylift[sweep]") from None
-    dask: Any = distributed  # which says little of its types
+    missing = "--scheduler needs dask.distributed; install heavylift[sweep]"
+    dask = extra("distributed", ProtocolError(missing))
     secured = None
     if scheduler.startswith("tls://"):
         own = Credentials.load(keys, COORDINATOR)

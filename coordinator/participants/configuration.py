@@ -12,8 +12,6 @@ from heavylift.nodes.plan.plan import Plan
 
 from .parts import KernelConfig, Listening
 
-__all__ = ["COMMAND", "OPERATOR", "Wiring", "kernel_config", "wiring"]
-
 OPERATOR, COMMAND = "operator", "command"  # source and port of the events that commands are
 
 

@@ -25,8 +25,6 @@ from . import parts
 if TYPE_CHECKING:
     from .recalled import Past, Recalled
 
-__all__ = ["Participant", "version"]
-
 
 @cache
 def version() -> str:

@@ -15,20 +15,6 @@ from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
 
-__all__ = [
-    "ExternalModel",
-    "ExternalPart",
-    "KernelConfig",
-    "KernelPart",
-    "Listening",
-    "ModelPart",
-    "Part",
-    "ScenePart",
-    "decode",
-    "encode",
-    "fingerprint",
-]
-
 
 class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
     """The model of the node's name in an encoded plan."""

@@ -25,8 +25,6 @@ from numpy.typing import NDArray
 from .kernel_node import KernelNode
 from .parts import KernelConfig
 
-__all__ = ["Past", "Recalled"]
-
 Floats = NDArray[np.float64]
 Rows = Iterator[tuple[list[int], Floats]]  # times [ns], rows as they stand in the file
 BATCH = 256  # samples that are said at once
@@ -78,7 +76,9 @@ class Recalled:
                 past.used = True
             except (KernelError, *BROKEN) as error:
                 foreign = isinstance(error, KernelError)
-                past.why = "the mechanics of the new scene are others" if foreign else "its checkpoint is damaged"
+                past.why = (
+                    "the mechanics of the new scene are others" if foreign else "its checkpoint is damaged, or too old"
+                )
                 self._kernel = KernelNode(config, self._sampled, foretells=True)
         self.lookahead = self._kernel.lookahead
         self._sent, self._known = sent, _Known(past, self._announced(sent))

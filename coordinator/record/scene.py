@@ -41,8 +41,6 @@ from .tape import FileTape, Held
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["MERGED", "RESOLVED", "Record", "Result", "rated"]
-
 RESOLVED = "resolved.json"  # the plan
 SILENT_s = 0.4  # wall time after which samples that were foretold are taken
 REST = 4096  # of them at once

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from .deviation import Deviation
 from .recorded import RecordedRun
 
-__all__ = ["first_of", "sample_apart"]
-
 Floats = NDArray[np.float64]
 
 

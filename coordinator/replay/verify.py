@@ -20,8 +20,6 @@ from .deviation import Deviation, Follower, Outcome
 from .recorded import RecordedRun
 from .sampled import first_of, sample_apart
 
-__all__ = ["verify"]
-
 
 class _Apart(Exception):
     """The new run has parted from the recorded one."""

@@ -33,8 +33,6 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .watch import Watch
 
-__all__ = ["Conversation"]
-
 LOOK_s = 0.2  # how often samples are taken while a node works
 KEEP_s = 5.0  # wall time between two checkpoints on record
 

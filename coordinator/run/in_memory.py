@@ -46,8 +46,6 @@ from numpy.typing import NDArray
 
 from .watch import PATIENCE_ns
 
-__all__ = ["CUT", "Played", "play"]
-
 CUT = "cut after"
 
 

@@ -18,8 +18,6 @@ from heavylift.coordinator.transport.placement import Placement
 if TYPE_CHECKING:
     from heavylift.coordinator.participants.recalled import Past
 
-__all__ = ["joined"]
-
 
 @contextmanager
 def joined(

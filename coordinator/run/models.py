@@ -48,8 +48,6 @@ from .conversation import Conversation
 from .joining import joined
 from .watch import Watch
 
-__all__ = ["ModelRun", "referred", "run_models"]
-
 
 @dataclass(frozen=True)
 class ModelRun:

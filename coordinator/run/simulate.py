@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 from heavylift.coordinator.live.commands import COMMAND, OPERATOR, Given
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError
+from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice
 from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.native.samples import channels, published
@@ -88,16 +88,14 @@ class Result:
 
     def to_pandas(self) -> pandas.DataFrame:
         """All signals in one DataFrame: the time [s] as index, `signal/column [unit]` as columns."""
-        try:
-            import pandas
-        except ImportError:
-            raise RecordingError("a DataFrame needs pandas; install heavylift[pandas] or use .t and [name]") from None
+        how = "install heavylift[pandas] or use .t and [name]"
+        library = extra("pandas", RecordingError(f"a DataFrame needs pandas; {how}"))
         columns = {
             f"{name}/{title}": signal.values[:, i]
             for name, signal in self.signals.items()
             for i, title in enumerate(titles(signal))
         }
-        return pandas.DataFrame(columns, index=pandas.Index(self.t, name="time [s]"))
+        return library.DataFrame(columns, index=library.Index(self.t, name="time [s]"))
 
     def __repr__(self) -> str:
         told = f"; {self.verdict.line}" if self.verdict else ""

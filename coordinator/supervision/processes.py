@@ -35,8 +35,6 @@ from .of_the_system import GONE, check_room, ended, exit_told, state
 if TYPE_CHECKING:
     from heavylift.coordinator.transport.hub import Hub
 
-__all__ = ["KEEPER", "Processes"]
-
 KEEPER = "the keeper"  # in place of a process's name, and no name that one can have
 GRACE_s = 0.8  # in which nodes leave a run that is over
 REPORT_s = 0.3  # in which a keeper that is not stopped tells how a process has ended

@@ -25,6 +25,7 @@ from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import Input, UncertainInput, inputs, settings, uncertain_inputs
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.overlay import path_in
 from heavylift.nodes.scene.text.source import read
@@ -176,6 +177,7 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
     if low >= high or (step is not None and step <= 0):
         raise SceneError(f"--vary '{text}': the range is empty; let it lead upwards, in steps above 0")
     if step is None and not sampling:
+        _check(scene, Axis(path, (), float(low), float(high), unit, first=first, motion=motion))
         raise SceneError(f"--vary '{text}': say in which steps, 'by ...', or how many to draw, --sample 1000")
     if step is None:
         return Axis(path, (), float(low), float(high), unit, first=first, motion=motion)
@@ -204,6 +206,7 @@ def _check(scene: LoadedScene, axis: Axis) -> None:
         source = read(scene.merged or scene.text, scene.path.name, scene.path.parent)
         for setting in axis.setting(axis.quantile(p)[0]):
             override(source, setting)
+        alike(source)
         tabled(source)
         validate(source)
         if not source.faults:

@@ -229,7 +229,11 @@ def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:
             raise SceneError(f"--of '{asked}': write PATH, or PATH=FROM..TO UNIT such as 'block.mass=300..900 t'")
         first, last, unit = ends[1], ends[3], ends[4]
         down = float(first) > float(last)
-        (axis,) = axes_of(scene, [f"{path}={last}..{first} {unit}" if down else asked], sampling=True)[:1]
+        try:
+            (axis,) = axes_of(scene, [f"{path}={last}..{first} {unit}" if down else asked], sampling=True)[:1]
+        except SceneError as error:
+            told = str(error).replace("; let it lead upwards, in steps above 0", "")  # here it may lead downwards
+            raise SceneError(told.replace("--vary '", "--of '")) from None
         return (axis, axis.high, axis.low) if down else (axis, axis.low, axis.high)
     if (motion := motion_of(scene, path)) is not None:
         return Axis(path, unit=motion.unit, motion=motion), motion.value, FAR * motion.value

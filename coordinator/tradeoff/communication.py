@@ -37,8 +37,6 @@ from heavylift.nodes.plan.plan import Plan
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["Distributed", "Held", "Pair", "distributed", "hanging", "held", "held_forces"]
-
 EXCHANGES = (0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
 PERIODS = 6.0  # over which amplitudes are compared
 BUDGET = 0.01  # growth of an amplitude over a run that somebody may accept

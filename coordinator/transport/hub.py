@@ -28,8 +28,6 @@ from .placement import Placement
 from .run_directory import RunDirectory
 from .session import Listening, Ticket, hub_session, new_password, new_run_id
 
-__all__ = ["Hub"]
-
 ANSWER_s = 1.0  # in which a process says that it is alive
 WAKE = HUB  # in place of a node's name: a message of the hub to itself
 REMOTE_s = 600.0  # in which somebody starts a process on another host

@@ -20,8 +20,6 @@ from heavylift.kernel.errors import ProtocolError
 
 from .frame import FIRST_EPOCH, LAST_EPOCH
 
-__all__ = ["Lookout", "News"]
-
 TICK_s = 0.05  # how often the thread looks
 GRACE_s = 0.3  # how long a lost connection waits for the reason of its process's end
 

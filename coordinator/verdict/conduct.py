@@ -99,8 +99,7 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
     elif said.unfinished and not any(ends for _, _, ends in said.words):
         bound = f"the end of the scene at {plan.end:g} s" if plan.end is not None else "its end"
         told = f"{bound} cut the {'lift' if lift else 'run'}: {said.unfinished}"
-        severity = "red" if lift else "note"
-        yield Finding(severity=severity, kind="cut", subject="run", sentence=told, t=said.end)  # type: ignore[arg-type]
+        yield Finding(severity="red" if lift else "note", kind="cut", subject="run", sentence=told, t=said.end)
     for t, note in said.notes:
         yield Finding(severity="warning", kind="computation", subject="kernel", sentence=note, t=t)
 
@@ -147,7 +146,7 @@ def _interlocks(plan: Plan, said: Conduct) -> Iterator[Finding]:
         if name in known and (name, bypassed) not in seen:
             severity, told = known[name].told(bypassed)
             where = known[name].where
-            yield Finding(severity=severity, kind="interlock", subject=name, sentence=told, where=where, t=t)  # type: ignore[arg-type]
+            yield Finding(severity=severity, kind="interlock", subject=name, sentence=told, where=where, t=t)
         seen.add((name, bypassed))
 
 

@@ -30,6 +30,11 @@ def dot(a: Row, b: Row) -> float:
         return nan
 
 
+def cross(a: Row, b: Row) -> tuple[float, float, float]:
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
 def norm(a: Row) -> float:
     """Length of a vector; its elements must not overflow when squared."""
     return sqrt(dot(a, a))

@@ -101,7 +101,8 @@ class Measured:
     """A measured scalar that actuators can follow: attitude of `of` about world axis, or a joint coordinate.
 
     kind "angle": rotation of body `of` about the horizontal axis `axis` (0 = x, 1 = y), positive as +w towards
-    +y for axis 0 (the lift's theta).  kind "joint": coordinate of joint `of`.
+    +y for axis 0 (the lift's theta).  kind "joint": coordinate of joint `of`.  `followers`: the only actuators that may
+    follow it; none named: all may.
     """
 
     name: str
@@ -109,6 +110,7 @@ class Measured:
     of: str
     axis: int = 0
     coordinate: str = ""  # of a joint that has several
+    followers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

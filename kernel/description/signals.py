@@ -18,7 +18,7 @@ class Signal:
     "gap"           between the boxes about `point` and `origin`, of half edges `numbers` (6) [m]: never more than
                     their distance, of long ones a fifth less; negative where they overlap
     "tension"       sum over `ropes` [N]; "length": unstretched length of ropes[0] [m]
-    "load"          their tension times numbers[0], less numbers[1] [kg]
+    "load"          their tension times numbers[0], less numbers[1] [kg, or 1 as a share of what is rated]
     "moment"        their tension over what a chart by the radius of `point` allows: of the next longer radius;
                     `numbers`: the tension [N] up to which nothing hangs there, then radii [m] and tensions [N]
     "angle"         of body `of` about `axis`, as Measured [rad]

@@ -2,8 +2,8 @@
 
 Joints, forces, contacts and ropes tie bodies; the ground ties nothing, nor does a *loose* rope, which nobody has
 hooked: it belongs to the island of its first end, and what lies beyond is ground to it.  A commanded master is a
-function of time, so each island with actuators has its own; a measured one ties its body to all actuators, for any of
-them may be told to follow it.
+function of time, so each island with actuators has its own; a measured one ties its body to all actuators that may be
+told to follow it.
 """
 
 from __future__ import annotations
@@ -45,9 +45,11 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
         tie(bodies)
     actors = {name for name, signal in signals(system.forces).items() if signal.driven}
     actors |= {*(d.name for d in system.drives), *(r.name for r in system.straight_ropes if r.winch)}
-    led = [b for (group, i), bodies in held.items() if getattr(system, group)[i].name in actors for b in bodies]
-    if system.measured and led:
-        tie([*led, *(b for (group, _), bodies in held.items() if group == "measured" for b in bodies)])
+    acting = {(g, i): name for g, i in held if (name := getattr(system, g)[i].name) in actors}
+    led = [b for key in acting for b in held[key]]
+    for i, measured in enumerate(system.measured if led else ()):
+        may = measured.followers or acting.values()
+        tie([*held["measured", i], *(b for key, name in acting.items() if name in may for b in held[key])])
     moving = [root(j.child) for j in system.joints if j.child != WORLD and JOINTS[j.kind].n_v]
     moving += [root(b.name) for b in system.bodies if b.flexible]
     for b in system.bodies:

@@ -49,6 +49,9 @@ class References:
         self._at, self._P = parameters.at, P
         self._masters = [m.name for m in system.masters] + [m.name for m in system.measured]
         self._commanded = {m.name for m in system.masters}
+        self._followers = {m.name: m.followers for m in system.measured if m.followers}
+        drives = {d.joint: d.name for d in system.drives}
+        self._asked = [m.name for m in system.masters] + [drives.get(m.of, m.name) for m in system.measured]
         self._still = {r.name for r in system.straight_ropes if not r.winch}
         self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
         names = [name for kind, name in parameters.at if kind == "reference"]
@@ -89,15 +92,16 @@ class References:
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """What an actuator asks for at a time: its own profile and what it follows of commanded masters."""
-        led = [_follow(k, self.own(self._masters[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
+        """What an actuator asks for at a time: its own profile and what it follows of masters; a measured joint is
+        taken to be where its drive is asked to be."""
+        led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 
     def speed(self, name: str, t_ns: int) -> float:
         """How fast that changes at a time."""
         own = self.own(name, t_ns)[1]
         for m, (k1, kc, ks) in self._actuator(name).follows.items():
-            s, ds = self.own(self._masters[m], t_ns)
+            s, ds = self.own(self._asked[m], t_ns)
             own += float(k1 - kc * sin(s) + ks * cos(s)) * ds
         return own
 
@@ -149,6 +153,8 @@ class References:
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
         if master and name in self._placed and master not in self._commanded:
             raise KernelError(f"'{name}' cannot follow '{master}': a prescribed drive follows commanded masters only")
+        if name not in self._followers.get(master, (name,)):
+            raise KernelError(f"'{name}' cannot follow '{master}', which {', '.join(self._followers[master])} may")
         if not all(map(isfinite, f)):
             raise KernelError(f"'{name}' cannot follow {f}: the coefficients must be finite numbers")
         self.admit("set_follow")

@@ -41,6 +41,8 @@ def shown(limit: Limit, value: float | None) -> str:
             return f"{degrees(value):.2f} deg"
         case "m":
             return f"{value:.2f} m"
+        case "" if limit.quantity == "signal":
+            return percent(value)
     return f"{value:.2f} {limit.unit}".strip()
 
 

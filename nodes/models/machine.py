@@ -107,7 +107,7 @@ class MachineModel(Machine):
 
     def _holds(self, rope: str) -> str:
         """The body whose actor the rope of this name is."""
-        return next(_body(r) for r in self.system.ropes if r.name == rope)
+        return next(_body(r) for r in self.system.all_ropes if r.name == rope)
 
     def _drive(self, name: str, element: str, laws: System) -> DriveActor:
         at = self._actuator(element)
@@ -121,7 +121,7 @@ class MachineModel(Machine):
         return Actuator(name=name, start=lengths.get(name, 0.0), accel=0.0)
 
 
-def _body(rope: Rope | RigidRope) -> str:
+def _body(rope: Rope | RigidRope | Reeving) -> str:
     """The body whose actor a rope is."""
     for line in rope.lines:
         for point in (line.a, line.b):

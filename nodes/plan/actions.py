@@ -87,6 +87,16 @@ Condition: TypeAlias = Slings | MovesDone | Lifted | Landed | Crossing | After |
 # orders
 
 
+class Kept(Item, frozen=True, kw_only=True):
+    """A winch that keeps the height of its hook as a boom luffs: it follows k1 s + kc cos s + ks sin s of a measured
+    angle; `law` holds the three [m/rad, m, m]."""
+
+    model: str
+    actuator: str
+    master: str
+    law: tuple[float, float, float]
+
+
 class Move(Item, frozen=True, kw_only=True, tag="move"):
     """One actuator moves: by a signed distance, to a coordinate, or (both None) until a condition holds.
 
@@ -96,6 +106,7 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
     `pulses`); `periods`: of what swings, as the move begins and as it stops [s]; `left`: swing that is left since they
     change meanwhile [rad].  `together`: actuators of which none goes on when another one is stopped.  `above`: lugs
     above which it ends, whose place becomes `to` as the list is followed.  `trims`: it may have nothing to do.
+    `keeps`: winches that follow what it luffs.
     """
 
     verb: str
@@ -112,6 +123,7 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
     together: tuple[str, ...] = ()
     above: tuple[str, ...] = ()
     trims: bool = False
+    keeps: tuple[Kept, ...] = ()
 
     def __post_init__(self) -> None:
         if self.verb not in MOTIONS:

@@ -6,6 +6,7 @@ import msgspec
 from heavylift.kernel.description.mechanics import Threshold
 
 from .actions import Item
+from .finding import Severity
 from .mechanism import driven
 
 
@@ -38,7 +39,7 @@ class Interlock(Item, frozen=True, kw_only=True):
     hooks: tuple[str, ...] = msgspec.field(default_factory=tuple)
     """Ropes of hooks whose chart or load it watches: their limits are judged, and no reason to refuse a scene."""
 
-    def told(self, bypassed: bool = False) -> tuple[str, str]:
+    def told(self, bypassed: bool = False) -> tuple[Severity, str]:
         """The severity of its tripping, and the sentence about it."""
         did = "would have stopped, had it not been bypassed," if bypassed else "stopped"
         names = ", ".join(dict.fromkeys(driven(stopped.actuator) for stopped in self.stops))

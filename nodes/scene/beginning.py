@@ -12,7 +12,8 @@ from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 from heavylift.nodes.scene.text.machine_types import GOLIATH, machine_type
 from heavylift.nodes.scene.text.opening import scene_file, scene_text
 from heavylift.nodes.scene.text.source import read
-from heavylift.nodes.scene.text.tables import row_names, tabled
+from heavylift.nodes.scene.text.table_files import row_names
+from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.units import LENGTH
 
 from .loading import parse

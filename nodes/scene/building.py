@@ -20,16 +20,16 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
-from heavylift.nodes.scene.construction.limiting import build_limits
+from heavylift.nodes.scene.construction.level_luffing import measuring
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
-from heavylift.nodes.scene.construction.signals import build_interlocks, build_models, check_models
+from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.nodes import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
-from heavylift.nodes.scene.text.extending import extended
+from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
@@ -68,6 +68,7 @@ def build(
         raise_faults(source, source.faults)
     for setting in overrides:
         override(source, setting)
+    alike(source)
     tabled(source)
     shaped(source)
     gather(source)
@@ -103,6 +104,7 @@ def _built(
     )
     mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
+    mechanisms = measuring(yard, mechanisms)
     yard.interlocks = build_interlocks(yard, mechanisms)
     loaded = LoadedScene(
         msgspec.structs.replace(
@@ -153,6 +155,7 @@ def _side_by_side(
     """A scene of several lifts, each built as if it were alone."""
 
     def alone(own: Source) -> LoadedScene:
+        alike(own)
         tabled(own)
         shaped(own)
         gather(own)

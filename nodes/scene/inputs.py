@@ -25,7 +25,7 @@ from heavylift.nodes.scene.keys.defaults import listed
 from heavylift.nodes.scene.keys.quantities import below, quantity
 from heavylift.nodes.scene.keys.validate import uncertainties
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.overlay import parts
+from heavylift.nodes.scene.text.overlay import made, next_key, parts
 from heavylift.nodes.scene.text.source import Path, Source, read
 from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, standard
 from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity, tidy
@@ -186,9 +186,11 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
     kind: object = None
     path: Path = ()
     whole = ""
-    for word in parts(name):
-        key: str | int = word
+    words = parts(name)
+    while words:
         inside = below(at, kind)
+        word = next_key(words, inside if isinstance(at, dict) else ())
+        key: str | int = word
         if isinstance(at, BaseModel):
             key = written(word)
         elif isinstance(at, list | tuple):
@@ -207,6 +209,7 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
     if at is None:
         raise SceneError(f"input {name}: the scene gives it no value; write one from which to begin")
     dimension = found.dimension
+    source = made(source) if path[:1] == ("machines",) else source
     text = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", str(source.at(path)))
     unit = tidy(text[1]) if text and tidy(text[1]) in dimension.units else next(iter(dimension.units))
     scale = max(abs(at), LEAST.get(dimension.name, 0.0)) or 1.0

@@ -34,7 +34,8 @@ COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
-     "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together")
+     "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together",
+     "master", "followers")
 )  # fmt: skip
 MACHINES = (
     "cranes",
@@ -57,8 +58,9 @@ MACHINES = (
 EVERY = "all"  # subject of limits of the whole scene
 
 
-def source_of(whole: Source, name: str, path: Path) -> Source:
-    """What an instance is, as the source of a scene of its own: its keys laid over the scene that it extends."""
+def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> Source:
+    """What an instance is, as the source of a scene of its own: its keys laid over the scene that it extends; `at`:
+    where it is put [m]."""
     base = ("lifts", name)
     keys, values = (
         {at[2:]: mark for at, mark in some.items() if at[:2] == base} for some in (whole.keys, whole.values)
@@ -80,6 +82,9 @@ def source_of(whole: Source, name: str, path: Path) -> Source:
             blocks["block"] = block
         for some in (found.keys, found.values):
             some |= {("blocks", *at): mark for at, mark in some.items() if at[:1] == ("block",)}
+    waves = found.data.get("waves")
+    if isinstance(waves, dict):  # which meet it where it is put
+        waves.setdefault("origin", [f"{-x!r} m" for x in (*at, 0.0)])
     for key in ("end", "placement"):
         found.data.pop(key, None)
     return found
@@ -94,10 +99,9 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     alone: dict[str, LoadedScene] = {}
     lifts: list[tuple[str, LoadedScene]] = []
     for name in scene.lifts:
-        own = source_of(source, name, path)
+        own = source_of(source, name, path, scene.lifts[name].at)
         said = json.dumps(own.data, sort_keys=True)
         lifts.append((name, alone.get(said) or alone.setdefault(said, built(own))))
-        _check(source, name, lifts[-1][1].plan)
     raise_faults(source, source.faults)
     whole, acted = Plan(name=scene.name), list[Acted]()
     rests = {name: _rests(loaded, name, (*scene.lifts[name].at, 0.0)) for name, loaded in lifts}
@@ -121,19 +125,13 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    between = build_interlocks(Yard(source, scene), whole.mechanisms)
+    between = build_interlocks(Yard(source, scene, limits=whole.limits), whole.mechanisms)
     raise_faults(source, source.faults)
     whole = msgspec.structs.replace(whole, interlocks=whole.interlocks + between)
     why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")
     notes = tuple((t, f"{name}: {told}") for name, x in lifts for t, told in x.statics.notes)
     unstable = next((x.statics.unstable for _, x in lifts if x.statics.unstable is not None), None)
     return whole, Followed(tuple(states), tuple(acted), notes, why, unstable, "")
-
-
-def _check(source: Source, name: str, plan: Plan) -> None:
-    """Waves meet vessels where they are."""
-    if any(drive.wave for machine in plan.mechanisms for drive in machine.system.drives):
-        source.fault(("lifts", name), "a scene with vessels in waves cannot be one of several lifts", on_key=True)
 
 
 def _named(name: str, stage: str) -> str:

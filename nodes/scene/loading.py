@@ -28,8 +28,6 @@ from .loaded_scene import Facts, LoadedScene
 if TYPE_CHECKING:
     from .report import Report
 
-__all__ = ["check", "load", "loaded", "parse", "restored"]
-
 
 def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     """The scene of a path, or a bundled one by name, with `key=value` settings laid over it."""

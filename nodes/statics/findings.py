@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Slings, Turn
-from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.finding import Finding, Severity
 
 from .action_preview import Followed
 
@@ -28,7 +29,8 @@ def _unstable(built: plan.Plan, path: Followed) -> list[Finding]:
     state = next((x for x in path.states if x.t >= min(times)), path.states[-1])
     value = min((x.stiffness for x in path.states if x.stiffness is not None), default=None)
     sentence = "what hangs is not stable at rest: the smallest push would make it tip over"
-    return [_finding(built, state.action, "red", "unstable", "scene", sentence, state.t, value, 0.0, "1/s2")]
+    numbers: dict[str, Any] = {"value": value, "limit": 0.0, "unit": "1/s2"}
+    return [_finding(built, state.action, "red", "unstable", "scene", sentence, state.t, **numbers)]
 
 
 def _falls(built: plan.Plan, path: Followed) -> list[Finding]:
@@ -86,27 +88,9 @@ def _unfollowed(built: plan.Plan, path: Followed) -> list[Finding]:
 
 
 def _finding(
-    built: plan.Plan,
-    action: int,
-    severity: str,
-    kind: str,
-    subject: str,
-    sentence: str,
-    t: float | None,
-    value: float | None = None,
-    limit: float | None = None,
-    unit: str = "",
+    built: plan.Plan, action: int, severity: Severity, kind: str, who: str, sentence: str, t: float | None, **more: Any
 ) -> Finding:
+    """A finding with the line and the stage of an action; `more`: numbers behind it."""
     of = built.actions[action - 1] if action else None
-    return Finding(
-        severity=severity,  # type: ignore[arg-type]
-        kind=kind,
-        subject=subject,
-        sentence=sentence,
-        where=of.where if of else "",
-        stage=of.stage if of else "",
-        t=t,
-        value=value,
-        limit=limit,
-        unit=unit,
-    )
+    where, stage = (of.where, of.stage) if of else ("", "")
+    return Finding(severity=severity, kind=kind, subject=who, sentence=sentence, where=where, stage=stage, t=t, **more)

@@ -27,8 +27,6 @@ from heavylift.nodes.plan.plan import Plan
 from .state import REEVING, Acted, Pose, StaticState, reeved
 from .touching import meets
 
-__all__ = ["Rehearsal"]
-
 LAST_NS = 100 * 3600 * 10**9  # simulated time after which a list that has not ended never does
 WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
 
@@ -250,7 +248,7 @@ class Rehearsal:
         supports = dict(zip((u.name for u in system.supports), map(float, row.normal), strict=True))
         poses = row.poses.reshape(-1, 12).tolist()
         block = {pad.support.name for pad in self.plan.block.pads} if self.plan.block else set()
-        names = [d.name for d in system.drives] + [r.name for r in system.straight_ropes if r.winch]
+        names = [d.name for d in system.drives] + [r.name for r in system.all_ropes if r.winch]
         names += [x.name for x in system.masters]
         t = rest.t_ns
         return StaticState(

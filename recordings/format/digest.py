@@ -22,8 +22,6 @@ import msgspec
 
 from .spool import Spool
 
-__all__ = ["Digest"]
-
 _LENGTH = struct.Struct("<I")
 _NUMBERS = struct.Struct("<qq")
 _ROW = struct.Struct("<q32s")  # number and hash

@@ -17,8 +17,6 @@ from .chunks import Table
 from .container import Topic
 from .signal import Signal
 
-__all__ = ["Form", "Rows", "decoded", "with_own_rows"]
-
 BLOCK = 4096  # messages of a channel that are decoded together
 Form = tuple[Template, dict[str, slice]]  # of the messages of a channel, and where signals stand in their numbers
 Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signals

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from heavylift.kernel.errors import RecordingError, SignalError
+from heavylift.kernel.errors import RecordingError, SignalError, extra
 from heavylift.recordings.format.text import GENERATOR, meant
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import PartFile
@@ -64,12 +64,8 @@ def _csv_rows(stream: BinaryIO, heads: list[str], rows: Iterable[Sequence[object
 
 
 def _arrow() -> tuple[Any, Any]:
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        raise RecordingError("Parquet needs pyarrow; install heavylift[parquet] or write a .csv") from None
-    return pyarrow, parquet
+    missing = RecordingError("Parquet needs pyarrow; install heavylift[parquet] or write a .csv")
+    return extra("pyarrow", missing), extra("pyarrow.parquet", missing)
 
 
 def _parquet_rows(stream: BinaryIO, heads: list[str], rows: list[list[object]]) -> None:

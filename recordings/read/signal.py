@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from heavylift.kernel.errors import RecordingError, SignalError
+from heavylift.kernel.errors import RecordingError, SignalError, extra
 from heavylift.recordings.format.samples import unit_of
 from heavylift.recordings.format.text import meant
 from numpy.typing import NDArray
@@ -57,20 +57,17 @@ class Signal:
 
     def to_pandas(self) -> pandas.DataFrame:
         """A pandas DataFrame: the time [s] as index, units in the column names."""
-        try:
-            import pandas
-        except ImportError:
-            raise RecordingError("a DataFrame needs pandas; install heavylift[pandas] or use .t and .values") from None
-        index = pandas.Index(self.t, name="time [s]")
-        return pandas.DataFrame(dict(zip(titles(self), self.values.T, strict=True)), index=index)
+        missing = "a DataFrame needs pandas; install heavylift[pandas] or use .t and .values"
+        library = extra("pandas", RecordingError(missing))
+        index = library.Index(self.t, name="time [s]")
+        return library.DataFrame(dict(zip(titles(self), self.values.T, strict=True)), index=index)
 
     def to_arrow(self) -> pyarrow.Table:
         """A pyarrow Table: the time [s] first, units in the column names."""
-        try:
-            import pyarrow
-        except ImportError:
-            raise RecordingError("a Table needs pyarrow; install heavylift[parquet] or use .t and .values") from None
-        return pyarrow.table({"time [s]": self.t, **dict(zip(titles(self), self.values.T, strict=True))})
+        missing = "a Table needs pyarrow; install heavylift[parquet] or use .t and .values"
+        return extra("pyarrow", RecordingError(missing)).table(
+            {"time [s]": self.t, **dict(zip(titles(self), self.values.T, strict=True))}
+        )
 
     def _repr_html_(self) -> str:
         return signal_html(self.name, self.unit, self.names, self.t, self.values)

@@ -5,11 +5,10 @@ The server is foxglove-sdk's, an extra; its threads send, and drop what a slow v
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import Any, Self
 
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import RecordingError, extra
 from heavylift.recordings.format.schema import file_descriptor_set
 
 PORT = 8765  # the one that viewers propose
@@ -20,7 +19,8 @@ class FoxgloveServer:
 
     def __init__(self, name: str, port: int = PORT) -> None:
         """RecordingError if the package is missing or the port is taken."""
-        self._sdk = library()
+        missing = "--foxglove needs the package foxglove-sdk: pip install 'heavylift[foxglove]'"
+        self._sdk = extra("foxglove", RecordingError(missing))
         self._context, self._channels = self._sdk.Context(), dict[str, Any]()
         try:
             self._server = self._sdk.start_server(name=name, port=port, context=self._context)
@@ -49,12 +49,3 @@ class FoxgloveServer:
 
     def __exit__(self, *_: object) -> None:
         self._server.stop()
-
-
-def library() -> ModuleType:
-    """foxglove-sdk; RecordingError says how to get it."""
-    try:
-        import foxglove
-    except ImportError:
-        raise RecordingError("--foxglove needs the package foxglove-sdk: pip install 'heavylift[foxglove]'") from None
-    return foxglove

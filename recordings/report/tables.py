@@ -71,7 +71,7 @@ def tables(rec: Recording, found: Facts, verdict: Judged | None) -> list[Table]:
         Table(
             "Lugs",
             ["lug", "at u, v, w", "largest load", "", "at", "along u", "along v", "along w"],
-            [[*_borne(x), *(f"{part / 1e3:.1f} kN" for part in x.parts or ())] for x in found.lugs],
+            [[*_borne(x), *(f"{part / 1e3:z.1f} kN" for part in x.parts or ())] for x in found.lugs],
             told=["u, v, w are the axes of the block. " + SAMPLED],
         ),
         Table("Stools", ["stool", "at x, y, z", "largest reaction", "", "at"], [_borne(x) for x in found.stools]),

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 from zipfile import ZipFile
 
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import RecordingError, extra
 from heavylift.recordings.format.html import Cell
 from heavylift.recordings.format.text import GENERATOR
 
@@ -26,13 +26,8 @@ FORBIDDEN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")  # characters that no wo
 
 def workbook(title: str, told: str, tables: Sequence[Table]) -> bytes:
     """A .xlsx file; RecordingError if the library for it is not installed."""
-    try:
-        from openpyxl import Workbook
-    except ModuleNotFoundError:
-        raise RecordingError(
-            "a workbook needs openpyxl: pip install 'heavylift[xlsx]'; or write the report as .html"
-        ) from None
-    book = Workbook()
+    missing = "a workbook needs openpyxl: pip install 'heavylift[xlsx]'; or write the report as .html"
+    book = extra("openpyxl", RecordingError(missing)).Workbook()
     if book.active is not None:
         book.remove(book.active)
     for table in tables:

@@ -23,8 +23,6 @@ from heavylift.recordings.format.viewer_messages import (
 )
 from numpy.typing import NDArray
 
-__all__ = ["Block", "Peak", "Rows", "note_peaks"]
-
 
 class Peak(NamedTuple):
     """Largest tension of a rope [N] and when [s]."""

@@ -29,8 +29,6 @@ from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine,
 from .rows import Block, Peak, Rows, note_peaks
 from .sink import Sink
 
-__all__ = ["Recorder"]
-
 EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken after them
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import asin, atan2, degrees, hypot
+from math import asin, atan2, cos, degrees, hypot, pi, sin
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import LoadedScene, parse
+from heavylift.nodes.scene.construction.levelling import apart
 from heavylift.recordings import Recording
 
 WAIT = "{when: moves stopped, wait: 20 s}"
@@ -92,6 +93,48 @@ def test_a_hook_levels_the_block(verb: str, hook: str) -> None:
     assert abs(tilt(made, 4)) > 1.0
     assert abs(tilt(made, 7)) <= 0.1
     assert not [f for f in made.findings if f.severity == "red"]
+
+
+TURNED = (
+    "all hooks: hoist 0.3 m/min until all slings taut", "all hooks: hoist 0.3 m/min until lifted",
+    "{A hooks: hoist 3 m/min to 61 m of rope, B hooks: hoist 3 m/min to 19.4 m of rope}",
+    "block: turn 0.18 deg/s to 60 deg",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("at", "angle"), [("", 60.0), (" at 58.5 deg", 58.5)])
+def test_a_hook_levels_a_block_that_is_turned(at: str, angle: float) -> None:
+    """It holds the angle of the turn, or the one that is written; the block comes to where that is allowed."""
+    level = f"block: level 0.3 m/min within 0.1 deg{at} with crane H3"
+    made = scene("single-turn", *TURNED, "B hooks: hoist 1 m/min by 0.4 m", level, "wait: 1 s")
+    assert lean(made, 4) == pytest.approx(60.1, abs=0.1), "the turn ends with plumb ropes, whose stretch is left"
+    assert lean(made, 5) < 58.9
+    away = 0.1 if angle > 58.87 else -0.1
+    assert lean(made, 8) == pytest.approx(angle - away, abs=1e-3)
+
+
+def lean(made: LoadedScene, action: int) -> float:
+    """Of the block's height towards +y, in the rest in which an action ends [deg]."""
+    w = [row[2] for row in next(s for s in reversed(made.statics.states) if s.action <= action).poses["block"][1]]
+    return degrees(atan2(w[1], w[2]))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_levels_counts_the_tilt_of_any_block(seed: int) -> None:
+    """However the block is turned and slews, the places differ in height by the sine of its tilt."""
+    rng = np.random.default_rng(seed)
+    u, v, turned, slews, tilt = (*rng.uniform(2.0, 9.0, 2), *rng.uniform(-pi, pi, 2), rng.uniform(-0.3, 0.3))
+    own, others = [(u, 1.0, 4.0), (u, 3.0, 5.0)], [(-2.0, -v, 4.0)]
+    places = apart(own, others, turned)
+    assert places
+    R0 = np.array([[1, 0, 0], [0, cos(turned), sin(turned)], [0, -sin(turned), cos(turned)]])
+    way = np.subtract(*places)
+    level = R0 @ way
+    assert level[2] == pytest.approx(0.0, abs=1e-12), "level at the angle of the turn"
+    x, y, _ = level / np.linalg.norm(level)
+    across, slewing = (np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) for c, s in ((x, y), (cos(slews), sin(slews))))
+    tilted = across @ np.array([[cos(tilt), 0, -sin(tilt)], [0, 1, 0], [sin(tilt), 0, cos(tilt)]]) @ across.T @ R0
+    assert (slewing @ tilted @ way)[2] == pytest.approx(np.linalg.norm(way) * sin(tilt), abs=1e-12)
 
 
 @pytest.mark.parametrize(

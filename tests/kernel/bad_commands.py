@@ -29,7 +29,7 @@ def driven():
         ),
         drives=(Drive("drive", "rail", "prescribed"),),
         masters=(Master("theta"),),
-        measured=(Measured("way", "joint", "other"),),
+        measured=(Measured("way", "joint", "other"), Measured("its", "joint", "other", followers=("servo",))),
         brakes=(Brake("brake", "other", 1.0, 1.0, 1.0),),
         thresholds=(Threshold("low", "joint", of="other"),),
     )
@@ -71,11 +71,15 @@ COMMANDS = [
     ),
     (
         lambda s: s.set_follow("rope", "x", (1.0, 0.0, 0.0)),
-        "'rope' cannot follow 'x': masters are theta, way",
+        "'rope' cannot follow 'x': masters are theta, way, its",
     ),
     (
         lambda s: s.set_follow("theta", "way", (1.0, 0.0, 0.0)),
-        "'theta' cannot follow 'way': masters are theta, way",
+        "'theta' cannot follow 'way': masters are theta, way, its",
+    ),
+    (
+        lambda s: s.set_follow("rope", "its", (1.0, 0.0, 0.0)),
+        "'rope' cannot follow 'its', which servo may",
     ),
     (
         lambda s: s.set_follow("drive", "way", (1.0, 0.0, 0.0)),

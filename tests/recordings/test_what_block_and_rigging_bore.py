@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from math import degrees, radians
 from pathlib import Path
@@ -151,3 +152,4 @@ def test_the_document_says_who_issued_it_and_has_room_for_signatures(
     assert "<td>approved</td><td></td><td></td><td></td>" in text
     assert "size: A4" in text
     assert "counter(page)" in text
+    assert not re.search(r">-0(\.0+)?[ <]", text), "nothing is less than nothing"

@@ -21,12 +21,6 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.watch import Watch
     from heavylift.nodes.scene.text.units import Dimension
 
-__all__ = [
-    "AUTO", "After", "At", "Deadline", "External", "File", "Force", "InProcess", "Json", "Listen", "Places",
-    "Processes", "Remote", "Run", "Scene", "Sets", "Strict",
-    "app", "deadline_s", "duration_s", "one_process", "paying_processes", "quantity", "written_to",
-]  # fmt: skip
-
 LEAST_s = 1.0  # that a process has for an answer
 AUTO = 1 << 30  # more processes than anybody has: as many as pay
 

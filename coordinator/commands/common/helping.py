@@ -10,8 +10,6 @@ from typing import Any
 
 from typer.core import TyperCommand, TyperGroup
 
-__all__ = ["Command", "Commands"]
-
 MARK = "    heavylift "
 HEADINGS = {
     "scenes": "Scenes",

@@ -26,7 +26,7 @@ from heavylift.kernel.errors import KernelError
 from .attachment import Track
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
 from .buckling import Column
-from .rounding import rigid_motions, rounded, rounded_each
+from .rounding import moves_freely, rigid_motions, rounded, rounded_each
 from .small_deflections import Smallness, smallness
 
 DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others
@@ -211,7 +211,7 @@ def _shapes(
             factored(M_f)
         except ZeroDivisionError:
             raise massless from None
-        moves = [u[free] for u in rigid_motions(nodes).T if _moves_freely(u, K, held)]
+        moves = [u[free] for u in rigid_motions(nodes).T if moves_freely(u, K, held)]
         rigid = np.array(moves).reshape(len(moves), len(free)).T
         rigid = orthonormal(rigid, times(M_f, rigid))[0]
         n = len(free) - rigid.shape[1]
@@ -250,13 +250,6 @@ def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list
     M[np.ix_(places, places)], K[np.ix_(places, places)] = np.array(nodal.mass), np.array(nodal.stiffness)
     held = {places[d] for d in nodal.held} | (set(range(6 * n)) - set(places))
     return nodes, M, K, sorted(held)
-
-
-def _moves_freely(u: np.ndarray, K: np.ndarray, held: list[int]) -> bool:
-    """Whether a rigid motion of the nodes neither meets the frame nor strains anything."""
-    return bool(
-        np.any(u) and not np.any(u[held]) and np.abs(times(K, u)).max() <= NODE * np.abs(K).max() * np.abs(u).max()
-    )
 
 
 def _padded(shapes: np.ndarray, n: int) -> np.ndarray:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from heavylift.kernel.algebra.arrays import times
 from heavylift.kernel.algebra.spatial import skew
 
+FREE = 1e-6  # of the largest stiffness, as a strain that is none
 DIGITS = 12  # to which constants are rounded: beyond them they are noise
 
 
@@ -30,3 +32,10 @@ def rigid_motions(nodes: np.ndarray) -> np.ndarray:
         B[j, :3, :3] = -skew(X)
     B[:, :3, 3:] = B[:, 3:, :3] = np.eye(3)
     return B.reshape(-1, 6)
+
+
+def moves_freely(u: np.ndarray, K: np.ndarray, held: list[int]) -> bool:
+    """Whether a rigid motion of the nodes neither meets the frame nor strains anything."""
+    if not np.any(u) or np.any(u[held]):
+        return False
+    return bool(np.abs(times(K, u)).max() <= FREE * np.abs(K).max() * np.abs(u).max())

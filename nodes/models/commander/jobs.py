@@ -24,7 +24,7 @@ class Job:
     since_ns: int
     until: scene.Condition | None = None
     ends_ns: int | None = None
-    followers: tuple[Follower, ...] = ()
+    followers: tuple[Follower | scene.Kept, ...] = ()
     halting: bool = False
     limit: str = ""
     move: scene.Move | None = None
@@ -78,7 +78,8 @@ def make_way(jobs: list[Job], actor: str) -> None:
                 job.at,
             )
         elif any(actor == f.actuator for f in job.followers):
-            raise Refused(f"{actor} gets an order while it follows the turn, wait until it is done")
+            what = "the turn" if job.verb == "turn" else job.actor
+            raise Refused(f"{actor} gets an order while it follows {what}, wait until it is done")
 
 
 def seconds(t_ns: int) -> str:

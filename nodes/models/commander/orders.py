@@ -55,6 +55,7 @@ class Orders(Atomic):
         """Nothing is ordered yet."""
         self.picture, self.lugs, self.theta = first_picture(self.plan), first_lugs(self.plan), self.plan.start
         self.jobs: list[Job] = []
+        self.places = {each.name: each.start for machine in self.plan.mechanisms for each in machine.actuators}
         self.led: dict[str, float] = {}  # speed that models ask of actuators
         self.ids = 0
         self.outbox: list[tuple[OutPort[Any], Message]] = []
@@ -87,8 +88,13 @@ class Orders(Atomic):
                 self._job(at, "wait", "", ends_ns=self.now.t + ns(order.seconds))
             case scene.Move():
                 if order.until is None or not self._holds(order.until, at[0], self.now.t):
-                    job = self._job(at, order.verb, order.actuator, order.until)
+                    for kept in order.keeps:
+                        make_way(self.jobs, kept.actuator)
+                    job = self._job(at, order.verb, order.actuator, order.until, followers=order.keeps)
                     job.move = order
+                    for x in order.keeps:
+                        s, (k1, kc, ks) = self.places[order.actuator], x.law
+                        self._send(x.actuator, m.FollowAngle(x.actuator, job.id, at, x.master, s, kc, ks, k1))
                     asked = job.actor, job.id, at, order.speed, order.accel, order.by, order.to
                     run = m.RunInPulses(*asked, order.pulses, order.periods) if order.pulses else m.Run(*asked)
                     self._send(job.actor, run)
@@ -128,7 +134,10 @@ class Orders(Atomic):
             others = partners(self.jobs, actor)
             self.jobs = [job for job in self.jobs if job.actor != actor or not job.limit]
             self.ids += 1
-            self.jobs.append(Job(self.ids, at, "stop", actor, self.now.t, halting=True))
+            led = tuple(f for job in self.jobs if job.actor == actor for f in job.followers)
+            for job in (job for job in self.jobs if job.actor == actor):
+                job.followers = ()  # they follow until it stands
+            self.jobs.append(Job(self.ids, at, "stop", actor, self.now.t, followers=led, halting=True))
             self._send(actor, m.StopMotion(actor, self.ids, at, accel))
             for job in others:
                 self._stop(job.actor, accel, at)
@@ -141,7 +150,7 @@ class Orders(Atomic):
         until: scene.Condition | None = None,
         *,
         ends_ns: int | None = None,
-        followers: tuple[Follower, ...] = (),
+        followers: tuple[Follower | scene.Kept, ...] = (),
     ) -> Job:
         """Open a job and have the thresholds of its `until` watched."""
         if actor:
@@ -154,6 +163,8 @@ class Orders(Atomic):
 
     def _hear(self, report: m.Report) -> None:
         """Bring the picture up to date."""
+        if isinstance(report, m.Done | m.Limit) and report.actor in self.places:
+            self.places[report.actor] = report.position
         match report:
             case m.Done():
                 for job in [job for job in self.jobs if job.id == report.id]:
@@ -161,7 +172,9 @@ class Orders(Atomic):
             case m.Limit():
                 self._part(report.actor, None)
                 for job in self.jobs:
-                    job.limit = report.limit if job.actor == report.actor else job.limit
+                    if job.actor == report.actor:
+                        job.limit = report.limit
+                        self._release(job, report.position)
                     if any(f.actuator == report.actor for f in job.followers):
                         self._stop(report.actor, None, job.at)  # what one cannot follow is over for all
             case m.Tripped() if report.over and not report.bypassed:
@@ -190,8 +203,13 @@ class Orders(Atomic):
             self._forget(job.until, job.at)
         if job.actor == TURN:
             self.theta = position
+        self._release(job, position)
+
+    def _release(self, job: Job, position: float) -> None:
+        """What follows an order holds its place."""
         for f in job.followers:
             self._send(f.actuator, m.Follow(f.actuator, job.id, job.at, "", position))
+        job.followers = ()
 
     def _watch(self, condition: scene.Condition | None, at: tuple[int, int]) -> None:
         for i, c in crossings(condition):

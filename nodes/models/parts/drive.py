@@ -206,7 +206,8 @@ class DriveActor(LiveActor):
             self.refuse(order, f"{self.element} is moving already and cannot follow {order.master}")
         if order.master:
             self.law = order
-            self.say(m.SetFollow(self.element, order.master, 0.0, order.kc, order.ks))
+            k1 = order.k1 if isinstance(order, m.FollowAngle) else 0.0
+            self.say(m.SetFollow(self.element, order.master, k1, order.kc, order.ks))
         elif self.law is not None:
             self._rest(self.x0 + value(self.law, order.s) - value(self.law, self.law.s))
             self.law = None

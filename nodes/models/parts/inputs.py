@@ -45,4 +45,5 @@ def part(order: m.SetProfile | m.SetFollow, piece: str, share: float) -> m.SetPr
 
 def value(law: m.Follow, s: float) -> float:
     """f(s) of a follower."""
-    return float(law.kc * cos(s) + law.ks * sin(s))
+    own = float(law.kc * cos(s) + law.ks * sin(s))
+    return law.k1 * s + own if isinstance(law, m.FollowAngle) else own

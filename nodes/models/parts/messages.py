@@ -104,6 +104,12 @@ class Follow(Order, frozen=True):
     ks: float = 0.0
 
 
+class FollowAngle(Follow, frozen=True):
+    """Follow an angle with f(s) = k1 s + kc cos s + ks sin s."""
+
+    k1: float = 0.0
+
+
 class HookOrder(Order, frozen=True):
     """Hook the sling to the lug at `p` (frame of the block; None: where it hung before)."""
 

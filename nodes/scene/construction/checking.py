@@ -12,7 +12,7 @@ from typing import TypeVar
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import KernelError
-from heavylift.nodes.scene.keys.parts import mechanics
+from heavylift.nodes.scene.keys.parts import kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.flexible import Beam
 from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
@@ -26,7 +26,7 @@ class Checking:
     """A mechanism as it is written, with the source that its faults are added to.
 
     `lift`: what the other machines of the scene declare, on whose bodies and joints it can act; `base`: its place;
-    `edges`: those of the scene.
+    `edges`: those of the scene; `start`: where all bodies are at the start, once their joints are known.
     """
 
     def __init__(
@@ -34,6 +34,7 @@ class Checking:
     ) -> None:
         self.source, self.given, self.lift, self.fault = source, given, lift, source.fault
         self.base, self.edges = base, edges
+        self.start: Callable[[], kinematics.Poses] = dict
         self.carried = [body.name for body in lift.bodies]
         self.bodies = [k.WORLD, *given.bodies, *self.carried]
         self.joints: dict[str, k.JointKind] = {name: joint.type for name, joint in given.joints.items()}

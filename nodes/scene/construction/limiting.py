@@ -5,7 +5,6 @@ A number that the scene gives is the scene's; one of a machine type is the type'
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from math import prod
 
@@ -21,48 +20,21 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
-from heavylift.nodes.scene.language.phrases import CrossTest
-from heavylift.nodes.scene.language.quantities import QUANTITIES
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .rigging.ratings import hook_limits, lug_limits, rigging_limits, sling_limits
-from .signals import Conditions
 from .yard import Yard
 
-__all__ = ["build_limits", "reeving", "rope_factor"]
 
-UNITS = {"length": "m", "angle": "rad", "force": "N", "mass": "kg", "ratio": "", "speed": "m/s"}  # by dimension
-UNJUDGED = ("angle", "length")  # signals that are not known of a path or a recording
-
-
-def build_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
-    """All rows, crane by crane, then the rig's and the scene's."""
+def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
+    """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
     rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
-    own = (*_rig(yard), *lug_limits(yard), *_ropes(yard, mechanisms), *_signals(yard, mechanisms))
-    return (*rows, *own, *_scene(yard, mechanisms))
+    return (*rows, *_rig(yard), *lug_limits(yard), *_ropes(yard, mechanisms))
 
 
-def _signals(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
-    """Signals that the scene itself limits, as conditions that hold as long as all is well."""
-    conditions = Conditions(yard, mechanisms)
-    for i, phrase in enumerate(yard.scene.limits.signals):
-        path: Path = ("limits", "signals", i)
-        for test in phrase:
-            unit = UNITS.get(QUANTITIES[test.quantity].dimension.name) if isinstance(test, CrossTest) else None
-            if not isinstance(test, CrossTest) or unit is None or test.quantity in UNJUDGED:
-                told = "a limit is one of places, ropes, hooks or the wind, such as 'gap west east >= 3 m'"
-                yard.source.fault(path, told)
-            elif found := conditions.signal(path, test):
-                subject = re.split(r"\s*[<>]=", test.text)[0]
-                yield Limit(
-                    subject=subject, quantity="signal", unit=unit, value=test.value, least=test.rising,
-                    signal=found[1], source="the scene", where=yard.source.where(path),
-                )  # fmt: skip
-
-
-def _scene(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """What counts for everything that is lifted."""
     limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
     where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where

@@ -61,7 +61,9 @@ class _Assembly(Checking):
                 self.fault(self.base, f"the key '{key}' is missing: there is nothing else to act on", on_key=True)
         self._tree()
         check_laws(self)
-        made = tuple(self._joints())
+        made, bodies = tuple(self._joints()), tuple(self._bodies())
+        if not self.source.faults:
+            self.start = lambda: kinematics.poses(k.merge([self.lift, k.System(bodies, made)], gravity))
         plain = {name: rope for name, rope in given.ropes.items() if rope.plain}
         ropes = [rope_of(self, name, rope) for name, rope in plain.items()]
         reevings = [reeving_of(self, name, rope) for name, rope in given.ropes.items() if name not in plain]
@@ -69,7 +71,7 @@ class _Assembly(Checking):
             self.known((*self.base, "supports", name, "body"), support.body)
             self.on_beam((*self.base, "supports", name, "at"), support.body, support.at[0])
         system = k.System(
-            bodies=tuple(self._bodies()),
+            bodies=bodies,
             joints=made,
             ropes=tuple(r for r in ropes if isinstance(r, k.Rope)),
             rigid_ropes=tuple(r for r in ropes if isinstance(r, k.RigidRope)),

@@ -16,6 +16,7 @@ from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
+from .level_luffing import follow
 from .levelling import Levelling
 from .rigging.slings import Sling, lugs_of, slings_of
 from .signals import Conditions, wrong_units
@@ -66,8 +67,11 @@ class _Resolver:
                     now, *later = self.levelling.moves(path, phrase, hooks) or [()]
                     first = msgspec.structs.replace(first, orders=(*first.orders, *now))
                     after += later
+                case "stop" if phrase.height:
+                    first = self._keeps(path, self._actors(path, target, phrase), first)
                 case "stop" if VERBS[phrase.verb].engages:
                     after.append(self._brakes(path, self._actors(path, target, phrase)))
+        self.levelling.follow(first.orders)
         return [first, *(plan.Action(orders=orders, where=first.where) for orders in after if orders)]
 
     def _brakes(self, path: Path, found: tuple[Actor, ...]) -> tuple[actions.Order, ...]:
@@ -78,6 +82,23 @@ class _Resolver:
         brakes = [(name, brake.name) for name, system in systems for brake in system.brakes if brake.joint in joints]
         where = self.source.where(path)
         return tuple(actions.Brake(model=m, brake=b, engaged=True, where=where) for m, b in brakes)
+
+    def _keeps(self, path: Path, found: tuple[Actor, ...], action: plan.Action) -> plan.Action:
+        """Winches follow what luffs in their action."""
+        luffs = [x for x in action.orders if isinstance(x, actions.Move) and x.verb == "luff"]
+        for actor in found:
+            move = next((x for x in luffs if x.model == actor.model), None)
+            if move is None:
+                told = f"'{actor.name}' holds its height while its boom luffs: let it luff in the same action"
+                self.source.fault(path, told)
+                continue
+            kept = follow(self.conditions.mechanisms, move, actor.name, self.source.where(path))
+            if isinstance(kept, str):
+                self.source.fault(path, kept)
+                continue
+            led = msgspec.structs.replace(move, keeps=(*move.keeps, kept))
+            action = msgspec.structs.replace(action, orders=tuple(led if x == move else x for x in action.orders))
+        return action
 
     def action(self, index: int, action: Action) -> plan.Action:
         path: Path = ("actions", index)
@@ -141,6 +162,10 @@ class _Resolver:
             case "unhook":
                 return [actions.Unhook(sling=s, where=where) for a in found for s in self._slings_of(a)]
             case "level":
+                return []
+            case "stop" if phrase.height:
+                if path[0] != "actions":
+                    self.source.fault(path, "a hook holds its height in an action of the list only")
                 return []
             case "stop":
                 return self._stops(path, found, phrase, where)

@@ -71,7 +71,7 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reev
     ends = k.Point(start.body, start.at), k.Point(end.body, end.at)
     faults = len(checks.source.faults)
     coms = {body.name: body.com for body in checks.lift.bodies} | {x: b.com for x, b in checks.given.bodies.items()}
-    sheaves += along_edges(checks.source, path, rope.over_edges, checks.edges, ends, coms)
+    sheaves += along_edges(checks.source, path, rope.over_edges, checks.edges, ends, coms, checks.start)
     made = forces.Reeving(name, ends[0], sheaves, ends[1], rope.EA or 1.0, signal, rope.damping or 0.0, rope.hooked)
     if len(checks.source.faults) == faults:
         checks.checked(path, check_force, made)

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterator
 
 from heavylift.kernel.algebra.dense import dot, least_norm, singular_values
+from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.flexible import Beam, Flexible, Gauge, Modal
 from heavylift.kernel.description.flexible_checks import check_flexible
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System, Vector
@@ -20,6 +21,7 @@ from heavylift.nodes.models.parts.bending import block_body
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.flexible import Hull
+from heavylift.nodes.scene.keys.vessels import Vessel
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
@@ -61,7 +63,7 @@ def build_block(yard: Yard, block: schema.Block, base: Path = ("block",)) -> pla
         body=body,
         size=block.size,
         slices=tuple(block.shape.slices) if block.shape else (),
-        pose=_resting(block, yard.scene.vessels[block.on].at if block.on in yard.scene.vessels else (0.0, 0.0, 0.0)),
+        pose=_resting(block, yard.scene.vessels.get(block.on)),
         lugs=tuple(
             plan.Lug(name=lug, p=p, where=yard.source.where((*base, "lugs", lug))) for lug, p in block.lugs.items()
         ),
@@ -88,17 +90,20 @@ def block_machine(yard: Yard, name: str) -> plan.Mechanism:
     return plan.Mechanism(name=name, system=system, closed=closed, shapes=shapes, where=block.where)
 
 
-def _resting(block: schema.Block, origin: Vector) -> tuple[float, float, float, float, float, float, float]:
-    """Pose of the block in equilibrium on its stools: k sum(depth) = weight, with depth = a + b u + c v; `origin`: from
-    which its place counts."""
+def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, float, float, float, float, float]:
+    """Pose of the block in equilibrium on its stools: k sum(depth) = weight, with depth = a + b u + c v."""
     places = [(1.0, u, v) for u, v in block.supports.at]
     total = len(places) * block.supports.settlement
     load = [total, total * block.com[0], total * block.com[1]]
     A = [[dot(p, q) for q in zip(*places, strict=True)] for p in zip(*places, strict=True)]
     a, b, c = least_norm(A, load, SINGULAR * max(singular_values(A)))
-    x, y, z = (p + q for p, q in zip(block.at, origin, strict=True))
+    x, y, z = on.place(block.at) if on else block.at
     norm = math.sqrt(1 + (b * b + c * c) / 4)
-    return (x, y, z - a, -c / 2 / norm, b / 2 / norm, 0.0, 1 / norm)
+    i, j, w = -c / 2 / norm, b / 2 / norm, 1 / norm
+    if on is None or not on.heading:
+        return (x, y, z - a, i, j, 0.0, w)
+    d, s = float(cos(0.5 * on.heading)), float(sin(0.5 * on.heading))
+    return (x, y, z - a, d * i - s * j, d * j + s * i, s * w, d * w)
 
 
 def flexible_of(

@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.machines import GoliathParts
 from heavylift.nodes.scene.language.phrases import SwingRamp
@@ -33,6 +34,7 @@ class Yard:
     hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # loader -> (crane, hook)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> loaders
     interlocks: tuple[plan.Interlock, ...] = ()
+    limits: tuple[Limit, ...] = ()  # where they are known before: of several lifts
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:

@@ -6,11 +6,12 @@ from copy import deepcopy
 
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.text import overlay
+from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.source import Data, Path, Source
 from heavylift.nodes.scene.text.tables import tabled
 
-from .quantities import below, quantity
+from .quantities import found_at, quantity
 from .validate import validate
 
 
@@ -23,17 +24,13 @@ def default_list(source: Source, path: Path) -> list[Data] | None:
     """What stands at a path that the scene does not write, if that is a list of numbers or words."""
     trial = deepcopy(source)
     try:
+        alike(trial)
         tabled(trial)
         gather(trial)
-        at: object = validate(trial)
+        scene = validate(trial)
     except SceneError:  # which is told when the scene is built
         return None
-    kind: object = None
-    for part in path:
-        inside = below(at, kind)
-        if part not in inside:
-            return None
-        at, kind = inside[part]
+    at, kind = found_at(scene, path) or (None, None)
     return listed(at, kind) if isinstance(at, tuple | list) else None
 
 

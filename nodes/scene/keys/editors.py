@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from heavylift.nodes.scene.text.extending import SECTIONS
 from heavylift.nodes.scene.text.units import (
     ANY_DAMPING,
     ANY_STIFFNESS,
@@ -32,6 +33,13 @@ OTHER = {  # than a goliath, whose keys are known
     "properties": {"type": {"type": "string", "not": {"pattern": "^goliath"}}},
     "required": ["type"],
 }
+ALIKE = {
+    "type": "object",
+    "description": "another entry with differences",
+    "properties": {"like": {"type": "string"}},
+    "required": ["like"],
+}
+ANSWERS = "rows of a table, such as barge.csv#loaded; columns period [s], heading [deg], surge [m/m], surge phase [deg]"
 SHORT = {  # what a scene may write shorter than its models require
     "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
@@ -55,6 +63,12 @@ def json_schema() -> Schema:
         definitions[name] = {"anyOf": [definitions[name], short]}
     cranes = schema["properties"]["cranes"]
     cranes["additionalProperties"] = {"anyOf": [cranes["additionalProperties"], OTHER]}
+    for first, *rest in SECTIONS:
+        part = definitions[schema["properties"][first]["anyOf"][0]["$ref"].rpartition("/")[2]] if rest else schema
+        entries = part["properties"][rest[0] if rest else first]
+        entries["additionalProperties"] = {"anyOf": [entries["additionalProperties"], ALIKE]}
+    for name, key in (("Vessel", "responses"), ("Floating", "loads")):
+        definitions[name]["properties"][f"{key} from"] = {"type": "string", "description": ANSWERS}
     block = definitions["Block"]
     for key, meaning in TABLES.items():
         block["properties"][key] = {"type": "string", "description": meaning}

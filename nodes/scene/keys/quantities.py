@@ -33,15 +33,20 @@ def quantity(kind: Kind) -> Quantity | None:
     return found
 
 
-def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
-    """Value in SI units and quantity at a path; of a place that is written as one number, the first; None elsewhere."""
-    at: object = scene
-    kind: Kind = None
+def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
+    """Value and annotation at a path; None where nothing is."""
+    at, kind = scene, None
     for part in path:
         inside = below(at, kind)
         if part not in inside:
             return None
         at, kind = inside[part]
+    return at, kind
+
+
+def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
+    """Value in SI units and quantity at a path; of a place that is written as one number, the first; None elsewhere."""
+    at, kind = found_at(scene, path) or (None, None)
     if isinstance(at, tuple) and at:
         at = at[0]
     found = quantity(kind)

@@ -6,12 +6,15 @@ there.  A phase is that of the response against the wave's elevation at the orig
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
+from heavylift.kernel.algebra.dense import product
+from heavylift.kernel.description.mechanics import Matrix, Vector
 from heavylift.nodes.scene.text import units as u
 from pydantic import model_validator
 
-from .base import Base, Place
+from .base import Base, Place, turned
 from .parts.forces import Matrix6
 from .parts.mechanics import Moments
 
@@ -26,8 +29,9 @@ class Waves(Base):
 
     height: u.Extent  # from trough to crest
     period: u.Duration
-    heading: u.Angle = 0.0  # to which it travels, from x towards y; 180 deg: against the bow of a vessel
+    heading: u.Angle = 0.0  # to which it travels, from x towards y; 180 deg: against a bow that points along x
     ramp: u.Duration = 30.0  # in which it grows
+    origin: Place = (0.0, 0.0, 0.0)  # where its elevation goes with the cosine of time
     density: u.Density = 1025.0  # of the water
 
 
@@ -80,11 +84,22 @@ class Vessel(Base):
     size: tuple[u.Extent, u.Extent, u.Extent]  # of its hull, a uniform box unless `inertia` is given
     draught: u.Extent
     at: Place = (0.0, 0.0, 0.0)  # its origin
+    heading: u.Angle = 0.0  # where its bow points, from x towards y; what stands on it turns with it
     com: Place = (0.0, 0.0, 0.0)
     inertia: Moments | None = None  # about its centre of mass
     motion: Literal["given", "forces"] = "given"
     responses: Responses | None = None  # if it is given
     floating: Floating | None = None  # if it follows from forces
+
+    @property
+    def attitude(self) -> Matrix:
+        """Its axes in the world, at rest."""
+        return turned(0.0, 0.0, self.heading)
+
+    def place(self, p: Sequence[float]) -> Vector:
+        """Where a place on it is in the world, at rest [m]."""
+        x, y, z = (a + b for a, b in zip(product(self.attitude, p), self.at, strict=True))
+        return x, y, z
 
     @model_validator(mode="after")
     def _one(self) -> Vessel:

@@ -6,8 +6,9 @@ A recursive-descent reader over one line; every error is a sentence with the col
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Literal, cast
+from typing import Literal, TypeVar, cast
 
 import msgspec
 from heavylift.nodes.plan.actions import After, MovesDone
@@ -20,31 +21,31 @@ from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, Phrase
 from .quantities import QUANTITIES
 from .words import Reader
 
+Phrase = TypeVar("Phrase")
+
 
 def read_order(text: str) -> OrderPhrase:
     """The order of a phrase; raises PhraseError."""
-    reader = Reader(text)
-    order = _order(reader)
-    reader.end()
-    return order
+    return _whole(text, _order)
 
 
 def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
     """An acceleration, or a ramp without swing; raises ValueError."""
     if not isinstance(text, str) or not {"one", "in"} & set(text.split()):
         return dimension.read(text)
-    reader = Reader(text)
-    ramp = _ramp(reader, dimension)
-    reader.end()
-    return ramp
+    return _whole(text, lambda r: _ramp(r, dimension))
 
 
 def read_condition(text: str) -> ConditionPhrase:
     """The condition of a phrase; raises PhraseError."""
+    return _whole(text, _condition)
+
+
+def _whole(text: str, reads: Callable[[Reader], Phrase]) -> Phrase:
     reader = Reader(text)
-    condition = _condition(reader)
+    phrase = reads(reader)
     reader.end()
-    return condition
+    return phrase
 
 
 def _order(r: Reader) -> OrderPhrase:
@@ -63,6 +64,8 @@ def _order(r: Reader) -> OrderPhrase:
         case "stop" if not verb.engages and r.take("ramp"):
             turning = r.turning
             return OrderPhrase(name, turning=turning, ramp=r.positive(units.STROKE_RAMP))
+        case "stop" if verb.engages and r.take("height"):
+            return OrderPhrase(name, height=True)
         case "move" | "turn":
             return _motion(r, verb)
     if r.next:
@@ -100,11 +103,12 @@ def _level(r: Reader, name: str) -> OrderPhrase:
     speed = r.positive(units.SPEED)
     r.expect("within", after="after the speed")
     within = r.positive(units.ANGLE)
+    to = r.quantity(units.ANGLE) if r.take("at") else None
     r.expect("with", after="after the angle")
     hooks = [_names(r)]
     while r.take(","):
         hooks.append(_names(r))
-    return OrderPhrase(name, speed, within=within, hooks=tuple(hooks))
+    return OrderPhrase(name, speed, to=to, within=within, hooks=tuple(hooks))
 
 
 def _ramp(r: Reader, dimension: Dimension) -> float | SwingRamp:
@@ -214,8 +218,9 @@ def _crossing(r: Reader) -> CrossTest:
         raise PhraseError(f"write '{sign}=' instead of '{sign}'", "", at)
     if not sign:
         r.expect(">=", "<=", after=f"after '{quantity}'")
-    turning = r.turning
-    return CrossTest(quantity, of, sign == ">=", r.quantity(row.dimension), turning, column)
+    turning, share = r.turning, row.rated and r.share
+    value = r.quantity(units.RATIO if share else row.dimension)
+    return CrossTest(quantity, of, sign == ">=", value, turning, column, share)
 
 
 def _quantity(r: Reader) -> str:
@@ -229,8 +234,7 @@ def _quantity(r: Reader) -> str:
 def _names(r: Reader) -> str:
     """A name, one word or two ("west H1"), or a set of slings or ropes."""
     if r.take("all", "any") == "any":
-        r.expect("hook", after="after 'any'")
-        return "any hook"
+        return "any " + r.expect("hook", "sling", after="after 'any'")
     names = [r.name("a name")] if r.next not in {"slings", "ropes"} else []
     if noun := r.take("slings", "ropes"):
         return " ".join([*names, noun])

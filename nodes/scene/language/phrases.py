@@ -1,18 +1,19 @@
 """The phrase language of the action list: what is written to the right of `target:`, `when:` and `until`.
 
     order      = motion | turn | level | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
-               | "engage" | "release" | "stop" ["ramp" acceleration] | "hold" | "bypass" | "restore" | "wait" time
+               | "engage" | "release" | "stop" ["ramp" acceleration] | "hold" ["height"]
+               | "bypass" | "restore" | "wait" time
     motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
                  | "to" (position ["of rope"] | "above" "[" lug {"," lug} "]") ["or" "until" condition]
                  | "until" condition ) ["together"]
     ramp       = acceleration ["in two pulses"] | "one swing"
     turn       = "turn" rate ["ramp" acceleration] "to" angle ["or" "until" condition]
-    level      = "level" speed "within" angle "with" hook {"," hook}
+    level      = "level" speed "within" angle ["at" angle] "with" hook {"," hook}
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
                | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | "after" time
-               | quantity (">=" | "<=") value
+               | quantity (">=" | "<=") value      (of "load of" and "tension of" also in %, of what is rated)
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
                | "length of" name | "tension of" (name | set "slings" | set "ropes") | "load of" hook
@@ -25,10 +26,13 @@ overlap, each has half of the acceleration.
 
 Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
 middle of these lugs, where the block rests as the move begins.  `level` hoists, then lowers these hooks until the block
-lies as level as at the start, along the way on which they are apart from the others.  What is to `hold` stops; then the
-brakes of its joint engage, if there are any.
+lies as level as at the start, or turned by an angle, that of the last turn unless it is written, along the way on which
+they are apart from the others.  What is to `hold` stops; then the brakes of its joint engage, if there
+are any.  A winch that is to `hold height` winds and pays out as its boom luffs by an order of the same action, so that
+its hook stays as high.
 
-What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` an interlock watches each.
+What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` or `any sling` an interlock
+watches each.
 
 `grammar` reads phrases.  Names are resolved later, against the machines of the scene.
 """
@@ -70,7 +74,8 @@ class GroundTest(Term, frozen=True):
 
 
 class CrossTest(Term, frozen=True):
-    """A measured quantity reaches a value [SI]; `turning`: it was written as that of an angle."""
+    """A measured quantity reaches a value [SI]; `turning`: it was written as that of an angle, `share`: in per cent of
+    what its subject is rated for."""
 
     quantity: str
     of: str
@@ -78,6 +83,7 @@ class CrossTest(Term, frozen=True):
     value: float
     turning: bool
     column: int
+    share: bool = False
 
 
 Test: TypeAlias = SlingTest | GroundTest | CrossTest | MovesDone | After
@@ -113,3 +119,4 @@ class OrderPhrase:
     until: ConditionPhrase | None = None
     lugs: tuple[str, ...] = ()
     seconds: float = 0.0
+    height: bool = False

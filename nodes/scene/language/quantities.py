@@ -13,10 +13,12 @@ __all__ = ["QUANTITIES", "Quantity"]
 
 @dataclass(frozen=True)
 class Quantity:
-    """Its dimension, and how many names it is of; "some": one, or the block's where there is none."""
+    """Its dimension, and how many names it is of; "some": one, or the block's where there is none; of what is `rated`
+    a value may be a share."""
 
     dimension: Dimension
     of: Literal["none", "some", "one", "two"] = "one"
+    rated: bool = False
 
 
 QUANTITIES = {
@@ -26,8 +28,8 @@ QUANTITIES = {
     "position": Quantity(units.STROKE),
     "speed": Quantity(units.STROKE_SPEED),
     "length": Quantity(units.LENGTH),
-    "tension": Quantity(units.FORCE),
-    "load": Quantity(units.MASS),
+    "tension": Quantity(units.FORCE, rated=True),
+    "load": Quantity(units.MASS, rated=True),
     "moment": Quantity(units.RATIO),
     "radius": Quantity(units.LENGTH),
     "off-lead": Quantity(units.ANGLE),

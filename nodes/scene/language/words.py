@@ -84,6 +84,11 @@ class Reader:
         """Whether the next quantity is written as one of an angle."""
         return bool(re.match(rf"{units.NUMBER}\s*(?:deg|rad)", self.text[self.at :]))
 
+    @property
+    def share(self) -> bool:
+        """Whether the next quantity is written in per cent."""
+        return bool(re.match(rf"{units.NUMBER}\s*%", self.text[self.at :]))
+
     def positive(self, dimension: Dimension) -> float:
         at = self.at
         number = self.quantity(dimension)

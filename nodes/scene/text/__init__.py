@@ -2,8 +2,8 @@
 
 opening         the file of a scene, or a bundled one
 source, files   the text with the place of every key and value; how files are read
-extending       a scene over those that it extends
-tables          a block's row and its lugs out of a table beside the scene
+extending       a scene over those that it extends; entries that are like others
+tables          rows and lugs of blocks, answers of vessels out of tables beside the scene; table_files: CSV and XLSX
 meshes          the shape of a block out of a file beside the scene
 overlay         one scene over another, settings of the command line
 machine_types   types of cranes as files; type_expansion: a crane made of the parts of its type

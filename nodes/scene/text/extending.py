@@ -1,27 +1,35 @@
-"""Where the text of a scene comes from: its file or a bundled one, laid over those that it extends."""
+"""Where the text of a scene comes from: its file or a bundled one, laid over those that it extends; and entries of it
+that are like others, with differences: `loader-2: {like: loader-1, hook: west H2, lugs: [A3, A4]}`."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from copy import deepcopy
+from pathlib import Path as FilePath
 
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scene.text.opening import scene_text
 from heavylift.nodes.scene.text.overlay import merged
-from heavylift.nodes.scene.text.source import Source, read
+from heavylift.nodes.scene.text.source import Data, Path, Source, read
 from heavylift.nodes.scenes import bundled
 
 ENDINGS = (".yaml", ".yml", ".json")
 LONGEST_CHAIN = 20  # of files that extend one another
+LIKE = "like"
+SECTIONS: tuple[Path, ...] = (
+    *((key,) for key in ("blocks", "cranes", "rigging", "edges", "vessels", "obstacles", "lifts", "interlocks")),
+    *(("mechanism", key) for key in ("bodies", "joints", "ropes", "drives", "springs", "supports", "forces", "hooks")),
+    ("rig", "loaders"),
+)  # whose entries may be like others
 
 
-def extended(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...] = ()) -> Source:
+def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[FilePath, ...] = ()) -> Source:
     """The data of a file laid over that of the file which it extends, in the folder `root` of the scene or bundled."""
     return over(read(text, name, root), path, root, above)
 
 
-def over(source: Source, path: Path, root: Path, above: tuple[Path, ...] = ()) -> Source:
+def over(source: Source, path: FilePath, root: FilePath, above: tuple[FilePath, ...] = ()) -> Source:
     """The same of data that stand in a file already."""
     base = source.data.pop("extends", None)
     if base is None:
@@ -49,3 +57,41 @@ def over(source: Source, path: Path, root: Path, above: tuple[Path, ...] = ()) -
         source.fault(at, str(error))
         return source
     return merged(under, source)
+
+
+def alike(source: Source) -> None:
+    """Entries that are `like` another one of their section get all of it that they do not write themselves, mappings
+    key by key; what is wrong is added to the faults of the source."""
+    for section in SECTIONS:
+        entries = source.at(section)
+        if isinstance(entries, dict):
+            for name in entries:
+                _like(source, section, entries, name, ())
+
+
+def _like(source: Source, section: Path, entries: dict[str, Data], name: str, above: tuple[str, ...]) -> None:
+    own, path = entries.get(name), (*section, name)
+    if not isinstance(own, dict) or LIKE not in own:
+        return
+    other, at = own[LIKE], (*path, LIKE)
+    if not isinstance(other, str) or other not in entries or other in (name, *above):
+        circle = other in (name, *above)
+        hint = "" if circle else closest(str(other), [x for x in entries if x != name])
+        source.fault(at, f"'{name}' is like itself" if circle else f"there is no '{other}' here to be like", hint)
+    else:
+        _like(source, section, entries, other, (*above, name))
+        _copy(source, entries[other], (*section, other), own, path)
+    del own[LIKE]
+
+
+def _copy(source: Source, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
+    """What an entry lacks, with the marks of where it is written."""
+    for key, value in theirs.items() if isinstance(theirs, dict) else ():
+        mine = own.get(key)
+        if isinstance(mine, dict) and isinstance(value, dict):
+            _copy(source, value, (*there, key), mine, (*here, key))
+        elif key not in own and key != LIKE:
+            own[key] = deepcopy(value)
+            n = len(there) + 1
+            for marks in (source.keys, source.values):
+                marks |= {(*here, *at[n - 1 :]): mark for at, mark in marks.items() if at[:n] == (*there, key)}

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from math import fsum
 from typing import Any
 
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel.errors import SceneError, extra
 
 from .faults import raise_faults
 from .files import content, within
@@ -113,10 +113,7 @@ def _read(source: Source, file: str) -> list[Triangle]:
     kind = file.rpartition(".")[2].lower()
     if kind not in ("stl", *YUP):
         raise SceneError(f"'{file}' is no .stl, .glb or .gltf file")
-    try:
-        import trimesh
-    except ImportError:
-        raise SceneError("a shape needs trimesh: pip install 'heavylift[shapes]'") from None
+    trimesh = extra("trimesh", SceneError("a shape needs trimesh: pip install 'heavylift[shapes]'"))
     try:
         data = content(within(source.root, source.root / file), LARGEST)
     except OSError as error:

@@ -2,17 +2,19 @@
 
 `extends: other.yaml` merges mappings key by key (lists and values replace); marks keep their own file.
 
-A path is written as errors print it, `cranes.west.at`, `actions[2].all hooks`; beside that `block.com.x` is the first
-number of a place, `stage up/all hooks` a key of the action of that name, and a word of an order, as in
-`stage up/all hooks/by`, stands for the quantity behind it.
+A path is written as errors print it: `cranes.west.at`, `actions[2].all hooks`, or of a part that a type makes
+`machines.jib.hooks.jib.main.speed`.  Beside that `block.com.x` is the first number of a place, `stage up/all hooks` a
+key of the action of that name, and a word of an order, as in `stage up/all hooks/by`, the quantity behind it.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
+from copy import deepcopy
 
 from .faults import closest
+from .machine_types import expand
 from .source import DEEPEST, Data, Mark, Path, Source, child, read
 from .units import NUMBER
 
@@ -100,16 +102,33 @@ def path_in(source: Source, text: str) -> Path:
     path: list[str | int] = []
     if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
         path, text = ["actions", stages.index(named[1])], named[2]
-    for part in parts(text):
+    words = parts(text)
+    source = made(source) if words[:1] == ["machines"] else source
+    while words:
         at = source.at(tuple(path))
+        part = next_key(words, at if isinstance(at, dict) else ())
         place = isinstance(at, list) and len(at) == len(AXES) and part in AXES
         path.append(AXES[part] if place else int(part) if part.isdecimal() and len(part) < 10 else part)
     return tuple(path)
 
 
+def made(source: Source) -> Source:
+    """A copy of the data of a scene, with the machines that its types make."""
+    copy = deepcopy(source)
+    expand(copy)
+    return copy
+
+
 def parts(text: str) -> list[str]:
     """The keys and numbers of a path that a user has written."""
     return [word.strip() for word in PART.findall(text)]
+
+
+def next_key(words: list[str], known: Container[object]) -> str:
+    """The next key of a path, taken from its words: the longest that is known, which may have dots, else one word."""
+    n = next((n for n in range(len(words), 1, -1) if ".".join(words[:n]) in known), 1)
+    key, words[:] = ".".join(words[:n]), words[n:]
+    return key
 
 
 def _stages(source: Source) -> list[str]:

@@ -1,6 +1,7 @@
-"""Tables beside a scene: a block's row, its lugs, and its modes.
+"""Tables beside a scene: a block's row, its lugs, its modes; and how a vessel answers waves.
 
     block: {from: blocks.csv#B17, lugs from: lugs.csv#B17, at: [40 m, 70 m, 4 m]}
+    vessels: {barge: {responses from: barge.csv#loaded, ...}}
 
 and so each of `blocks`.
 
@@ -9,61 +10,47 @@ The first column names the row; in a table of lugs it names the block, the secon
 first one the lug.  `modes from` alike names a table of block, mode, place (lug or stool), its displacement x, y, z and
 in some row of each mode the frequency, mass and damping.  What the same file writes wins over the row, and so do
 files and settings laid over it; the row wins over what that file extends.  An empty cell is as if nothing were written.
+
+Of responses, as of `loads from` below `floating`, a column `surge [m/m]` has one `surge phase [deg]` beside it;
+`period` and `heading` say which wave a row is for, by its direction against the bow.  Between rows real and imaginary
+parts are interpolated in a straight line; beyond them nothing is known.
 """
 
 from __future__ import annotations
 
-import csv
-import io
-import re
-import zipfile
-from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path as FilePath
+from math import floor, pi, sqrt
 
+from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.errors import SceneError
 
+from . import units
 from .faults import closest, raise_faults
-from .files import content, within
-from .source import Data, Mark, Path, Source
-from .units import NUMBER
+from .source import Data, Path, Source
+from .table_files import AXES, Cell, Column, Found, lay, table, with_unit
 
 BLOCK = "block"
 ROW, LUGS, MODES = "from", "lugs from", "modes from"
-AXES = ("x", "y", "z")
-HEAD = re.compile(r"(?P<key>[^\[\]]*?)(?:[ .](?P<axis>[xyz]))?\s*(?:\[(?P<unit>[^\[\]]*)\])?")
-CELL = re.compile(rf"({NUMBER}(?:,\d+)*)(.*)")
-MOST_ROWS, MOST_COLUMNS = 5000, 100
-UNPACKED = 1 << 26  # of a workbook [bytes]
-
-
-@dataclass(frozen=True)
-class Cell:
-    """What stands in a table, and where."""
-
-    text: str
-    mark: Mark
-
-
-@dataclass(frozen=True)
-class Column:
-    """A head: the key that it names, the axis of a place, the unit of what stands below."""
-
-    key: str
-    axis: str
-    unit: str
-    mark: Mark
+SLIDES, TURNS = ("surge", "sway", "heave"), ("roll", "pitch", "yaw")
+DIMENSIONS = {"responses": (units.RESPONSE, units.TURN_RESPONSE), "loads": (units.STIFFNESS, units.MOMENT_RESPONSE)}
+WAVE = {"period": units.TIME, "heading": units.ANGLE}
+TURN = 2.0 * pi
+SAME = 1e-9  # [s, rad] between waves that are the same
 
 
 def tabled(source: Source) -> None:
-    """Put the rows that `from`, `lugs from` and `modes from` of each block name in their place, out of tables in the
-    scene's folder.
+    """Put what blocks and vessels name of tables in the scene's folder in its place.
 
     Raises SceneError with all faults of the scene so far where a table or row cannot be had.
     """
     several = source.data.get("blocks")
     for base in ((BLOCK,), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
         _tabled(source, base)
+    vessels = source.data.get("vessels")
+    for name in vessels if isinstance(vessels, dict) else ():
+        for base, key in ((("vessels", name), "responses"), (("vessels", name, "floating"), "loads")):
+            given = source.at(base)
+            if isinstance(given, dict) and f"{key} from" in given:
+                _answers(source, base, given, key)
 
 
 def _tabled(source: Source, base: Path) -> None:
@@ -79,30 +66,18 @@ def _tabled(source: Source, base: Path) -> None:
             if not isinstance(named, str):
                 raise SceneError(f"write the table and the row, such as '{word}: blocks.csv#B17'")
             file, _, row = (part.strip() for part in named.partition("#"))
-            head, rows = _table(source.root, file)
+            head, rows = table(source.root, file)
             if word == ROW:
-                _lay(source, base, block, _block(source, base, head, _only(rows, row, file)), mark)
+                lay(source, base, block, _block(source, base, head, _only(rows, row, file)), mark)
             else:
                 key, reader = ("lugs", _lugs) if word == LUGS else ("modes", _modes)
                 into = block.setdefault(key, {})
                 source.keys.setdefault((*base, key), source.keys.get(at, mark))
                 if isinstance(into, dict):
-                    _lay(source, (*base, key), into, reader(source, base, head, rows, row, file), mark)
+                    lay(source, (*base, key), into, reader(source, base, head, rows, row, file), mark)
         except (SceneError, ValueError) as error:
             source.fault(at, str(error), mark=mark)
             raise_faults(source, source.faults)
-
-
-Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mark of its head, the marks of its cells
-
-
-def _lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
-    for key, (value, head, cells) in found.items():
-        if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
-            continue
-        into[key] = value
-        source.keys[(*path, key)] = head
-        source.values.update({(*path, key, *below): mark for below, mark in cells.items()})
 
 
 def _block(source: Source, base: Path, head: list[Column], row: list[Cell]) -> Found:
@@ -111,7 +86,7 @@ def _block(source: Source, base: Path, head: list[Column], row: list[Cell]) -> F
     for column, cell in zip(head[1:], row[1:], strict=False):
         if not cell.text or not (column.unit or column.axis):
             continue
-        text = _with_unit(cell.text, column.unit)
+        text = with_unit(cell.text, column.unit)
         known = found.get(column.key)
         taken = known[0][AXES.index(column.axis)] if known and column.axis and isinstance(known[0], list) else known
         if taken is not None:
@@ -141,7 +116,7 @@ def _lugs(source: Source, base: Path, head: list[Column], rows: list[list[Cell]]
         cells = [row[places[x]] for x in AXES]
         if name.text in found:
             source.fault((*base, "lugs", name.text), f"the lug '{name.text}' is given twice", mark=name.mark)
-        value: list[Data] = [_with_unit(cell.text, head[places[x]].unit) for x, cell in zip(AXES, cells, strict=True)]
+        value: list[Data] = [with_unit(cell.text, head[places[x]].unit) for x, cell in zip(AXES, cells, strict=True)]
         found[name.text] = (value, name.mark, {(): name.mark, **{(i,): cell.mark for i, cell in enumerate(cells)}})
     return found
 
@@ -163,7 +138,7 @@ def _modes(source: Source, base: Path, head: list[Column], rows: list[list[Cell]
         shape[place.text] = [row[places[x]].text for x in AXES]
         marks |= {("shape", place.text, i): row[places[x]].mark for i, x in enumerate(AXES)}
         for i in (i for i in numbers if row[i].text):
-            text = _with_unit(row[i].text, head[i].unit)
+            text = with_unit(row[i].text, head[i].unit)
             if value.setdefault(head[i].key, text) != text:
                 told = f"a mode has one {head[i].key}, and '{name.text}' has {value[head[i].key]}, too"
                 source.fault((*base, "modes", name.text), told, mark=row[i].mark)
@@ -175,105 +150,105 @@ def _chosen(
     head: list[Column], rows: list[list[Cell]], block: str, file: str, unit: str
 ) -> tuple[list[list[Cell]], dict[str, int]]:
     """The rows of a block, and which columns are x, y and z."""
-    chosen = [row for row in rows if not block or row[0].text == block]
-    if not chosen:
-        raise SceneError(f"{file} has no row '{block}': {closest(block, dict.fromkeys(row[0].text for row in rows))}")
+    chosen = _named(rows, block, file) if block or not rows else rows
     places = {column.axis or column.key: i for i, column in enumerate(head)}
     if lacking := [x for x in AXES if x not in places]:
         raise SceneError(f"{file} has no column {', '.join(f'{x}{unit}' for x in lacking)}")
     return chosen, {x: places[x] for x in AXES}
 
 
-def _with_unit(text: str, unit: str) -> str:
-    """`480 +- 3 %` under `[t]` is `480 t +- 3 %`."""
-    found = CELL.fullmatch(text)
-    return f"{found[1]} {unit} {found[2].strip()}".strip() if found and unit else text
+def _named(rows: list[list[Cell]], name: str, file: str) -> list[list[Cell]]:
+    found = [row for row in rows if name and row[0].text == name]
+    if not found:
+        raise SceneError(f"{file} has no row '{name}': {closest(name, dict.fromkeys(row[0].text for row in rows))}")
+    return found
 
 
 def _only(rows: list[list[Cell]], name: str, file: str) -> list[Cell]:
-    found = [row for row in rows if row[0].text == name]
-    if not name or not found:
-        raise SceneError(f"{file} has no row '{name}': {closest(name, dict.fromkeys(row[0].text for row in rows))}")
+    found = _named(rows, name, file)
     if len(found) > 1:
         lines = " and ".join(str(row[0].mark.line) for row in found[:2])
         raise SceneError(f"{file} has the row '{name}' {len(found)} times, in lines {lines}")
     return found[0]
 
 
-def row_names(root: FilePath, file: str) -> list[str]:
-    """The names of the rows of a table, in their order, each once; raises SceneError where it cannot be had."""
-    return list(dict.fromkeys(row[0].text for row in _table(root, file)[1]))
+Answer = tuple[dict[str, float], list[float], list[Cell]]  # of a row: its wave, parts of all motions, its cells
 
 
-def _table(root: FilePath, file: str) -> tuple[list[Column], list[list[Cell]]]:
-    """Head and rows of a table in the scene's folder."""
-    read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
-    if read is None:
-        raise SceneError(f"'{file}' is no table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row")
+def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> None:
+    """What a vessel answers the wave of the scene, out of the rows of its table."""
+    word = f"{key} from"
+    named, mark = given.pop(word), source.mark((*base, word))
+    into = given.setdefault(key, {})
+    source.keys.setdefault((*base, key), source.keys.get((*base, word), mark))
     try:
-        data = content(within(root, root / file))
-    except FileNotFoundError:
-        raise SceneError(f"there is no table '{file}' beside the scene") from None
-    except OSError as error:
-        raise SceneError(f"the table '{file}' cannot be read: {error.strerror}") from None
-    rows = [row for row in read(data, file) if any(cell.text for cell in row)]
-    if not rows:
-        raise SceneError(f"the table '{file}' is empty")
-    head = [_column(cell) for cell in rows[0][:MOST_COLUMNS]]
-    width = len(head)
-    for row in rows[1:]:
-        if any(cell.text for cell in row[width:]):
-            where = f"{file}:{row[0].mark.line}"
-            raise SceneError(f"{where}: has more cells than the head; write decimal points, or ';' between cells")
-    return head, [row[:width] + [Cell("", row[0].mark)] * (width - len(row)) for row in rows[1:]]
+        file, _, name = (part.strip() for part in str(named).partition("#"))
+        head, rows = table(source.root, file)
+        kinds = dict(zip((*SLIDES, *TURNS), (x for x in DIMENSIONS[key] for _ in SLIDES), strict=True))
+        heads = {column.key: i for i, column in enumerate(head)}
+        known = {**kinds, **WAVE, **{f"{x} phase": units.ANGLE for x in kinds}}
+        if others := [c.key for c in head if c.unit and c.key not in known]:
+            raise SceneError(f"{file}: a vessel has no {key} of '{others[0]}': {closest(others[0], known)}")
+        moved = [x for x in kinds if x in heads]
+        if lacking := [f"{x} phase" for x in moved if f"{x} phase" not in heads]:
+            raise SceneError(f"{file} has no column '{lacking[0]} [deg]'")
+
+        def number(row: list[Cell], what: str) -> float:
+            cell = row[heads[what]]
+            try:
+                return known[what].read(with_unit(cell.text, head[heads[what]].unit))
+            except ValueError as error:
+                source.fault((*base, key, what), str(error), mark=cell.mark)
+                return 0.0
+
+        waves = [x for x in WAVE if x in heads]
+        answers: list[Answer] = []
+        for row in _named(rows, name, file) if name or not rows else rows:
+            polar = [(number(row, x), number(row, f"{x} phase")) for x in moved]
+            parts = [r * float(of(angle)) for r, angle in polar for of in (cos, sin)]
+            answers.append(({x: number(row, x) for x in waves}, parts, row))
+        values, cells = _between(answers, waves, _met(source, base[:2]), file)
+    except (SceneError, ValueError) as error:
+        if not source.faults:
+            source.fault((*base, word), str(error), mark=mark)
+    raise_faults(source, source.faults)
+    found: Found = {}
+    for i, x in enumerate(moved):
+        a, b = values[2 * i : 2 * i + 2]
+        unit = next(name for name, factor in kinds[x].units.items() if factor == 1)
+        value: list[Data] = [f"{sqrt(a * a + b * b)!r} {unit}", f"{float(atan2(b, a)) if a or b else 0.0!r} rad"]
+        marks = [cells[heads[x]].mark, cells[heads[f"{x} phase"]].mark]
+        found[x] = (value, head[heads[x]].mark, {(): marks[0], (0,): marks[0], (1,): marks[1]})
+    if isinstance(into, dict):
+        lay(source, (*base, key), into, found, mark)
 
 
-def _column(cell: Cell) -> Column:
-    found = HEAD.fullmatch(cell.text)
-    key, axis, unit = ((found[x] or "").strip() for x in ("key", "axis", "unit")) if found else (cell.text, "", "")
-    return Column(key, axis, unit, cell.mark)
+def _met(source: Source, vessel: Path) -> dict[str, float]:
+    """The wave as it meets a vessel: its period [s], its heading against the bow [rad]; nothing in still water."""
+    waves, own = source.data.get("waves"), source.at(vessel)
+    if not isinstance(waves, dict) or not isinstance(own, dict):
+        return {}
+    angles = [units.ANGLE.read(x.get("heading", 0.0)) for x in (waves, own)]
+    return {"period": units.TIME.read(waves.get("period")), "heading": angles[0] - angles[1]}
 
 
-def _separated(data: bytes, file: str) -> Iterator[list[Cell]]:
-    try:
-        lines = data.decode("utf-8-sig").splitlines()
-    except ValueError:
-        raise SceneError(f"the table '{file}' is not UTF-8 text") from None
-    first = next((line for line in lines if line.strip()), "")
-    separator = max(";\t,", key=first.count)
-    for number, line in enumerate(lines, 1):
-        try:
-            texts = next(csv.reader([line], delimiter=separator, strict=True), [])
-        except csv.Error as error:
-            raise SceneError(f"{file}:{number}: this is no row of a table: {error}") from None
-        at, row = 0, []
-        for text in texts:
-            at = max(at, line.find(text, at))
-            row.append(Cell(text.strip(), Mark(file, number, at + 1, line)))
-            at += len(text)
-        yield row
-
-
-def _workbook(data: bytes, file: str) -> Iterator[list[Cell]]:
-    """The first sheet."""
-    try:
-        from openpyxl import load_workbook
-    except ImportError:
-        raise SceneError("a table .xlsx needs openpyxl: pip install 'heavylift[xlsx]'; or save it as .csv") from None
-    try:
-        if sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(data)).infolist()) > UNPACKED:
-            raise SceneError(f"the table '{file}' has more than {UNPACKED} bytes unpacked")
-        sheet = load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets[0]
-        found = list(sheet.iter_rows(max_row=MOST_ROWS, max_col=MOST_COLUMNS, values_only=True))
-    except SceneError:
-        raise
-    except Exception as error:  # whatever a broken workbook makes of the library
-        raise SceneError(f"the table '{file}' is no workbook that can be read: {error}") from None
-    for number, values in enumerate(found, 1):
-        texts = ["" if value is None else str(value).strip() for value in values]
-        line, row = " | ".join(texts), []
-        at = 0
-        for text in texts:
-            row.append(Cell(text, Mark(file, number, at + 1, line)))
-            at += len(text) + 3
-        yield row
+def _between(rows: list[Answer], axes: list[str], met: dict[str, float], file: str) -> tuple[list[float], list[Cell]]:
+    """The parts of all motions in a wave, and the cells of a row beside it."""
+    if not axes:
+        if len(rows) > 1:
+            raise SceneError(f"{file} has several rows of one wave, such as line {rows[1][2][0].mark.line}")
+        return rows[0][1], rows[0][2]
+    axis, rest = axes[0], axes[1:]
+    known = sorted({wave[axis] for wave, _, _ in rows})
+    x = met.get(axis, known[0])
+    if axis == "heading":
+        x -= TURN * floor((x - known[0] + SAME) / TURN)
+    low, high = max((k for k in known if k <= x + SAME), default=x), min((k for k in known if k >= x - SAME), default=x)
+    if low not in known or high not in known:
+        ends = " to ".join(WAVE[axis].show(k) for k in (known[0], known[-1]))
+        told = f"{file} knows waves of {'a' if axis == 'period' else 'a relative'} {axis} of {ends}"
+        raise SceneError(f"{told}, and that of the scene has {WAVE[axis].show(x)}")
+    ends_at = [_between([row for row in rows if row[0][axis] == k], rest, met, file) for k in (low, high)]
+    (a, cells), (b, _) = ends_at
+    part = (x - low) / (high - low) if high > low else 0.0
+    return [p + part * (q - p) for p, q in zip(a, b, strict=True)], cells

@@ -68,22 +68,37 @@ class Expansion:
         self.given = {key: x for key, x in self.given.items() if key in known and _fits(x, known[key])}
         local = {section: self._names(section) for section in NAMED}
         self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}
+        keys, values = (
+            {path: mark for path, mark in marks.items() if path[:2] == self.base and len(path) > 2}
+            for marks in (self.source.keys, self.source.values)
+        )
         machine: dict[str, Data] = {}
         for section, data in self.kind.data.items():
             if section not in HEADER:
                 machine[section] = self._made(data, (section,), (section,))
         self._interlocks()
+        self.source.keys |= keys
+        self.source.values |= values
         machines = self.source.data.setdefault("machines", {})
         cranes = self.source.data["cranes"]
         if not isinstance(machines, dict) or not isinstance(cranes, dict):
             return  # which is reported elsewhere
-        if self.name in machines:
-            told = f"the name '{self.name}' is given twice: a machine has it, too"
-            self.source.fault(("cranes", self.name), told, on_key=True)
-        machines[self.name] = machine
+        machines[self.name] = self._laid(machine, machines.get(self.name, {}), ())
         del cranes[self.name]
         self.source.keys[self.base] = self.source.mark(("cranes", self.name), on_key=True)
         self.source.values[self.base] = self.source.mark(("cranes", self.name))
+
+    def _laid(self, made: Data, given: Data, path: Path) -> Data:
+        """What a scene writes of the crane's parts, over what the type makes of them."""
+        if not isinstance(made, dict) or not isinstance(given, dict):
+            return given
+        for key, value in given.items():
+            if key not in made and len(path) == 1 and path[0] in NAMED:
+                told = f"the type {self.kind.name} makes no '{key}'"
+                self.source.fault((*self.base, *path, key), told, closest(key, made), on_key=True)
+            else:
+                made[key] = self._laid(made.get(key), value, (*path, key))
+        return made
 
     def lay_under(self, crane: dict[str, Data]) -> None:
         """Parameters of a goliath's type and what it makes of them, below the keys of the crane."""

@@ -1,9 +1,8 @@
 """Quantities with units, `900 t`, `3 m/min`, `0.15 deg/s`, and the pydantic types that read them into SI.
 
-A number without a unit is refused where a unit is needed (0 needs none), and a unit of another kind is
-named as what it is.  `Dimension.read` raises ValueError with one sentence, in scene values and in action
-phrases alike.  Factors are exact and a quantity is rounded once, so that equal ones are equal numbers in any unit:
-`300 t` and `300000 kg`, `0.3 m/min` and `5 mm/s`.
+A number without a unit is refused where a unit is needed (0 needs none), and a unit of another kind is named as what
+it is.  `Dimension.read` raises ValueError with one sentence, in scene values and in action phrases alike.  Factors are
+exact and a quantity is rounded once, so that `300 t` and `300000 kg`, `0.3 m/min` and `5 mm/s` are equal numbers.
 """
 
 from __future__ import annotations

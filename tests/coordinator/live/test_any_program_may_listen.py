@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import builtins
 import json
 import struct
 import sys
@@ -107,15 +106,7 @@ def test_foxglove_and_lichtblick_are_served_and_the_digest_stays(tmp_path: Path)
 
 
 def test_without_the_package_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = builtins.__import__
-
-    def missing(name: str, *more: object) -> object:
-        if name == "foxglove":
-            raise ImportError(name)
-        return real(name, *more)
-
-    monkeypatch.delitem(sys.modules, "foxglove", raising=False)
-    monkeypatch.setattr(builtins, "__import__", missing)
+    monkeypatch.setitem(sys.modules, "foxglove", None)
     with pytest.raises(
         RecordingError, match=r"^--foxglove needs the package foxglove-sdk: pip install 'heavylift\[fox"
     ):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import builtins
+import sys
 from pathlib import Path
 
 import fmpy
@@ -84,13 +84,6 @@ def test_what_it_lacks_is_told_by_name(governed: LoadedScene, folder: Path, monk
     ):
         with pytest.raises(SceneError, match=sentence):
             scene(folder, SLEDGE, GOVERNOR, sets=(sets,))
-    genuine = builtins.__import__
-
-    def absent(name: str, *rest: object) -> object:
-        if name == "fmpy":
-            raise ImportError(name)
-        return genuine(name, *rest)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(builtins, "__import__", absent)
+    monkeypatch.setitem(sys.modules, "fmpy", None)
     with pytest.raises(SceneError, match=r"a unit of FMI needs FMPy: pip install 'heavylift\[fmi\]'"):
         scene(folder, SLEDGE, GOVERNOR)

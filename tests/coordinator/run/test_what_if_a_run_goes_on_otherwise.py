@@ -186,7 +186,7 @@ def test_a_file_without_checkpoints_or_with_damaged_ones_is_run_from_the_start(
 ) -> None:
     monkeypatch.setattr(Recording, "checkpoint", lambda self, at: b"\x93\x01\x02\x03")
     path, said = branched(lift, "stage up", "end=30 s", out=tmp_path / "damaged.mcap")
-    assert said[0] == "simulates from the start: its checkpoint is damaged"
+    assert said[0] == "simulates from the start: its checkpoint is damaged, or too old"
     monkeypatch.setattr(Recording, "checkpoints", {})
     same, said = branched(lift, "stage up", "end=30 s", out=tmp_path / "without.mcap")
     assert said[0] == "simulates from the start: the recording has no checkpoint before the branch"

@@ -146,6 +146,9 @@ def test_a_measured_master_ties_what_may_follow_it_and_nothing_else() -> None:
     still = System((Body("swing", 1.0),), (Joint("pin", "revolute", "world", "swing", axis=(0.0, 1.0, 0.0)),))
     lean = (Measured("lean", "angle", "load-a"),)
     assert bodies(islands_of(replace(merge([TWO, still], G), measured=lean))) == [["load-a", "load-b"], ["swing"]]
+    for follower, found in (("rope-a", [["load-a"], ["load-b"]]), ("rope-b", [["load-a", "load-b"]])):
+        own = tuple(replace(x, followers=(follower,)) for x in lean)
+        assert bodies(islands_of(replace(merge([TWO, still], G), measured=own))) == [*found, ["swing"]]
 
 
 def test_what_cannot_move_is_no_island() -> None:

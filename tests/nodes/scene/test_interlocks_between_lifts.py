@@ -56,6 +56,16 @@ def test_booms_stop_before_they_come_too_near(tmp_path: Path, limit: float, trip
     assert (abs(moved[0] - np.radians(-40.0)) < 1e-9) == (limit == 60.0)
 
 
+def test_loads_of_lifts_are_shares_of_their_own_charts(tmp_path: Path) -> None:
+    (tmp_path / "jib.yaml").write_text(JIB)
+    limit = "when: load of b-jib.main >= 90 %, stops: [slew], on: a-jib"
+    text = TWO.replace("when: gap a-jib.boom b-jib.boom <= LIMIT m, stops: [slew]", limit)
+    (tmp_path / "two.yaml").write_text(text)
+    (found,) = load(tmp_path / "two.yaml").plan.interlocks
+    (guard,) = found.guards
+    assert (guard.quantity, guard.ropes, guard.point.body) == ("moment", ("b-jib.main",), "b-jib.main")
+
+
 def test_what_moves_apart_stays_free_between_any_two_machines() -> None:
     """Two cranes of a hall on one runway, and a trolley that traverses to a post beside it: each is barred the way to
     the other alone."""

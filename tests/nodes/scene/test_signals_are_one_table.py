@@ -14,6 +14,8 @@ JIB = {  # words -> model that watches, quantity of the kernel
     "radius of jib main >= 25 m": ("jib", "radius"),
     "moment of jib >= 90 %": ("jib", "moment"),
     "load of jib main >= 10 t": ("jib", "load"),
+    "load of jib >= 75 %": ("jib", "moment"),
+    "tension of legs.sling-1 >= 75 %": ("jib", "load"),
     "off-lead of jib.main >= 1 deg": ("jib", "off-lead"),
     "swing along of legs.sling-1 <= 1 deg": ("jib", "swing along"),
     "swing across of jib main <= 1 deg": ("jib", "swing across"),
@@ -29,6 +31,8 @@ JIB = {  # words -> model that watches, quantity of the kernel
 }
 GOLIATHS = {
     "load of west H1 >= 300 t": ("west", "load"),
+    "load of west >= 75 %": ("west", "load"),
+    "load of west upper >= 300 t": ("west", "load"),
     "off-lead of loader-1 >= 2 deg": ("west", "off-lead"),
     "gap west east <= 3 m": ("west", "gap"),
     "wind >= 12 m/s": ("wind", "wind"),
@@ -37,6 +41,8 @@ NONE = {
     "radius of west H1 >= 20 m": "there is no 'west H1' with radius: nothing in this scene has radius",
     "moment of west H1 >= 90 %": "there is no 'west H1' with moment: nothing in this scene has moment",
     "off-lead of north H1 >= 2 deg": "there is no 'north H1' with off-lead: known: loader-1.sling-1",
+    "load of nest >= 75 %": "there is no 'nest' with a rated load: did you mean 'west'?",
+    "tension of west.H1 >= 75 %": "there is no 'west.H1' with a rated tension: known: loader-1.sling-1",
     "gap west store <= 3 m": "there is no 'store' with gap: known: block, east, west",
 }
 MISSPELT = {
@@ -119,6 +125,40 @@ def test_limits_are_over_the_same_signals():
     assert "gap west east would be 2.00 m, at least 3.00 m is allowed" in told
     assert "load of east H2 would be 171.5 t, at most 100.0 t is allowed" in told
     assert len(told) == 4, "the hooks are level"
+
+
+def test_a_share_is_the_use_of_a_row():
+    """What `check` tells of a load in per cent is what a condition compares."""
+    subjects = ("east H2", "east upper", "east", "loader-1", "loader-1.sling-1")
+    scene = limited(*(f"{'tension' if 'sling' in x else 'load'} of {x} <= 30 %" for x in subjects))
+    uses = {use.limit.subject: use for use in scene.uses if use.limit.quantity == "signal"}
+    kinds = ("hook load", "trolley load", "tandem load", "loader load", "sling tension")
+    for x, kind in zip(subjects, kinds, strict=True):
+        (row,) = (u for u in scene.uses if u.limit.quantity == kind and u.limit.subject in (x, x.replace(" ", ".")))
+        found = uses[f"{'tension' if 'sling' in x else 'load'} of {x}"]
+        assert found.value == pytest.approx(row.use, rel=1e-12)
+    told = [f.sentence for f in scene.findings if f.kind == "signal"]
+    assert "load of east H2 would be 38 %, at most 30 % is allowed" in told
+
+
+def test_an_interlock_takes_the_share_of_each_hook():
+    """Of its own rated load, 420 t, less its hook block of 25 t."""
+    interlock = "interlocks: {share: {when: load of any hook >= 95 %, stops: [hoist], on: west}}"
+    (found,) = parse(f"extends: wind-tandem\nname: share\n{interlock}\n", "scene.yaml", passing=True).plan.interlocks
+    assert found.value == 0.95
+    g = 9.80665
+    assert {guard.numbers for guard in found.guards} == {(1.0 / (g * 420e3), 25e3 / 420e3)}
+
+
+@pytest.mark.parametrize(("value", "number"), [("95 %", 5.0 / 6.43e6), ("1 MN", None)])
+def test_an_interlock_watches_each_sling(value, number):
+    """By what it may carry at rest, its breaking force over its design factor, or by one force for all."""
+    interlock = f"interlocks: {{snatch: {{when: tension of any sling >= {value}, stops: [hoist], on: west}}}}"
+    plan = parse(f"extends: wind-tandem\nname: share\n{interlock}\n", "scene.yaml", passing=True).plan
+    (found,) = plan.interlocks
+    assert sorted(guard.ropes[0] for guard in found.guards) == sorted(sling.name for sling in plan.rig.slings)
+    assert {guard.quantity for guard in found.guards} == {"load" if number else "tension"}
+    assert all(guard.numbers == (pytest.approx((number, 0.0)) if number else ()) for guard in found.guards)
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,14 @@
 """Edges of a scene: slings and ropes bend over them, and what is wrong with an edge is told where it stands."""
 
 from math import acos, atan2, cos, hypot, sin, sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
+from heavylift.coordinator.run import run
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import bundled, parse
+from heavylift.recordings import Recording
 
 G = 9.80665
 TEXT = bundled()["edge"].read_text(encoding="utf-8")
@@ -85,9 +88,89 @@ def test_a_rope_passes_on_the_side_that_looks_away_from_what_is_inside(turned: b
     assert (edge.edge, edge.radius, edge.friction, rope.hooked) == ("quay", 0.2, 0.1, True)
 
 
+def tensions(text: str) -> list[float]:
+    states = parse(text.replace("actions:\n  - fall: unhook", "actions:\n  - wait: 1 s"), passing=True).statics.states
+    return [state.tensions["fall"] for state in states]
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.3])
+def test_an_edge_may_be_on_a_third_body(aside: float) -> None:
+    """A rope from a wall over a pier to its load hangs as one over the wall does, wherever the pier stands."""
+    ends = "from: [{0} m, -1 m, {1} m], to: [{0} m, 1 m, {1} m]"
+    own = ROPE.replace("from: [0, -1 m, 0], to: [0, 1 m, 0]", ends.format(aside, 0))
+    third = ROPE.replace("joints: {", f"joints: {{stands: {{type: fixed, child: pier, at: [{aside} m, 0, 1 m]}}, ")
+    third = third.replace("bodies: {", "bodies: {pier: {mass: 9 t}, ").replace("{on: world", "{on: pier")
+    third = third.replace("from: [0, -1 m, 0], to: [0, 1 m, 0]", ends.format(0, -1))
+    third = third.replace("inside: [-1 m, 0, -1 m]", f"inside: [{-1 - aside} m, 0, -2 m]")
+    assert tensions(third) == pytest.approx(tensions(own), rel=1e-9)
+    assert min(tensions(own)) > 0.0
+
+
+def test_a_rope_over_a_pier_that_gives_way_keeps_the_energy(tmp_path: Path) -> None:
+    """Pulled askew over an edge without friction, on a body of its own that the rope pushes to and fro."""
+    text = ROPE.split("actions:")[0].replace(
+        "joints: {", "joints: {gives: {type: prismatic, child: pier, axis: [1, 0, 0]}, "
+    )
+    text = text.replace("bodies: {", "bodies: {pier: {mass: 3 t}, ").replace("{on: world", "{on: pier")
+    text = text.replace("  ropes:", "  springs: {bends: {joint: gives, stiffness: 200 kN/m}}\n  ropes:")
+    text = text.replace("friction: 0.1", "friction: 0").replace("damping: 3 kN s/m", "damping: 0 kN s/m")
+    scene = parse(text.replace("[-4 m, 0 m", "[-4 m, 0.5 m") + "end: 3 s\naccuracy: 1e-6 %\n", passing=True)
+    run(scene, tmp_path / "run.mcap", in_process=True)
+    rec = Recording(tmp_path / "run.mcap")
+    assert np.ptp(rec["pose/pier"].values[:, 0]) > 0.03
+    assert float(rec.result["energy_error"]) < 1e-8 * float(rec.result["energy_turned_over"])
+
+
+SILL = """\
+heavylift: 1
+name: sill
+cranes: {hall: {type: overhead-100, at: 0 m, trolley: 8 m}}
+machines: {hall: {hooks: {hall.main: {apart: 0 m, hangs: 12 m, over edges: [sill]}}}}
+edges: {sill: {on: world, from: [-2 m, 9 m, 14 m], to: [2 m, 9 m, 14 m], radius: 0.25 m, inside: [0 m, 9.5 m, 13 m]}}
+actions:
+  - hall traversing: traverse 10 m/min by 4 m
+  - hall: hoist 2 m/min by 1 m
+  - hall traversing: traverse 10 m/min by -4 m
+"""
+
+
+def test_a_hook_rope_bends_over_a_sill_and_leaves_it() -> None:
+    """The hook hangs plumb below the edge, as high as tangent, arc and stretch leave; its winch hoists it there."""
+    scene = parse(SILL, passing=True)
+    ends = {state.action: state for state in scene.statics.states}
+    T, EA, (y, z) = 2500.0 * G, 12 * 38.3e6, (12.0 - 9.0, 20.0 - 14.0)
+    D = hypot(y, z)
+    over = sqrt(D * D - 0.25**2) + 0.25 * (np.pi - atan2(z, y) - acos(0.25 / D))
+    for action in (1, 2):
+        place, long = ends[action].poses["hall.main"][0], ends[action].references["hall.main"] * (1.0 + T / EA)
+        assert place == pytest.approx((0.0, 8.75, 14.0 - (long - over)), abs=1e-6)
+        assert ends[action].tensions["hall.main"] == pytest.approx(T, rel=1e-6)
+    assert ends[3].poses["hall.main"][0] == pytest.approx((0.0, 8.0, 20.0 - long), abs=1e-6), "free again"
+
+
+def test_a_hook_rope_over_an_edge_is_one_line() -> None:
+    with pytest.raises(SceneError, match="a hook rope over edges is one line: leave 'drum' and 'apart' away"):
+        parse(SILL.replace("apart: 0 m, ", ""), passing=True)
+
+
+def test_a_sling_bends_over_an_obstacle() -> None:
+    """On which side of the wall it passes follows from where it holds the block: between that and the wall."""
+    wall = "heel: {on: wall, from: [-5 m, 0.5 m, 3 m], to: [5 m, 0.5 m, 3 m]"
+    text = TEXT.replace("heel: {on: block, from: [-5 m, -9.7 m, 2.7 m], to: [5 m, -9.7 m, 2.7 m]", wall)
+    text = text.replace("edges:\n", "obstacles: {wall: {box: [10 m, 1 m, 6 m], at: [0 m, 32.5 m, 3 m]}}\n\nedges:\n")
+    machines = parse(text.split("  - stage: take up")[0] + "  - wait: 1 s\n", passing=True).plan.mechanisms
+    edges = [edge for machine in machines for rope in machine.system.reevings for edge in rope.edges]
+    assert [(x.at.body, x.axis, x.span) for x in edges] == [("wall", (-1.0, 0.0, 0.0), (-10.0, 0.0))] * 2
+
+
 BAD = {
     "no such edge": ("over edges: [heel]", "over edges: [hell]", "rigging.rear.over edges[0]: there is no edge 'hell'"),
-    "another body": ("heel: {on: block", "heel: {on: world", "where the rope has no end: name edges of what it holds"),
+    "another body": (
+        "heel: {on: block",
+        "heel: {on: world",
+        "'world' has no centre of mass: give the edge 'heel' a point",
+    ),
+    "no such body": ("heel: {on: block", "heel: {on: blok", "on 'blok', which is not there yet: name edges of what"),
     "no length": ("to: [5 m, -9.7 m", "to: [-5 m, -9.7 m", "the edge 'heel' has no length: keep 'from' and 'to' apart"),
     "no radius": ("radius: 0.3 m", "radius: 0 m", "a length must be greater than zero here"),
     "no side": ("friction: 0.15}", "friction: 0.15, inside: [0 m, -9.25 m, 6.9 m]}", "not plain: give it 'inside'"),

@@ -77,9 +77,14 @@ vessels:
 """  # a wave so low that the vessel answers as a linear one
 
 
-def test_the_tip_of_a_crane_on_a_vessel_moves_as_the_responses_say() -> None:
+@pytest.mark.parametrize("heading", [0.0, 35.0, -90.0])
+def test_the_tip_of_a_crane_on_a_vessel_moves_as_the_responses_say(heading: float) -> None:
     """Place and velocity of the boom's tip against R(t) A cos(w t + phase - k x), k = w^2 / g, at some times."""
-    plan = parse(GIVEN + CRANE + BLOCK % "180 t" + "actions: [{wait: 1 s}]\n").plan
+    given = GIVEN.replace("    responses:", f"    heading: {heading} deg\n    responses:")
+    plan = parse(given + CRANE + BLOCK % "180 t" + "actions: [{wait: 1 s}]\n").plan
+    (c, s), h = (np.cos(np.radians(heading)), np.sin(np.radians(heading))), plan.block.pose
+    Rz = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    assert h[:2] == pytest.approx((Rz @ [26.0, 0.0, 0.0] + [40.0, -30.0, 0.0])[:2], abs=1e-9)
     program = Program(system(plan))
     rise = np.sqrt(60.0**2 - 23.0**2)
     tip = np.array([26.0, 0.0, 3.5 + 14.0 + 2.0 + rise])
@@ -92,7 +97,8 @@ def test_the_tip_of_a_crane_on_a_vessel_moves_as_the_responses_say() -> None:
         roll, pitch = np.radians(1.1 * c[-70]), np.radians(0.5 * c[95])
         Rx = np.array([[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]])
         Ry = np.array([[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]])
-        at: np.ndarray = np.array([40.0 + 0.25 * c[90], -30.0, 0.45 * c[10]]) + Ry @ Rx @ tip
+        way = Rz @ (np.array([0.25 * c[90], 0.0, 0.45 * c[10]]) + Ry @ Rx @ tip)
+        at: np.ndarray = np.array([40.0, -30.0, 0.0]) + way
         return at
 
     for t in (4.0, 17.3, 241.0):
@@ -189,9 +195,29 @@ def test_a_vessel_floats_on_an_even_keel_with_its_crane() -> None:
     assert R[0][2] == pytest.approx(12e3 * 26.0 / (carried * 180.0), rel=0.02)
 
 
-def test_a_scene_in_waves_is_no_instance(tmp_path: Path) -> None:
-    """The wave would meet its vessels elsewhere; it is said so."""
+def test_a_vessel_turned_with_its_wave_answers_alike() -> None:
+    """Free in the water, its motions along its own axes are the same, to what the integration allows."""
+    found = []
+    for heading in (0, 40):
+        text = FORCES.replace("motion: forces", f"heading: {heading} deg\n    motion: forces")
+        s = Simulation(system(parse(text.replace("heading: 180", f"heading: {180 + heading}")).plan), 1e-8)
+        s.start()
+        s.run(15_000_000_000)
+        row, angle = s.row(), np.radians(heading)
+        R = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        own = row.poses.reshape(-1, 12)[0]
+        found.append(np.concatenate([R.T @ own[:3], (R.T @ own[3:].reshape(3, 3)).ravel()]))
+    assert np.abs(found[0][:3]).max() > 1e-3, "it moves"
+    assert found[1] == pytest.approx(found[0], abs=1e-7)
+
+
+def test_instances_lie_in_one_sea(tmp_path: Path) -> None:
+    """The wave meets a vessel of an instance where it is put, with the phase of one that stands there alone."""
     (tmp_path / "sea.yaml").write_text(GIVEN + "actions: [{wait: 1 s}]\n")
-    (tmp_path / "yard.yaml").write_text("heavylift: 1\nname: yard\nlifts: {a: {extends: sea.yaml, at: [0 m, 90 m]}}\n")
-    with pytest.raises(SceneError, match="a scene with vessels in waves cannot be one of several lifts"):
-        load(tmp_path / "yard.yaml")
+    (tmp_path / "yard.yaml").write_text("heavylift: 1\nname: yard\nlifts: {a: {extends: sea.yaml, at: [5 m, 90 m]}}\n")
+    alone = parse(GIVEN.replace("[40 m, -30 m, 0 m]", "[45 m, 60 m, 0 m]") + "actions: [{wait: 1 s}]\n").plan
+    (one,), (other,) = load(tmp_path / "yard.yaml").plan.mechanisms, alone.mechanisms
+    assert one.system.joints[0].p_PJ == other.system.joints[0].p_PJ
+    phases = [[drive.wave.phase for drive in machine.system.drives if drive.wave] for machine in (one, other)]
+    assert len(phases[0]) == 6
+    assert phases[0] == pytest.approx(phases[1], abs=1e-12)

@@ -10,9 +10,10 @@ from dataclasses import replace
 from math import pi
 
 import msgspec
+from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.forces import Bushing, Load, Matrix6, Signal, Wave
-from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, Point, System, Vector
+from heavylift.kernel.description.mechanics import IDENTITY, WORLD, Body, Drive, Joint, Point, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
@@ -53,6 +54,7 @@ def _carried(yard: Yard, name: str, given: Vessel, body: Body) -> System:
         Joint(
             f"{name}.{mode}", "prismatic" if mode in MODES[:3] else "revolute", parent, child.name,
             p_PJ=given.at if parent == WORLD else (0.0, 0.0, 0.0), axis=axis, q0=(0.0,),
+            R_PJ=given.attitude if parent == WORLD else IDENTITY,
         )
         for (mode, axis), parent, child in zip(CHAIN.items(), names, bodies, strict=True)
     ]  # fmt: skip
@@ -66,7 +68,9 @@ def _carried(yard: Yard, name: str, given: Vessel, body: Body) -> System:
 
 def _free(given: Vessel, floating: Floating, body: Body) -> System:
     """A body on a free joint; what acts on it follows (`afloat`)."""
-    free = Joint(f"{body.name}.free", "free", WORLD, body.name, q0=(*given.at, 0.0, 0.0, 0.0, 1.0), v0=(0.0,) * 6)
+    half = 0.5 * given.heading
+    q0 = (*given.at, 0.0, 0.0, float(sin(half)), float(cos(half)))
+    free = Joint(f"{body.name}.free", "free", WORLD, body.name, q0=q0, v0=(0.0,) * 6)
     return System((replace(body, added=floating.added_mass),), (free,))
 
 
@@ -78,7 +82,8 @@ def _wave(waves: Waves, response: float, phase: float) -> Wave:
 def _delay(yard: Yard, waves: Waves, at: Vector) -> float:
     """By how much the wave comes later than to the world's origin [rad]: its number on deep water is w^2 / g."""
     w = 2.0 * pi / waves.period
-    way = at[0] * float(cos(waves.heading)) + at[1] * float(sin(waves.heading))
+    x, y = (a - b for a, b in zip(at[:2], waves.origin[:2], strict=True))
+    way = x * float(cos(waves.heading)) + y * float(sin(waves.heading))
     return w * w / yard.scene.gravity * way if yard.scene.gravity else 0.0
 
 
@@ -120,9 +125,8 @@ def _standing(yard: Yard, name: str, around: System) -> tuple[Masses, Masses]:
     on, at = _bodies(name, around), kinematics.poses(around)
     masses = [(b.mass, kinematics.place(Point(b.name, b.com), at)) for b in around.bodies if b.name in on]
     blocks = [b for b in (yard.scene.block, *yard.scene.blocks.values()) if b is not None and b.on == name]
-    origin = yard.scene.vessels[name].at
-    places = [[b.at[i] + b.com[i] + origin[i] for i in range(3)] for b in blocks]
-    own = [(b.mass, (x, y, z)) for b, (x, y, z) in zip(blocks, places, strict=True)]
+    vessel = yard.scene.vessels[name]
+    own = [(b.mass, vessel.place([p + q for p, q in zip(b.at, b.com, strict=True)])) for b in blocks]
     return [(mass, (float(p[0]), float(p[1]), float(p[2]))) for mass, p in masses], own
 
 
@@ -142,7 +146,7 @@ def _check_load(yard: Yard, name: str, displacement: float, built: list[plan.Mec
     load = sum(block.mass for block in blocks.values() if block.on == name)
     around = System(joints=tuple(j for machine in built for j in machine.system.joints))
     on = _bodies(name, around)
-    lines = [line for machine in built for hook in machine.hooks for r in machine.system.ropes for line in r.lines
+    lines = [line for machine in built for hook in machine.hooks for r in machine.system.all_ropes for line in r.lines
              if r.name == hook.rope]  # fmt: skip
     if any(line.a.body in on for line in lines):
         load += sum(block.mass for block in blocks.values() if block.on != name)
@@ -158,6 +162,7 @@ def _water(yard: Yard, name: str, given: Vessel, floating: Floating, standing: M
     scene, waves = yard.scene, yard.scene.waves
     weight = scene.gravity * sum(mass for mass, _ in standing)
     middle = [sum(mass * p[i] for mass, p in standing) * scene.gravity / weight - given.at[i] for i in range(3)]
+    middle = product(list(zip(*given.attitude, strict=True)), middle)  # in the vessel
     density = waves.density if waves else Waves.model_fields["density"].default
     moor = floating.mooring
     K = (
@@ -167,16 +172,17 @@ def _water(yard: Yard, name: str, given: Vessel, floating: Floating, standing: M
     stiffness = tuple(tuple(k if i == j else 0.0 for j in range(6)) for i, k in enumerate(K))
     damping: Matrix6 = floating.damping or ((0.0,) * 6,) * 6
     up = Load(f"{name}.buoyancy", Point(name, (middle[0], middle[1], middle[2])), (0.0, 0.0, weight))
-    water = Bushing(f"{name}.water", Point(WORLD, given.at), Point(name), stiffness, damping)  # type: ignore[arg-type]
-    return (up, water, *(_wave_loads(yard, name, given.at, floating, waves) if waves else ()))
+    keel = Point(WORLD, given.at), Point(name)
+    water = Bushing(f"{name}.water", *keel, stiffness, damping, given.attitude)  # type: ignore[arg-type]
+    return (up, water, *(_wave_loads(yard, name, given, floating, waves) if waves else ()))
 
 
-def _wave_loads(yard: Yard, name: str, at: Vector, floating: Floating, waves: Waves) -> tuple[Load, Load]:
+def _wave_loads(yard: Yard, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:
     """All six, as one load that goes with the cosine of the wave and one that goes with its sine."""
-    found, delay = [], _delay(yard, waves, at)
+    found, delay, R = [], _delay(yard, waves, given.at), given.attitude
     for part, of, phase in (("cosine", cos, 0.0), ("sine", sin, 0.5 * pi)):
         x = [size * float(of(angle - delay)) for size, angle in (getattr(floating.loads, mode) for mode in MODES)]
         signal = Signal(0.0, wave=_wave(waves, 1.0, phase))
-        force, moment = (x[0], x[1], x[2]), (x[3], x[4], x[5])
-        found.append(Load(f"{name}.wave {part}", Point(name), force, moment, signal=signal))
+        force, moment = (tuple(product(R, along)) for along in (x[:3], x[3:]))
+        found.append(Load(f"{name}.wave {part}", Point(name), force, moment, signal=signal))  # type: ignore[arg-type]
     return found[0], found[1]

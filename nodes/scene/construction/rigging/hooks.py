@@ -17,6 +17,7 @@ from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.keys.parts.rigging import Slings
 from heavylift.nodes.scene.text.source import Path
 
+from .edges import along_edges
 from .tree import Tree
 
 TOUCH = 1e-9  # [m]
@@ -54,10 +55,13 @@ def hang(checks: Checking, whole: k.System, tree: Tree | None, gravity: float) -
             checks.fault((*path, "capacity charts"), str(error), on_key=True)
         if radius and not hook.radius_from:
             checks.fault(path, "a chart by radius needs 'radius from', the body that slews", on_key=True)
+        if hook.over_edges and (hook.drum or hook.apart):
+            told = "a hook rope over edges is one line: leave 'drum' and 'apart' away"
+            checks.fault((*path, "over edges"), told, on_key=True)
         if hook.shortest >= hook.longest:
             checks.fault((*path, "longest"), "the longest rope must be longer than the shortest")
         if not checks.source.faults:
-            _hang_one(checks, found, name, hook, tree, at, gravity)
+            _hang_one(checks, found, name, hook, tree, whole, at, gravity)
     return found
 
 
@@ -67,6 +71,7 @@ def _hang_one(
     name: str,
     hook: Hook,
     tree: Tree | None,
+    around: k.System,
     at: kinematics.Poses,
     gravity: float,
 ) -> None:
@@ -98,7 +103,12 @@ def _hang_one(
     L0 = (length + away) / (1.0 + hook.block * gravity / EA)
     mass = hook.block + (tree.carried(name) if tree else 0.0)
     damping = 2.0 * hook.damping * sqrt(EA / L0 * mass)
-    found.ropes.append(k.Rope(name, tuple(lines), EA, L0, damping, winch=True))
+    if hook.over_edges:
+        both, coms = (k.Point(hook.on, hook.at), k.Point(name)), {body.name: body.com for body in around.bodies}
+        edges = along_edges(checks.source, path, hook.over_edges, checks.edges, both, coms, lambda: at)
+        found.reevings.append(Reeving(name, both[0], edges, both[1], EA, Signal(L0, driven=True), damping))
+    else:
+        found.ropes.append(k.Rope(name, tuple(lines), EA, L0, damping, winch=True))
     for why, bad in (("shorter", length < hook.shortest - TOUCH), ("longer", length > hook.longest + TOUCH)):
         if bad:
             ends = f"{hook.shortest:g} to {hook.longest:g} m"

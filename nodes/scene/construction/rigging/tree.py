@@ -256,7 +256,9 @@ class Tree:
         given = self.rigging[name]
         assert isinstance(given, Slings)
         ends = self.upper(given.holders[i]) or NOWHERE, self.lower(given.to[i]) or NOWHERE
-        return along_edges(self.source, ("rigging", name), given.over_edges, self.scene.edges, ends, self.coms)
+        return along_edges(
+            self.source, ("rigging", name), given.over_edges, self.scene.edges, ends, self.coms, lambda: self.at
+        )
 
     def made(self, name: str, around: k.System) -> mechanics.Mechanism:
         """An entry as the keys of a machine, beside all that there is."""

@@ -110,8 +110,12 @@ class Conditions:
 
     def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, Signal] | None:
         """The model that watches a quantity, and its signal; a fault if there is none."""
+        if test.share:
+            return self._share(path, test)
         of, quantity = test.of, test.quantity
         known = self.subjects.known(quantity)
+        if not of and QUANTITIES[quantity].of == "some" and len(self.yard.scene.blocks) == 1:
+            (of,) = self.yard.scene.blocks  # as that of an instance is
         if self.yard.block and quantity in ("angle", "height") and of in {"", "block"}:
             kind: Literal["angle", "height"] = "angle" if quantity == "angle" else "height"
             return "block", Signal(kind, of="block", point=None if kind == "angle" else Point("block"))
@@ -144,6 +148,20 @@ class Conditions:
             hint = f"nothing in this scene has {quantity}"
         self.source.fault(path, missing, hint, column=test.column)
         return None
+
+    def _share(self, path: Path, test: phrases.CrossTest) -> tuple[str, Signal] | None:
+        """A load or tension over what its subject is rated for."""
+        rows, word = self.subjects.ratings[test.quantity], ".".join(test.of.split())
+        row = rows.get(word)
+        if row is None:
+            told = f"there is no '{test.of}' with a rated {test.quantity}"
+            self.source.fault(path, told, closest(word, rows), column=test.column)
+            return None
+        found = self.subjects.share(row)
+        if found is None:
+            told = f"{row.subject} has no one rated {test.quantity}: write an absolute value"
+            self.source.fault(path, told, row.note, column=test.column)
+        return found
 
     def _rope_signal(
         self, path: Path, test: phrases.CrossTest, kind: Literal["tension", "length"]

@@ -95,12 +95,16 @@ class _Builder:
         return found
 
     def _each(self, machine: str, test: CrossTest) -> list[CrossTest]:
-        """The test of each hook, if it is of any hook; names of parts of the machine with its name in front."""
+        """The test of each hook or sling, if it is of any; names of parts of the machine with its name in front."""
         subjects = self.conditions.subjects
         if test.of == "any hook":
             ropes = dict.fromkeys(hook.rope for hook in subjects.hooks.values() if hook.model == machine)
             return [msgspec.structs.replace(test, of=rope) for rope in ropes]
+        if test.of == "any sling":
+            slings = [row.subject for row in subjects.ratings["tension"].values() if row.quantity == "sling tension"]
+            return [msgspec.structs.replace(test, of=sling) for sling in slings]
         known = {*subjects.points, *subjects.hooks, *subjects.ropes, *subjects.boxes}
+        known |= {*(subjects.ratings[test.quantity] if test.share else ())}
         known |= {joint.name for m in self.mechanisms for joint in m.system.joints}
         words = [own if (own := f"{machine}.{word}") in known else word for word in test.of.split()]
         return [msgspec.structs.replace(test, of=" ".join(words))]

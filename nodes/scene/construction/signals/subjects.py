@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import cast
 
 from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import Point, Vector
 from heavylift.kernel.description.signals import Quantity, Signal
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.shapes import around
+from heavylift.nodes.scene.construction.limiting import rated_limits
 from heavylift.nodes.scene.construction.yard import Yard, parts_of
 
-__all__ = ["Subjects"]
-
+RATINGS = {
+    "load": ("hook load", "trolley load", "crane load", "tandem load", "loader load", "frame load", "shackle load"),
+    "tension": ("sling tension", "rope tension"),
+}  # rows of the table of limits that a share is of
 EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as in `limits.reading`
 
 
@@ -34,7 +39,7 @@ class Subjects:
     """Everything in a scene that a signal can be of, by its name; each with the model that watches it."""
 
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
-        self.gravity = yard.scene.gravity
+        self.yard, self.mechanisms, self.gravity = yard, mechanisms, yard.scene.gravity
         self.hooks = {hook.rope: hook for hook in _hooks(yard, mechanisms)}
         own = {loader: f"{crane}.{hook}" for loader, (crane, hook) in yard.hooks.items()}
         own |= {m.name: m.hooks[0].rope for m in mechanisms if len(m.hooks) == 1}
@@ -63,6 +68,9 @@ class Subjects:
                 return model, Signal(kind, point=point, origin=origin)
             case "load" if hook:
                 return hook.model, Signal(kind, ropes=(hook.rope,), numbers=(1.0 / self.gravity, hook.block_mass))
+            case "load" if (row := self.ratings[quantity].get(word)) and row.unit == "kg":
+                each = Signal(kind, ropes=row.elements, numbers=(1.0 / self.gravity, self._blocks(row)))
+                return self.ropes[row.elements[0]], each
             case "radius" if hook and hook.axis:
                 return hook.model, Signal(kind, point=hook.eye, origin=hook.axis)
             case "moment" if hook and hook.chart:
@@ -79,17 +87,39 @@ class Subjects:
                 return model, Signal(kind, of=force.name, point=force.at)
         return None
 
+    @cached_property
+    def ratings(self) -> dict[str, dict[str, Limit]]:
+        """The rows that shares of a quantity are of, by the words for their subjects."""
+        rows = self.yard.limits or rated_limits(self.yard, self.mechanisms)
+        found = {q: {x.subject.replace(" ", "."): x for x in rows if x.quantity in of} for q, of in RATINGS.items()}
+        found["load"] |= {word: found["load"][x.rope] for word, x in self.hooks.items() if word not in found["load"]}
+        return found
+
+    def share(self, row: Limit) -> tuple[str, Signal] | None:
+        """The load or tension of a row over its limit, as `check` judges it; None if no number limits it."""
+        if row.over == "radius":
+            return self.signal("moment", row.elements[0])
+        if row.value is None:
+            return None
+        own = self.gravity * row.value, self._blocks(row) / row.value
+        numbers = (1.0 / row.value, 0.0) if row.unit == "N" else (1.0 / own[0], own[1])
+        return self.ropes[row.elements[0]], Signal("load", ropes=row.elements, numbers=numbers)
+
+    def _blocks(self, row: Limit) -> float:
+        return sum(self.hooks[rope].block_mass for rope in row.elements if rope in self.hooks)
+
     def known(self, quantity: str) -> list[str]:
         """What has this quantity, by name."""
         hooks = self.hooks
         of: Mapping[str, Sequence[str]] = {
             "height": [*self.points],
             "height difference": [*self.points],
-            "load": [*hooks],
             "radius": [name for name, hook in hooks.items() if hook.axis],
             "moment": [name for name, hook in hooks.items() if hook.chart],
             "gap": [*self.boxes],
         }
+        if quantity == "load":
+            return [*hooks, *(subject for subject, row in self.ratings[quantity].items() if row.unit == "kg")]
         return list(of.get(quantity, self.straight if quantity in ("off-lead", "swing along", "swing across") else ()))
 
 

@@ -242,6 +242,7 @@ class Hook(Base):
     shortest: u.Extent  # rope at the hook, unstretched
     longest: u.Extent
     highest: u.Length | None = None  # z of the hook where the upper limit switch trips
+    over_edges: list[str] = Field(default_factory=list)  # of one body, that its rope bends over where it meets them
     hangs: u.Extent | None = None  # below `at` at the start; left out: as its rigging asks, else as short as can be
 
     @property

@@ -47,7 +47,7 @@ class Slings(Base):
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of the one that is tightest at the start; those that carry a frame: none
     sling: SlingType = SlingType()
     shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
-    over_edges: list[str] = Field(default_factory=list)  # of the block or frame below, from above, where they meet them
+    over_edges: list[str] = Field(default_factory=list)  # of one body, the block or another, where they meet them
 
     @property
     def holders(self) -> list[str]:

@@ -1,0 +1,139 @@
+"""Tables in the folder of a scene, CSV or XLSX: heads with units, cells with their marks, and what is taken of them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+
+from heavylift.kernel.errors import SceneError
+
+from .files import content, within
+from .source import Data, Mark, Path, Source
+from .units import NUMBER
+
+AXES = ("x", "y", "z")
+HEAD = re.compile(r"(?P<key>[^\[\]]*?)(?:[ .](?P<axis>[xyz]))?\s*(?:\[(?P<unit>[^\[\]]*)\])?")
+CELL = re.compile(rf"({NUMBER}(?:,\d+)*)(.*)")
+MOST_ROWS, MOST_COLUMNS = 5000, 100
+UNPACKED = 1 << 26  # of a workbook [bytes]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What stands in a table, and where."""
+
+    text: str
+    mark: Mark
+
+
+@dataclass(frozen=True)
+class Column:
+    """A head: the key that it names, the axis of a place, the unit of what stands below."""
+
+    key: str
+    axis: str
+    unit: str
+    mark: Mark
+
+
+Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mark of its head, the marks of its cells
+
+
+def lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
+    """Put what was found into the data at a path, below what wins over it; `named`: where the table was named."""
+    for key, (value, head, cells) in found.items():
+        if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
+            continue
+        into[key] = value
+        source.keys[(*path, key)] = head
+        source.values.update({(*path, key, *below): mark for below, mark in cells.items()})
+
+
+def with_unit(text: str, unit: str) -> str:
+    """`480 +- 3 %` under `[t]` is `480 t +- 3 %`."""
+    found = CELL.fullmatch(text)
+    return f"{found[1]} {unit} {found[2].strip()}".strip() if found and unit else text
+
+
+def row_names(root: FilePath, file: str) -> list[str]:
+    """The names of the rows of a table, in their order, each once; raises SceneError where it cannot be had."""
+    return list(dict.fromkeys(row[0].text for row in table(root, file)[1]))
+
+
+def table(root: FilePath, file: str) -> tuple[list[Column], list[list[Cell]]]:
+    """Head and rows of a table in the scene's folder."""
+    read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
+    if read is None:
+        raise SceneError(f"'{file}' is no table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row")
+    try:
+        data = content(within(root, root / file))
+    except FileNotFoundError:
+        raise SceneError(f"there is no table '{file}' beside the scene") from None
+    except OSError as error:
+        raise SceneError(f"the table '{file}' cannot be read: {error.strerror}") from None
+    rows = [row for row in read(data, file) if any(cell.text for cell in row)]
+    if not rows:
+        raise SceneError(f"the table '{file}' is empty")
+    head = [_column(cell) for cell in rows[0][:MOST_COLUMNS]]
+    width = len(head)
+    for row in rows[1:]:
+        if any(cell.text for cell in row[width:]):
+            where = f"{file}:{row[0].mark.line}"
+            raise SceneError(f"{where}: has more cells than the head; write decimal points, or ';' between cells")
+    return head, [row[:width] + [Cell("", row[0].mark)] * (width - len(row)) for row in rows[1:]]
+
+
+def _column(cell: Cell) -> Column:
+    found = HEAD.fullmatch(cell.text)
+    key, axis, unit = ((found[x] or "").strip() for x in ("key", "axis", "unit")) if found else (cell.text, "", "")
+    return Column(key, axis, unit, cell.mark)
+
+
+def _separated(data: bytes, file: str) -> Iterator[list[Cell]]:
+    try:
+        lines = data.decode("utf-8-sig").splitlines()
+    except ValueError:
+        raise SceneError(f"the table '{file}' is not UTF-8 text") from None
+    first = next((line for line in lines if line.strip()), "")
+    separator = max(";\t,", key=first.count)
+    for number, line in enumerate(lines, 1):
+        try:
+            texts = next(csv.reader([line], delimiter=separator, strict=True), [])
+        except csv.Error as error:
+            raise SceneError(f"{file}:{number}: this is no row of a table: {error}") from None
+        at, row = 0, []
+        for text in texts:
+            at = max(at, line.find(text, at))
+            row.append(Cell(text.strip(), Mark(file, number, at + 1, line)))
+            at += len(text)
+        yield row
+
+
+def _workbook(data: bytes, file: str) -> Iterator[list[Cell]]:
+    """The first sheet."""
+    try:
+        from openpyxl import load_workbook
+    except ImportError:
+        raise SceneError("a table .xlsx needs openpyxl: pip install 'heavylift[xlsx]'; or save it as .csv") from None
+    try:
+        if sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(data)).infolist()) > UNPACKED:
+            raise SceneError(f"the table '{file}' has more than {UNPACKED} bytes unpacked")
+        sheet = load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets[0]
+        found = list(sheet.iter_rows(max_row=MOST_ROWS, max_col=MOST_COLUMNS, values_only=True))
+    except SceneError:
+        raise
+    except Exception as error:  # whatever a broken workbook makes of the library
+        raise SceneError(f"the table '{file}' is no workbook that can be read: {error}") from None
+    for number, values in enumerate(found, 1):
+        texts = ["" if value is None else str(value).strip() for value in values]
+        line, row = " | ".join(texts), []
+        at = 0
+        for text in texts:
+            row.append(Cell(text, Mark(file, number, at + 1, line)))
+            at += len(text) + 3
+        yield row

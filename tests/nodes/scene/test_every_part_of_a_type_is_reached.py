@@ -1,0 +1,74 @@
+"""Paths of settings are those that errors print, also of parts that a machine type makes, whose names have dots."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+import pytest
+from heavylift.coordinator.sweeps.axes import axes_of
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import load, parse
+from heavylift.nodes.scene.inputs import inputs, settings
+from heavylift.nodes.scene.keys.quantities import below, quantity
+from heavylift.nodes.scene.text.overlay import made, path_in
+from heavylift.nodes.scene.text.source import Path, read, shown
+from heavylift.nodes.scenes import bundled
+
+SCENES = ("jib", "crawler")
+TEXTS = {name: bundled()[name].read_text(encoding="utf-8") for name in SCENES}
+
+
+def numbers(at: object, kind: object, path: Path = ()) -> Iterator[Path]:
+    """The paths of all quantities that have a value, save those in lists."""
+    if isinstance(at, float) and quantity(kind):
+        yield path
+    for key, (value, inner) in below(at, kind).items():
+        if isinstance(key, str):
+            yield from numbers(value, inner, (*path, key))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_path_that_is_printed_is_read(name: str) -> None:
+    scene, source = load(name), read(TEXTS[name], name)
+    found = [path for path in numbers(scene.scene, None) if path[0] == "machines"]
+    assert len(found) > 20
+    for path in random.Random(1).sample(found, 10):
+        assert path_in(source, shown(path)) == path
+    written = [path for path in found if made(source).at(path) is not None]
+    some = inputs(scene, [shown(path) for path in random.Random(2).sample(written, 5)])
+    same = settings(some, [f"{x.value / x.factor!r} {x.unit}" for x in some])
+    assert parse(TEXTS[name], f"{name}.yaml", same, passing=True).scene == scene.scene
+
+
+def test_a_setting_of_a_part_is_laid_over_its_type() -> None:
+    scene = parse(TEXTS["jib"], "jib.yaml", ["machines.jib.hooks.jib.main.at.x=39 m"], passing=True).scene
+    assert scene.machines["jib"].hooks["jib.main"].at == (39.0, 0.0, 0.0)
+    assert scene.machines["jib"].hooks["jib.main"].falls == 8
+
+
+def test_a_scene_may_write_it_too() -> None:
+    written = parse(
+        "extends: jib\nname: own\nmachines: {jib: {hooks: {jib.main: {block: 3 t}}}}\n", "scene.yaml", passing=True
+    )
+    assert written.scene.machines["jib"].hooks["jib.main"].block == 3000.0
+
+
+BAD = {
+    "machines.jib.hooks.jib.main.speed=30": "--set:1:35: error: machines.jib.hooks.jib.main.speed: missing unit",
+    "machines.jib.bodies.jib.bom.mass=30 t": "the type jib-60 makes no 'jib'",
+    "machines.jib.bodies.mast={mass: 3 t}": "the type jib-60 makes no 'mast'",
+}
+
+
+@pytest.mark.parametrize("setting", BAD)
+def test_what_it_does_not_make_is_told(setting: str) -> None:
+    with pytest.raises(SceneError) as error:
+        parse(TEXTS["jib"], "jib.yaml", [setting], passing=True)
+    assert BAD[setting] in str(error.value)
+
+
+@pytest.mark.parametrize("path", ["nosuch", "block.maß", "machines.jib.hooks.jib.main.sped"])
+def test_an_unknown_path_is_told_before_steps_are_asked_for(path: str) -> None:
+    with pytest.raises(SceneError, match="unknown key"):
+        axes_of(load("jib"), [f"{path}=3 t..4 t"], sampling=False)
