@@ -75,6 +75,7 @@ class Conversation:
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
             hub.tell = self._tell
+            hub.eager = True
         else:
             hub.sampled = self._take_samples
 
@@ -193,7 +194,7 @@ class Conversation:
         self._watch.say(sentence)
 
     def _hear(self, timeout: float) -> tuple[str, m.AnyMessage] | None:
-        """The next message of a node, if one comes in time [s], or before samples that have come are many."""
+        """The next message of a node, if one comes in time [s] and before samples do."""
         got = self._hub.receive(timeout)
         if got is None:
             return None

@@ -75,6 +75,8 @@ class Hub(Exchange):
             raise
         self._door, self._gate = door, None  # type: Door | None, Gate | None
         self._here = self._session.liveliness().declare_token(key(run, "alive", HUB))
+        self.eager = False
+        """Whether samples that have come end the wait for a message."""
         self._met: set[str] = set()
         self._served = False  # whether a guest has asked something
         self._lookout = Lookout(processes, self._wake, self.present)
@@ -90,7 +92,8 @@ class Hub(Exchange):
     def _arrived(self, sample: zenoh.Sample) -> None:
         """Senders wait while many batches do: who samples faster than it is recorded must not fill the memory."""
         super()._arrived(sample)
-        self._lookout.hurry()
+        if self.eager:
+            self._lookout.hurry()
         deadline = time.monotonic() + FULL_s
         while len(self._batches) > BATCHES and time.monotonic() < deadline:
             time.sleep(0.001)
@@ -139,14 +142,13 @@ class Hub(Exchange):
         return True
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """The next (node, message), or None after `timeout` [s] or when samples have come; a timeout of None waits for
-        ever."""
+        """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
         self._lookout.deadline = deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             sample = self._inbox.try_recv()
             if sample is None:
                 self._hear()
-                if deadline is not None and (self._batches or time.monotonic() >= deadline):
+                if deadline is not None and ((self.eager and self._batches) or time.monotonic() >= deadline):
                     self._lookout.deadline = None
                     return None
                 sample = self._inbox.recv()
