@@ -21,12 +21,10 @@ from heavylift.nodes.plan.verbs import VERBS
 from .hooks import Hook
 from .moving import Parting, askew, by_ways, lasts, lifting, turning
 from .response import Swings, answer, frequencies
-from .rests import awaiting, begins, bouncing, changes, flies_up, swinging
+from .rests import awaiting, begins, bouncing, changes, flies_up, recoils, swinging
 
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following, Step
-
-__all__ = ["Case", "case_of"]
 
 CREEP = 1e-4  # slowest speed of a winch that picks up [m/s]
 MIRRORED = 1e-9  # [m, kg, rad] by which the halves of a lift may differ
@@ -50,6 +48,7 @@ class Case:
     again: bool  # it may part from its stools once more after it has hung
     even: bool  # all winches that may lift the block go at one speed
     changes: bool  # a hook is taken from the block, or given to it, while it hangs
+    recoils: bool  # one is taken from it that carries something
     flies_up: bool  # a hook, let go with more on it than it weighs itself
     awaited: bool  # the winches stop when the block is seen to be lifted, not after a way
     way: float  # longest of a move [m]
@@ -111,6 +110,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         again=any(not x.before.grounded for p in partings for x in followed.acted[: p.action]),
         even=all(len({abs(m.speed) for m in x.moves if m.actuator in loads}) <= 1 for x in partings),
         changes=changes(plan, followed),
+        recoils=recoils(plan, followed),
         flies_up=flies_up(plan, followed),
         awaited=any(isinstance(t, Lifted) for m in moves for t in terms(m.until)),
         way=way,

@@ -94,7 +94,7 @@ def _lands_light(case: Case) -> float:
 
 def _changes(case: Case) -> float:
     """Slings come off, and ropes recoil, as a hook is taken from the load."""
-    return 1.0 if case.changes else 0.0
+    return 1.0 if case.recoils else 0.0
 
 
 CAUSES = (

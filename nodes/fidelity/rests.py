@@ -28,11 +28,12 @@ if TYPE_CHECKING:
 
     Step = tuple[StaticState, StaticState, float]  # two states and the way of the block's rest between them [m]
 
-__all__ = ["awaiting", "begins", "bouncing", "changes", "flies_up", "swinging"]
+__all__ = ["awaiting", "begins", "bouncing", "changes", "flies_up", "recoils", "swinging"]
 
 ABRUPT = 1e-3  # [s] what takes less time is a jump
 ASIDE, STRAIGHT = 0.005, 0.02  # [m] way, and jump, that count as none: ropes that stretch differently lean a block so
 CLOSE = 0.01  # of the longest way that the load goes: a jump that does not count, if that is less
+SLACK = 1.0  # [kg] on a loader that counts as none
 AXES = ("x", "y")
 ALIKE = 0.01  # parts of ways, so little apart, of moves that are not told from each other
 
@@ -50,14 +51,22 @@ def changes(plan: Plan, followed: Following) -> bool:
 def flies_up(plan: Plan, followed: Following) -> bool:
     """Whether slings are unhooked that carry more than all that is left on their rope."""
     weighs = {x.name: x.upper.mass + x.lower.mass for x in plan.loaders}
+    return any(load > weighs[name] for name, load in _let_go(plan, followed))
+
+
+def recoils(plan: Plan, followed: Following) -> bool:
+    """Whether slings are unhooked that carry something while the block hangs: slack ones set nothing ringing."""
+    return any(load > SLACK for _, load in _let_go(plan, followed))
+
+
+def _let_go(plan: Plan, followed: Following) -> Iterator[tuple[str, float]]:
+    """Loaders from which slings are unhooked while the block hangs, and what they carry before [kg]."""
     of = {s.name: s.loader for s in plan.rig.slings}
     for given, before in _given(plan, followed):
         let_go = {of[order.sling] for order in given if isinstance(order, Unhook)}
         if let_go and not before.grounded:
             loads = loads_of(plan, before)
-            if any(loads[name] > weighs[name] for name in let_go):
-                return True
-    return False
+            yield from ((name, loads[name]) for name in sorted(let_go))
 
 
 def _given(plan: Plan, followed: Following) -> Iterator[tuple[list[Hookup | Unhook], StaticState]]:
