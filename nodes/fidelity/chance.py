@@ -121,13 +121,13 @@ CAUSES = (
     Cause(_changes, {"rope tension": (5e-4, 5e-4, 0.05), "swing": (5e-3, 5e-3, 0.09)}),
     Cause(
         _lands,
-        {"rope tension": (0.0, 0.0, 1e-3), "lift-off time": (0.0, 5e-4, 0.0)},
+        {"rope tension": (0.0, 0.0, 2e-3), "lift-off time": (0.0, 5e-4, 0.0)},
         {"swing": (5e-5, 5e-5, 2e-4), "position": (3e-4, 5e-4, 3e-3)},
     ),
     Cause(_lands_light, metres={"swing": (2e-4, 2e-4, 2e-4)}),
     Cause(
         _awaits,
-        {"rope tension": (0.0, 4e-3, 4e-3), "swing": (0.0, 3e-3, 3e-3), "lift-off time": (0.0, 4e-3, 0.01)},
+        {"rope tension": (0.0, 1e-3, 2e-3), "swing": (0.0, 3e-3, 3e-3), "lift-off time": (0.0, 4e-3, 0.01)},
         {"position": (0.0, 4e-3, 2e-3)},
     ),
     Cause(
