@@ -6,12 +6,13 @@ Without a terminal the bar becomes one plain line per stage, and Rich is not imp
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import sys
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Protocol, Self, TextIO
 
 import msgspec
 from heavylift.coordinator.record.scene import Result, rated
@@ -37,7 +38,7 @@ class Progress(Watch):
     def __init__(self, plan: Plan, as_json: bool = False) -> None:
         self._plan, self._json = plan, as_json
         self._actions = max(1, len(plan.actions))
-        self._live = _bar() if sys.stderr is not None and sys.stderr.isatty() else None
+        self._live = _bar() if _terminal(sys.stderr) else None
         self._began = time.perf_counter()
         self._stage, self._action, self._t_ns = "starting", 0, 0
 
@@ -90,6 +91,11 @@ class Progress(Watch):
         return Text(
             f"{bar}  {clock(seconds)} simulated  {seconds / wall if wall > 0 else 0:6.0f} x real time  {self._stage}"
         )
+
+
+def _terminal(stream: TextIO | None) -> bool:
+    """Whether somebody looks, or asks for colours all the same, as Rich understands it."""
+    return stream is not None and (stream.isatty() or bool(os.environ.get("FORCE_COLOR")))
 
 
 def _bar() -> Live:
@@ -171,7 +177,7 @@ def tell_verdict(verdict: Judged) -> None:
 
 def _tell(text: str, style: str | None = None) -> None:
     """Print lines, in a style where there is a terminal."""
-    if sys.stdout is None or not sys.stdout.isatty():
+    if not _terminal(sys.stdout):
         print(text)
         return
     from rich.console import Console

@@ -151,7 +151,7 @@ def test_two_moves_of_an_action_are_two_swings_in_whatever_order_they_are_writte
 
 
 @pytest.mark.parametrize(
-    ("speed", "accuracy", "promised"), [(5, "3 %", True), (5, "0.3 %", False), (20, "10 %", False)]
+    ("speed", "accuracy", "promised"), [(5, "3 %", True), (5, "0.1 %", False), (20, "10 %", False)]
 )
 def test_what_is_awaited_while_the_load_swings_is_as_unsure_as_it_swings(speed, accuracy, promised):
     """It is set down as it swings: when, where and how hard depends on the phase."""
