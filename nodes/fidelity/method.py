@@ -165,8 +165,8 @@ def long_steps(name: str, case: Case, at: Fidelity, tolerance: float) -> Stepped
     errors["rope tension"] += AGAIN if case.again else 0.0
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
-    if _bare(case):
-        able, why = False, DAMPS
+    if _bare(case) or case.recoils:
+        able, why = False, DAMPS if _bare(case) else "they would damp away how a rope recoils"
     able = able and m.least <= tolerance <= m.loosest
     spent = m.evaluations * steps + 0.5 * n * jacobians  # by displacements alone
     linear = sdirk_algebra(n, jacobians + 0.5 * steps, (m.evaluations - 1.0) * steps)
