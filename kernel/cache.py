@@ -74,7 +74,24 @@ def write_cached(name: str, content: bytes) -> None:
 @cache
 def sources() -> bytes:
     """All of the kernel that what is kept depends on, as it was when it was first asked for."""
-    return b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.rglob("*.py")))
+    return contents(Path(__file__).parent, ".py")
+
+
+def contents(folder: Path, *endings: str) -> bytes:
+    """Of all files in a folder, and in those below, whose names end so; in the order of their paths."""
+    found, folders = list[str](), [str(folder)]
+    while folders:
+        with os.scandir(folders.pop()) as entries:
+            for entry in entries:
+                if entry.name.endswith(endings):
+                    found.append(entry.path)
+                elif entry.name != "__pycache__" and entry.is_dir(follow_symlinks=False):
+                    folders.append(entry.path)
+    parts = list[bytes]()
+    for path in sorted(found):
+        with open(path, "rb", buffering=0) as file:
+            parts.append(file.read())
+    return b"".join(parts)
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:

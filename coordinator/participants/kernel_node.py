@@ -59,8 +59,9 @@ class KernelNode:
         self._most = np.zeros(0)  # the largest that each column of the samples sent has been
         self._told: list[Switched] = []  # what the last commands have changed, for the next microstep
         self._ran = -1  # up to when the simulation was run last [ns]
+        self.mechanics = assembled(config.systems, config.gravity)
         self.simulation: Simulation | Islands = simulate(
-            assembled(config.systems, config.gravity),
+            self.mechanics,
             config.tolerance,
             config.sample_ns,
             frozenset(config.subscriptions),
