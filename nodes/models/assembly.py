@@ -7,15 +7,16 @@ and the Master of a turn.  Node names: "commander", cranes, loaders, block, mech
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TypeAlias
 
+import msgspec
 from heavylift.kernel.description.mechanics import WORLD, Master, Point, System, Threshold, assembled
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
 from heavylift.nodes.models.commander.actuator_registry import TURN, machines, turns
 from heavylift.nodes.models.commander.commander import Commander
-from heavylift.nodes.models.commander.conditions import watched
+from heavylift.nodes.models.commander.conditions import crossed, watched
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.models.parts.drive import DriveActor
 from heavylift.nodes.models.parts.fidelity_variants import hook_rope, sling
@@ -109,7 +110,9 @@ class CommanderModel(Coupled):
         self.connect(ending.finished, self.finished)
         ends = [*(each.first for each in plan.lists[1:]), len(plan.actions)]
         for each, end in zip(plan.lists, ends, strict=True):
-            commander = self.add(Commander(each.name, plan, (each.first, end)))
+            led = tuple(own for own in plan.models if any(x.move.model in each.machines for x in own.leads))
+            own = _only(plan, each.machines, models=led, actions=plan.actions[each.first : end], lists=(each,))
+            commander = self.add(Commander(each.name, own))
             self.connect(self.add_in(f"report_{each.name}", m.Report), commander.report)
             for out in ("stage", "skipped", "answer"):
                 self.connect(commander.ports[out], self.ports[out])
@@ -152,6 +155,33 @@ def build_one(plan: Plan, name: str) -> NodeModel:
 def node_names(plan: Plan) -> tuple[str, ...]:
     """All nodes of a run: the commander, the machines, models of a user's own, the kernel."""
     return (COMMANDER, *machines(plan), *(own.name for own in plan.models), KERNEL)
+
+
+def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
+    """What the models of each node need of a plan: the commander all of it, others what is theirs."""
+    waiting: dict[str, set[int]] = {}  # model -> actions for which it watches a threshold
+    for number, action in enumerate(plan.actions):
+        for crossing in crossed(action):
+            waiting.setdefault(crossing.model, set()).add(number)
+    for names in nodes:
+        if COMMANDER in names:
+            yield plan
+            continue
+        asked = sorted({number for name in names for number in waiting.get(name, ())})
+        yield _only(
+            plan,
+            names,
+            models=plan.models if any(own.name in names for own in plan.models) else (),  # which may share globals
+            actions=tuple(plan.actions[number] for number in asked),
+            lists=tuple(each for each in plan.lists if any(name in names for name in each.machines)),
+        )
+
+
+def _only(plan: Plan, machines: Collection[str], **more: object) -> Plan:
+    """What these machines made of parts need of a plan, with `more` of it."""
+    mechanisms = tuple(each for each in plan.mechanisms if each.name in machines)
+    interlocks = tuple(each for each in plan.interlocks if each.machine in machines)
+    return msgspec.structs.replace(plan, mechanisms=mechanisms, interlocks=interlocks, limits=(), **more)
 
 
 def driving(plan: Plan) -> tuple[str, ...]:

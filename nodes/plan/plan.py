@@ -268,6 +268,15 @@ class Plan(Item, frozen=True, kw_only=True):
         """All machines, in the order of their nodes."""
         return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
 
+    @property
+    def first(self) -> int:
+        """The number of its first action, which in the part of one of several lists is that in the whole scene."""
+        return self.lists[0].first if self.lists else 0
+
+    def action(self, number: int) -> Action:
+        """The action of a number."""
+        return self.actions[number - self.first]
+
     def leader(self, actuator: str) -> str:
         """The model whose set-points lead an actuator; "" if none does."""
         return next((own.name for own in self.models for led in own.leads if led.move.actuator == actuator), "")

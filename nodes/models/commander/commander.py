@@ -28,7 +28,7 @@ class Commander(Orders):
     def start(self) -> None:
         """Begin with the first action if its condition holds."""
         self._clear()
-        self.index, self.since, self.over = self.first, 0, False
+        self.index, self.since, self.over = self.plan.first, 0, False
         self._expect()
         self._settle()
 
@@ -61,7 +61,7 @@ class Commander(Orders):
                 return ""  # a last `wait` that the end of the scene cuts short
             lacks, where = words(scene.MovesDone(), self.picture, moment), ""
         else:
-            action = self.plan.actions[self.index]
+            action = self.plan.action(self.index)
             condition = action.when or scene.MovesDone()
             where = condition.where or action.where
             lacks = words(condition, self.picture, moment)
@@ -77,7 +77,7 @@ class Commander(Orders):
         for job in self.jobs:
             times += next_time(job.until, Moment(self.now.t, job.since_ns))
         if self.index < self.end and not self.outbox:
-            action = self.plan.actions[self.index]
+            action = self.plan.action(self.index)
             times += next_time(action.when, Moment(self.now.t, self.since))
             if action.timeout is not None:
                 times.append(self.since + ns(action.timeout))
@@ -112,7 +112,7 @@ class Commander(Orders):
                 self.over = True
                 self.outbox.append((self.finished, m.Finished()))
             return False
-        action = plan.actions[self.index]
+        action = plan.action(self.index)
         condition = action.when or scene.MovesDone()
         if not self._holds(condition, self.index, self.since):
             if action.timeout is not None and self.now.t >= self.since + ns(action.timeout):
@@ -160,4 +160,4 @@ class Commander(Orders):
     def _expect(self) -> None:
         """Have the thresholds of the next action's condition watched."""
         if self.index < self.end:
-            self._watch(self.plan.actions[self.index].when, (self.index, WHEN))
+            self._watch(self.plan.action(self.index).when, (self.index, WHEN))

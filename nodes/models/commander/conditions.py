@@ -11,7 +11,19 @@ from dataclasses import dataclass
 
 from heavylift.kernel.description.mechanics import Threshold
 from heavylift.nodes.devs import ns
-from heavylift.nodes.plan.actions import After, And, Condition, Crossing, Landed, Lifted, Move, MovesDone, Slings, Turn
+from heavylift.nodes.plan.actions import (
+    Action,
+    After,
+    And,
+    Condition,
+    Crossing,
+    Landed,
+    Lifted,
+    Move,
+    MovesDone,
+    Slings,
+    Turn,
+)
 from heavylift.nodes.plan.plan import Plan, driven
 
 from .observed_state import OFF, Picture
@@ -41,13 +53,17 @@ def crossings(condition: Condition | None) -> list[tuple[int, Crossing]]:
     return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, Crossing)]
 
 
+def crossed(action: Action) -> Iterator[Crossing]:
+    """The thresholds that an action waits for, and its orders."""
+    untils = [order.until for order in action.orders if isinstance(order, (Move, Turn))]
+    return (crossing for condition in (action.when, *untils) for _, crossing in crossings(condition))
+
+
 def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
     """The thresholds that each model has to watch for the action list."""
     found: dict[str, dict[str, Threshold]] = {}
-    for action in plan.actions:
-        untils = [order.until for order in action.orders if isinstance(order, (Move, Turn))]
-        for _, crossing in (c for condition in (action.when, *untils) for c in crossings(condition)):
-            found.setdefault(crossing.model, {})[crossing.threshold.name] = crossing.threshold
+    for crossing in (crossing for action in plan.actions for crossing in crossed(action)):
+        found.setdefault(crossing.model, {})[crossing.threshold.name] = crossing.threshold
     return {model: tuple(thresholds.values()) for model, thresholds in found.items()}
 
 

@@ -36,11 +36,11 @@ class Orders(Atomic):
     finished = Out(m.Finished)
     answer = Out(m.OperatorAnswer)
 
-    def __init__(self, name: str, plan: Plan, part: tuple[int, int] | None = None) -> None:
+    def __init__(self, name: str, plan: Plan) -> None:
+        """`plan`: of the whole scene, or what one of several action lists needs of it."""
         super().__init__(name)
-        self.first, self.end = part or (0, len(plan.actions))  # of the actions of its list
-        self.plan, self.owners = plan, owners(plan)
-        self.own = next((each.machines for each in plan.lists if each.name == name), ())  # machines, of several lists
+        self.plan, self.owners, self.end = plan, owners(plan), plan.first + len(plan.actions)
+        self.own = plan.lists[0].machines if plan.lists else ()
         self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
         targets = [*(self.own or machines(plan)), *([TURN] if turns(plan) else [])]
         self.aims = {
