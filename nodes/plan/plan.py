@@ -219,7 +219,8 @@ class Rig(Item, frozen=True, kw_only=True):
 
 
 class ActionList(Item, frozen=True, kw_only=True):
-    """One of several action lists: it begins with the action of number `first`, and orders these machines."""
+    """One of several action lists: it begins with the action of number `first`, and orders these machines; without
+    any it is that of the whole scene, which begins others."""
 
     name: str
     first: int

@@ -28,7 +28,7 @@ class Commander(Orders):
     def start(self) -> None:
         """Begin with the first action if its condition holds."""
         self._clear()
-        self.index, self.since, self.over = self.plan.first, 0, False
+        self.index, self.since, self.over, self.ended = self.plan.first, 0, False, False
         self._expect()
         self._settle()
 
@@ -108,9 +108,13 @@ class Commander(Orders):
         """Begin the next action if its condition holds; at the end of the list report it."""
         plan = self.plan
         if self.index == self.end:
-            if plan.end is None and not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
-                self.over = True
-                self.outbox.append((self.finished, m.Finished()))
+            if not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
+                if self.lists is not None and not self.ended:
+                    self.outbox.append((self.lists, m.Ended(self.name)))
+                if plan.end is None:
+                    self.over = True
+                    self.outbox.append((self.finished, m.Finished()))
+                self.ended = True
             return False
         action = plan.action(self.index)
         condition = action.when or scene.MovesDone()
@@ -142,12 +146,12 @@ class Commander(Orders):
             return
         orders = msgspec.msgpack.decode(command.action, type=scene.Action).orders
         asked = [self.owners.get(addressed(order) or "", "") for order in orders]
-        if self.own and asked[0] not in self.own:
+        if self.plan.lists and asked[0] not in self.own:
             return  # another list answers
         before = list(self.jobs), list(self.outbox), self.ids
         answer = m.OperatorAnswer(command.text, self.now.t)
         try:
-            if self.own and (self.over or not {*asked} <= {*self.own}):
+            if self.plan.lists and (self.over or not {*asked} <= {*self.own}):
                 many = "it orders machines of several lifts, which are ordered one by one"
                 raise Refused("the action list of this lift is over" if self.over else many)
             for i, order in enumerate(orders):

@@ -15,8 +15,10 @@ from heavylift.nodes.plan.actions import (
     Action,
     After,
     And,
+    Begun,
     Condition,
     Crossing,
+    Ended,
     Landed,
     Lifted,
     Move,
@@ -67,6 +69,20 @@ def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
     return {model: tuple(thresholds.values()) for model, thresholds in found.items()}
 
 
+def concerned(plan: Plan) -> set[str]:
+    """Names of the models, ropes and lifts that the conditions of its actions are about."""
+    found = set[str]()
+    for term in (term for action in plan.actions for term in terms(action.when)):
+        match term:
+            case Slings():
+                found |= {*term.names}
+            case Lifted() | Landed() | Crossing():
+                found.add(term.model)
+            case Ended():
+                found.add(term.lift)
+    return found
+
+
 def holds(condition: Condition, picture: Picture, moment: Moment) -> bool:
     """Whether the condition is true at this moment."""
     return all(_true(term, picture, moment) for term in terms(condition))
@@ -100,6 +116,10 @@ def _true(term: Condition, picture: Picture, moment: Moment) -> bool:
             return term.threshold.name in picture.reached
         case After():
             return moment.now_ns >= moment.since_ns + ns(term.seconds)
+        case Begun():
+            return term.lift in picture.begun
+        case Ended():
+            return term.lift in picture.ended
         case And():
             return holds(term, picture, moment)
 
@@ -120,6 +140,10 @@ def _words(term: Condition, picture: Picture, moment: Moment) -> str:
             return term.text or f"{guard} of {term.model}"
         case After():
             return term.text or f"after {term.seconds:g} s"
+        case Begun():
+            return f"the list of the whole scene to begin {term.lift}"
+        case Ended():
+            return term.text or f"{term.lift} done"
         case And():
             return words(term, picture, moment)
 
