@@ -23,6 +23,7 @@ from .session import Ticket, node_session
 
 FIFO = 4096  # messages that may wait at a receiver before its senders wait
 JOIN_s = 10.0  # longest time from an open session to a coordinator that listens
+LONGEST_s = 0.02  # between two looks whether it does
 LEAVE_s = 10.0  # longest time that a process waits for its last messages to arrive
 LOCAL = "local"  # in place of a process's name: the coordinator's own
 
@@ -87,7 +88,7 @@ class Link:
 
     def _join(self) -> None:
         """Wait until the coordinator hears all topics: what is put earlier would be lost silently."""
-        deadline = time.monotonic() + JOIN_s
+        deadline, pause = time.monotonic() + JOIN_s, 0.001
         while not all(sender.heard for sender in self._senders.values()):
             if time.monotonic() > deadline:
                 self.close()
@@ -95,7 +96,8 @@ class Link:
                     f"process {self.process} reached run {self.run} but no coordinator listened within "
                     f"{JOIN_s:g} s, start the run again"
                 )
-            time.sleep(0.001)
+            time.sleep(pause)
+            pause = min(1.5 * pause, LONGEST_s)  # many that wait at once would take the time for which they wait
 
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message of a node to the coordinator."""

@@ -175,7 +175,7 @@ FAILING = """\
 from heavylift.coordinator.run import scene
 
 def greet(self):
-    self.talk.welcome(next(iter(self._models)), b"")
+    self.talk.welcome(next(iter(self._models)), b"", "")
     raise MemoryError
 
 scene._Run.greet = greet
