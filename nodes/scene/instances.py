@@ -133,9 +133,9 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     between, listed = build_interlocks(yard, whole.mechanisms), build_actions(yard, whole.mechanisms)
     _begins_each_once(source, scene, listed)
     raise_faults(source, source.faults)
-    own = (ActionList(name=EVERY, first=len(whole.actions), machines=()),) if listed else ()
+    own_list = (ActionList(name=EVERY, first=len(whole.actions), machines=()),) if listed else ()
     whole = msgspec.structs.replace(
-        whole, interlocks=whole.interlocks + between, actions=whole.actions + listed, lists=whole.lists + own
+        whole, interlocks=whole.interlocks + between, actions=whole.actions + listed, lists=whole.lists + own_list
     )
     why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")
     notes = tuple((t, f"{name}: {told}") for name, x in lifts for t, told in x.statics.notes)
