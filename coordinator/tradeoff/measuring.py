@@ -18,12 +18,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
+from heavylift.coordinator.run.in_memory import CUT
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.plan.actions import Wait
 
 from .planning import Planner
-from .playing import CUT, Played, play, prepared
+from .playing import Played, play, prepared
 from .quantities import askable, asked, default_limit, errors, farthest
 from .settings import METHODS, Rung, Setting, chosen, ladder
 from .verdict import Row, Verdict, judge

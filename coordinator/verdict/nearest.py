@@ -15,10 +15,8 @@ from numpy.typing import NDArray
 
 from .moving import Moving
 from .steps import SHARP, Minimum, Steps, between, seen, steps_of
-from .stretches import SIZES, Stretches, bounded, cut, in_pieces, whole
+from .stretches import SIZES, Stretches, bounded, cut, in_pieces
 from .together import Together
-
-__all__ = ["SHARP", "Known", "nearest", "nearest_of_each", "search", "whole"]
 
 Floats = NDArray[np.float64]
 PROMISING = 3  # stretches of two things that are looked at exactly on each level

@@ -41,8 +41,6 @@ from .island import Island, inherit
 from .running_ahead import SPAN, RunningAhead
 from .sample_merge import Joining, LiftRows, logged, untied
 
-__all__ = ["Islands"]
-
 KEPT = {"": ("rows", "notes", "epoch", "reached"), "order": ("phase",), "samples": ("number", "struck")}
 
 

@@ -44,8 +44,6 @@ from heavylift.nodes.statics.swinging import swing_free
 from .instances import several
 from .loaded_scene import Facts, LoadedScene
 
-__all__ = ["build", "facts"]
-
 
 def facts(scene: schema.Scene) -> Facts:
     """What a run asks of the keys of a scene."""

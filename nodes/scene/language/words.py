@@ -10,8 +10,6 @@ from heavylift.nodes.scene.text.units import Dimension
 
 from .phrases import PhraseError
 
-__all__ = ["LONGEST", "Reader"]
-
 _UNIT = "|".join(
     re.escape(u).replace(r"\ ", r"\s+")
     for u in sorted({u for d in units.DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
