@@ -39,22 +39,8 @@ NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
      "master", "followers")
 )  # fmt: skip
 MACHINES = (
-    "cranes",
-    "block",
-    "blocks",
-    "rig",
-    "rigging",
-    "edges",
-    "mechanism",
-    "machines",
-    "wind",
-    "waves",
-    "vessels",
-    "floor",
-    "obstacles",
-    "models",
-    "actions",
-    "limits",
+    *("cranes", "block", "blocks", "rig", "rigging", "edges", "mechanism", "machines", "models", "actions", "limits"),
+    *("wind", "waves", "vessels", "floor", "obstacles"),
 )
 EVERY = "all"  # subject of limits of the whole scene
 
