@@ -7,11 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
 
-__all__ = [
-    "FAINT", "GIVEN_WAY", "JUST_BELOW", "SLIP_BLEND", "SLOWEST", "Contact", "deflection", "friction", "one_sided",
-    "pushes",
-]  # fmt: skip
-
 ROUND_OFF = 1e-12  # [m] deflection of a friction spring that round-off in places far from the origin can feign
 RELAXED = 1.0 - 1e-5  # of its limit, below which friction at rest holds: more than rounding of poses changes it
 SLIP_BLEND = 1e-6  # [m/s] below this speed the direction of sliding friction is that of the slip's start

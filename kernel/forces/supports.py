@@ -13,8 +13,6 @@ from heavylift.kernel.description.mechanics import Support
 from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment, wrench
 from .friction import FAINT, GIVEN_WAY, JUST_BELOW, SLIP_BLEND, SLOWEST, deflection, friction, pushes
 
-__all__ = ["SupportAt", "SupportLaw"]
-
 
 class SupportAt:
     """Places of a support's numbers, behind its point (3)."""
