@@ -23,10 +23,11 @@ if TYPE_CHECKING:
     from heavylift.recordings.format.samples import SampleChannel, SampleLayout
     from heavylift.recordings.format.schema import RecordedEvent
     from heavylift.recordings.format.viewer_messages import Box, RopeLine
+    from heavylift.recordings.read.container import Topic
     from heavylift.recordings.read.export import export
     from heavylift.recordings.read.info import info, info_data
     from heavylift.recordings.read.part import Part
-    from heavylift.recordings.read.reader import Recording, Topic
+    from heavylift.recordings.read.reader import Recording
     from heavylift.recordings.read.recover import Recovered, recover
     from heavylift.recordings.read.signal import Signal
     from heavylift.recordings.render.compare import Comparison, Difference, compare, overlay
@@ -50,10 +51,11 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "format.samples": ("SampleChannel", "SampleLayout"),
     "format.schema": ("RecordedEvent",),
     "format.viewer_messages": ("Box", "RopeLine"),
+    "read.container": ("Topic",),
     "read.export": ("export",),
     "read.info": ("info", "info_data"),
     "read.part": ("Part",),
-    "read.reader": ("Recording", "Topic"),
+    "read.reader": ("Recording",),
     "read.recover": ("Recovered", "recover"),
     "read.signal": ("Signal",),
     "render.compare": ("Comparison", "Difference", "compare", "overlay"),

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.live.commands import COMMAND, OPERATOR
 from heavylift.coordinator.live.pace import Lateness
+from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict import judge
@@ -111,7 +111,7 @@ class Record(FileTape):
         }
         attachments = {scene.path.name: scene.text.encode(), RESOLVED: encode(plan)}
         attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}
-        attachments[LAYOUT] = layout([r.name for r in system(plan).all_ropes], *surroundings(plan))
+        attachments[LAYOUT] = layout([r.name for r in system(plan, models).all_ropes], *surroundings(plan))
         self._facts: dict[str, object] = facts
         self._conduct = Conduct()
         self._collector = Collector(self._layout)

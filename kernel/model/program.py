@@ -190,8 +190,9 @@ class Program:
         points += [(h.name, point.body) for h in s.thresholds for point in quantity_points(h, s)]
         points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
         points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
+        known = {"world", *(b.name for b in s.bodies)}
         for name, body in points:
-            if body != "world" and body not in {b.name for b in s.bodies}:
+            if body not in known:
                 raise KernelError(f"'{name}': there is no body '{body}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:

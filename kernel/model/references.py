@@ -23,8 +23,6 @@ from heavylift.kernel.forces.table import signals
 
 from .parameters import Parameters
 
-__all__ = ["Actuator", "Histories", "References"]
-
 AT_REST = 1e-12  # [m/s] a speed left over by round-off
 SAME = 1e-9  # relative difference of two values that is round-off
 
