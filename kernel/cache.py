@@ -79,19 +79,8 @@ def sources() -> bytes:
 
 def contents(folder: Path, *endings: str) -> bytes:
     """Of all files in a folder, and in those below, whose names end so; in the order of their paths."""
-    found, folders = list[str](), [str(folder)]
-    while folders:
-        with os.scandir(folders.pop()) as entries:
-            for entry in entries:
-                if entry.name.endswith(endings):
-                    found.append(entry.path)
-                elif entry.name != "__pycache__" and entry.is_dir(follow_symlinks=False):
-                    folders.append(entry.path)
-    parts = list[bytes]()
-    for path in sorted(found):
-        with open(path, "rb", buffering=0) as file:
-            parts.append(file.read())
-    return b"".join(parts)
+    found = (f"{at}/{name}" for at, _, names in os.walk(folder) for name in names if name.endswith(endings))
+    return b"".join(Path(path).read_bytes() for path in sorted(found))
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:

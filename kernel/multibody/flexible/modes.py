@@ -12,9 +12,8 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from math import pi, sqrt
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import eigen, factored, sizes, times, total
@@ -138,17 +137,9 @@ class Modes:
 _last: dict[tuple[str, str], Modes] = {}  # by what was asked for, the oldest first
 
 
-@cache
-def _sources() -> Any:
-    """The kernel, hashed."""
-    return hashlib.sha256(sources())
-
-
 def _key(flexible: Flexible) -> str:
     """Name of what is known of such a body."""
-    key = _sources().copy()
-    key.update(repr(flexible).encode())
-    return str(key.hexdigest())
+    return hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
 
 
 def modes_of(name: str, flexible: Flexible) -> Modes:
