@@ -16,8 +16,10 @@ from heavylift.coordinator.supervision.hash_seed import start_again
 from .stopping import STOPPED, UNHEARD, ReaderLeft, Stopping, heard
 
 LIGHT = {
-    **{"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2"},  # threads reserve 40 and 64 MB each, and need neither
-    **dict.fromkeys(("MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"), f"{64 << 20}"),  # batches keep their pages
+    "OPENBLAS_NUM_THREADS": "1",  # threads reserve 40 MB each, and need none
+    "MALLOC_ARENA_MAX": "2",  # nor the 64 MB of each of them here
+    "MALLOC_MMAP_THRESHOLD_": f"{64 << 20}",  # batches keep their pages
+    "MALLOC_TRIM_THRESHOLD_": f"{64 << 20}",
 }
 
 

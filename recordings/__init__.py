@@ -17,10 +17,11 @@ from heavylift.recordings.format.digest import Digest
 from heavylift.recordings.format.samples import SampleChannel, SampleLayout
 from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.viewer_messages import Box, RopeLine
+from heavylift.recordings.read.container import Topic
 from heavylift.recordings.read.export import export
 from heavylift.recordings.read.info import info, info_data
 from heavylift.recordings.read.part import Part
-from heavylift.recordings.read.reader import Recording, Topic
+from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.recover import Recovered, recover
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.render.compare import Comparison, Difference, compare, overlay

@@ -14,9 +14,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from heavylift.coordinator.replay import Outcome, RecordedRun
-    from heavylift.coordinator.replay.picture import Picture
     from heavylift.coordinator.run.watch import Watch
-    from heavylift.recordings import Spectator
 
 
 @app.command()
@@ -95,6 +93,7 @@ def _publish(
 ) -> None:
     from heavylift.coordinator.live.keyboard import Keyboard
     from heavylift.coordinator.replay import Player, Publisher, Replay, Said
+    from heavylift.coordinator.replay.picture import Picture
     from heavylift.coordinator.run.progress import command
 
     if not 0.0 < rate < float("inf"):
@@ -112,7 +111,7 @@ def _publish(
         keys = "; space pauses, s steps, + - rate, q ends" if keyboard.there else ""
         typer.echo(f"run {publisher.run} in {publisher.directory}; {command()} watch {publisher.run}{keys}", err=True)
         said = 0
-        picture = _picture(run, page, asked.start)
+        picture = Picture(run, page, asked.start) if page is not None else None
         with _watching(run) as progress:
 
             def say(one: Said) -> None:
@@ -137,15 +136,6 @@ def _publish(
         if picture is not None:
             picture.end()
     typer.echo(f"replayed {said} messages of {len(asked.topics)} topics")
-
-
-def _picture(run: RecordedRun, page: Spectator | None, start: int) -> Picture | None:
-    """What the page shows, if there is one."""
-    if page is None:
-        return None
-    from heavylift.coordinator.replay.picture import Picture
-
-    return Picture(run, page, start)
 
 
 def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:

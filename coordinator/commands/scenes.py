@@ -69,19 +69,13 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
     """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
     import json
 
-    from heavylift.coordinator.participants.pause import paused, resting
-    from heavylift.kernel.analysis import equilibrium, reactions
+    from heavylift.coordinator.participants.pause import at_rest
     from heavylift.kernel.analysis import modes as about
+    from heavylift.kernel.analysis import reactions
     from heavylift.kernel.analysis.tables import statics_data, statics_text
     from heavylift.nodes.scene import load
 
-    loaded = load(scene, sets or [])
-    if at is None:
-        path = resting(loaded, after)
-        found, simulation = path.rest(), path.command
-    else:
-        simulation = paused(loaded, at, after)
-        found = equilibrium(simulation)
+    found, simulation = at_rest(load(scene, sets or []), at, after)
     shown = found, reactions(simulation), about(simulation).growth
     notes = [note.sentence for note in simulation.notes]
     told = "\n".join([statics_text(*shown), *(f"note: {note}" for note in notes)])
@@ -93,20 +87,12 @@ def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False,
     """Show frequencies, damping and modes about the pose at rest.    heavylift modes lift --after up"""
     import json
 
-    from heavylift.coordinator.participants.pause import paused, resting
-    from heavylift.kernel.analysis import equilibrium
+    from heavylift.coordinator.participants.pause import at_rest
     from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis.tables import modes_data, modes_text
     from heavylift.nodes.scene import load
 
-    loaded = load(scene, sets or [])
-    if at is None:
-        path = resting(loaded, after)
-        path.rest()
-        simulation = path.command
-    else:
-        simulation = paused(loaded, at, after)
-        equilibrium(simulation)
+    _, simulation = at_rest(load(scene, sets or []), at, after)
     found = about(simulation)
     typer.echo(json.dumps(modes_data(found)) if as_json else modes_text(found))
 

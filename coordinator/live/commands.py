@@ -17,8 +17,6 @@ from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.recordings import Recording, file_path
 from heavylift.recordings.write.outputs import COMMANDS
 
-__all__ = ["COMMAND", "OPERATOR", "Given", "command", "journal_of", "journaled", "operator_commands"]
-
 
 class Given(NamedTuple):
     """A command and when it was given: the canonical bytes of an OperatorCommand."""

@@ -33,8 +33,6 @@ from heavylift.nodes.models.parts.inputs import obey
 from .parts import KernelConfig
 from .sampling import Sampling
 
-__all__ = ["KernelConfig", "KernelNode"]
-
 BATCH = 256  # samples in one message, but for those of a rest, which are one row
 FEW = 16  # rows of one lift alone that are worth a message
 SILENT = 2**30  # microstep of silent tags

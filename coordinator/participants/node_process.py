@@ -1,20 +1,24 @@
 """A process of one or more nodes: take the ticket, join, answer until the run is over for all of them.
 
 Its models are one node, and the kernel is another; neither has a thread of its own: each message is answered before
-the next is looked at.
+the next is looked at.  That the process is alive is said by a thread of its link, whatever its nodes are doing.
 """
 
 from __future__ import annotations
 
 import os
+import sys
+import threading
 import traceback
+from collections.abc import Callable
 from functools import partial
 
+import msgspec
+from heavylift.coordinator.protocol.messages import Alive
 from heavylift.coordinator.transport.link import Link
 from heavylift.coordinator.transport.session import Ticket
 from heavylift.nodes.models import KERNEL
 
-from .alive import life_sign
 from .participant import Participant, version
 
 version()  # which every node tells: read once, before processes are forked
@@ -51,3 +55,22 @@ def serve(link: Link) -> str:
                 failed = failed or playing[name].failed
                 del playing[name]
     return failed
+
+
+def life_sign(steps: Callable[[], int]) -> Callable[[], bytes]:
+    """What the process answers when it is asked; `steps` grows while it makes progress."""
+    return lambda: msgspec.msgpack.encode(Alive(steps(), _traced()))
+
+
+def _traced() -> bool:
+    """Whether a debugger follows the main thread: one within Python, or one of the system."""
+    frame = sys._current_frames().get(threading.main_thread().ident or 0)
+    while frame is not None:
+        if frame.f_trace is not None:
+            return True
+        frame = frame.f_back
+    try:
+        with open("/proc/self/status") as status:
+            return any(line.startswith("TracerPid:") and line.split()[1] != "0" for line in status)
+    except OSError:
+        return False

@@ -13,6 +13,7 @@ import msgspec
 from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.node import Node
+from heavylift.kernel.analysis.equilibrium import Equilibrium, equilibrium
 from heavylift.kernel.analysis.path import EquilibriumPath
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.methods.choice import choose, control_of
@@ -58,6 +59,15 @@ class _Stages:
 def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
     """The kernel's part of a plan and its models."""
     return kernel_config(plan, models, (m.declare() for m in models.values()))
+
+
+def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibrium, Simulation]:
+    """The mechanics in a rest: on the path of the action list `after` a stage, or of a run at a time `at` [s]."""
+    if at is None:
+        path = resting(scene, after)
+        return path.rest(), path.command
+    simulation = paused(scene, at, after)
+    return equilibrium(simulation), simulation
 
 
 def check_steps(scene: LoadedScene) -> None:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.live.commands import COMMAND, OPERATOR
 from heavylift.coordinator.live.pace import Lateness
+from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict import judge

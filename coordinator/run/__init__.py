@@ -11,6 +11,8 @@ watch, progress     what a run tells while it runs, and what a user sees of it
 time_budget         the settings with which a run is as accurate as it can be in a given time
 """
 
-from .scene import Result, run
+from heavylift.coordinator.record.scene import Result
+
+from .scene import run
 
 __all__ = ["Result", "run"]

@@ -234,13 +234,8 @@ def _greet(talk: Conversation, model: Coupled, placement: Placement, part: parts
             )
 
 
-PRELOAD = (
-    "building",
-    "commons",
-    "declaring",
-    "seclusion",
-    "transitions",
-)  # what a node of models imports when it joins
+# what a node of models imports when it joins
+PRELOAD = ("building", "commons", "declaring", "seclusion", "transitions")
 
 
 def _preload(reference: str) -> list[str]:

@@ -15,7 +15,8 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from heavylift.coordinator.live.commands import OPERATOR, Given, journaled
+from heavylift.coordinator.live.commands import Given, journaled
+from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.participants.pause import configured
 from heavylift.coordinator.record.scene import MERGED, RESOLVED, Result
 from heavylift.coordinator.replay.deviation import Deviation, Follower

@@ -57,8 +57,6 @@ if TYPE_CHECKING:
     from heavylift.coordinator.participants.recalled import Past
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["Result", "run"]
-
 PUBLISH_Hz = 10.0  # samples per simulated second that whoever subscribes to them gets
 AHEAD_ns = 10 * 10**9  # simulated time that may be decided at once, and that a command may have to wait for
 

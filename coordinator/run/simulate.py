@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.live.commands import COMMAND, OPERATOR, Given
+from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice

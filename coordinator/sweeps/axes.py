@@ -35,8 +35,6 @@ from numpy.typing import NDArray
 
 from .motions import Motion, motion_of
 
-__all__ = ["Axis", "Variant", "axes_of", "grid", "sampled"]
-
 RANGE = re.compile(rf"\s*({NUMBER})\s*([^\d.]*?)\s*\.\.\s*({NUMBER})\s*(.*?)\s*(?:\bby\s+({NUMBER})\s*(.*?)\s*)?")
 MOST = 1_000_000  # variants of a study
 

@@ -15,8 +15,6 @@ import numpy as np
 from heavylift.kernel.errors import SceneError
 from numpy.typing import NDArray
 
-__all__ = ["DESIGNS", "FEWEST", "Index", "base_rows", "drawn", "indices"]
-
 FEWEST = {"sobol": 16, "lhs": 100}  # rows that say something of an index: ten harmonics need several each
 DESIGNS = tuple(FEWEST)
 Floats = NDArray[np.float64]

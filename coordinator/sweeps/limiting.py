@@ -26,8 +26,6 @@ from .axes import RANGE, Axis, Variant, axes_of
 from .motions import motion_of, motions
 from .variant import Row, Task, judged_uses, played
 
-__all__ = ["Limited", "askable", "limits_of", "limits_of_all"]
-
 NEAR = 0.005  # of the way from the start: how near the last green and the first red value shall be
 ASIDE = 0.4  # of that, by which a guess lies on one side of where the use is 100 %, so that the other one follows
 STEPS, BEYOND = 8, 3  # doublings without an end of the range; values that are looked at beyond the limit

@@ -21,8 +21,6 @@ from .page import canvas, wide
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["limits_page", "listed"]
-
 HEAD = ["number", "green up to", "red at", "most used there", "to", "in", "at", "what turns red"]
 COLUMNS = 3  # of figures
 

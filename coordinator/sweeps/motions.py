@@ -17,8 +17,6 @@ from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scene.text.units import ACCELERATION, ANGULAR_ACCELERATION, NUMBER, RATE, SPEED, Dimension
 
-__all__ = ["Motion", "motion_of", "motions"]
-
 NOUNS = {"hoist": ("hoist", "lower"), "trolley": ("traverse",), "gantry": ("travel",)}
 VERBS_OF = {verb.name: (verb.name,) for verb in VERBS.values() if verb.becomes in ("move", "turn")} | NOUNS
 WORDS: dict[str, Literal["speed", "accel"]] = {

@@ -24,8 +24,6 @@ from .variant import FAILED
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["canvas", "page", "told", "wide"]
-
 LISTED = 20  # variants with their command; limits
 DRAWN = 4  # axes
 FEW = 200  # variants that are seen one by one

@@ -26,8 +26,6 @@ from heavylift.recordings.format.text import clock
 from .timetable import Parts, Planned, done, last_wait
 from .timing import Step, overlaps, ramps, speeds
 
-__all__ = ["planned"]
-
 WORTH_s = 0.5  # of a gain that counts
 HALVINGS = 5  # of a step that the path at rest does not allow whole
 LEAST = 0.2  # part of a step below which it is given up in runs

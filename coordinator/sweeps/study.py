@@ -29,8 +29,6 @@ from .variant import Row, Task
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["INPUT", "Planned", "Study"]
-
 ABOUT, PARTS, ROWS, RECORDINGS = "study.json", "parts", "rows.parquet", "recordings"
 INPUT = "input/"  # before the name of a column: what was varied
 

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from .designs import Index, base_rows, drawn, indices
 from .study import INPUT, Study
 
-__all__ = ["RESULTS", "Chance", "Summary", "summary"]
-
 RESULTS = {
     "use": "largest use of a load's limit",
     "clearance [m]": "smallest clearance [m]",

@@ -24,8 +24,6 @@ from .designs import DESIGNS, drawn
 from .study import Planned, Study
 from .variant import KEEP, Keep, Row, Task, played
 
-__all__ = ["planned", "sweep", "verified"]
-
 AHEAD, MOST = 3, 256  # variants with the executor for each worker; in all, if nobody says how many there are
 WAIT_s, WRITE_s = 0.2, 1.0  # for a variant to be done; between two files of rows
 LIMIT_s = 60.0  # of wall time that a run may take

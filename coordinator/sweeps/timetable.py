@@ -13,8 +13,6 @@ from heavylift.recordings.format.text import clock
 
 from .timing import Step
 
-__all__ = ["Parts", "Planned", "done", "last_wait"]
-
 Parts = dict[Step, float]  # how far each step is taken, of 1
 
 

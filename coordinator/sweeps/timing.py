@@ -20,8 +20,6 @@ from heavylift.nodes.scene.construction.yard import ramp_of
 from heavylift.nodes.scene.text.source import Path
 from heavylift.nodes.scene.text.units import NUMBER
 
-__all__ = ["Step", "overlaps", "ramps", "speeds"]
-
 TURNS = 4.0  # times the rate that is written: a turn has no limit of its own, but that of what follows it
 SPARE_s, LEAST_s = 2.0, 5.0  # by which a move begins and ends after the one that it overlaps; overlap worth it
 SPEED = re.compile(rf"^(\s*\w+\s+)({NUMBER})")

@@ -29,8 +29,6 @@ from heavylift.nodes.scenes import bundled
 
 from .axes import Variant
 
-__all__ = ["FAILED", "KEEP", "Keep", "Task", "judged_uses", "played"]
-
 Keep = Literal["none", "failed", "all"]
 KEEP: tuple[Keep, ...] = ("none", "failed", "all")
 PLACES = ("hook height", "rope length", "rails", "girder")  # limits that say how far something may go

@@ -115,17 +115,8 @@ def _number(x: float | None) -> float | None:
 def _csv(measured: Measured) -> str:
     """One line a setting; errors relative, units in the names of the columns."""
     out = io.StringIO()
-    head = [
-        "rung",
-        "method",
-        "step or tolerance",
-        "waits [s]",
-        "start [s]",
-        "wall [s]",
-        "CPU [s]",
-        "real-time factor",
-        "messages",
-    ]
+    head = ["rung", "method", "step or tolerance", *(f"{what} [s]" for what in ("waits", "start", "wall", "CPU"))]
+    head += ["real-time factor", "messages"]
     head += [column for q in measured.ask for column in (f"{q} error", f"{q} passes")]
     head += [f"places [{measured.unit}]", "energy error", "constraint drift [m]", "runs", "spread of CPU", "failed"]
     table = csv.writer(out, lineterminator="\n")

@@ -18,12 +18,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
+from heavylift.coordinator.run.in_memory import CUT
+from heavylift.coordinator.run.pool import cores
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.plan.actions import Wait
 
 from .planning import Planner
-from .playing import CUT, Played, play, prepared
+from .playing import Played, play, prepared
 from .quantities import askable, asked, default_limit, errors, farthest
 from .settings import METHODS, Rung, Setting, chosen, ladder
 from .verdict import Row, Verdict, judge
@@ -244,9 +246,8 @@ def _row(
 
 def _machine() -> Machine:
     """This one, now."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     listed = Path("/proc/cpuinfo")
     lines = listed.read_text().splitlines() if listed.exists() else []
     named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     processor = next(named, platform.processor() or platform.machine())
-    return Machine(processor, cores, os.getloadavg()[0], platform.python_version(), version("heavylift"))
+    return Machine(processor, cores(), os.getloadavg()[0], platform.python_version(), version("heavylift"))

@@ -14,13 +14,10 @@ from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.pause import configured
 from heavylift.coordinator.record.energy import EnergyAudit
 from heavylift.coordinator.run import in_memory
-from heavylift.coordinator.run.in_memory import CUT
 from heavylift.nodes.models import build
 from heavylift.nodes.plan.actions import Lifted, Move, Wait
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import SampleLayout
-
-__all__ = ["CUT", "Played", "Shown", "Span", "play", "prepared", "spans"]
 
 WHOLE = "the whole run"
 

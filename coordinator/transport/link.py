@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any, Self
 
 import zenoh
+from heavylift.coordinator.stopping import whole
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
@@ -136,7 +137,10 @@ class Link:
 
 
 class LocalLink(_Sender):
-    """A node's connection to a LocalHub over the same session; `serve` hands its messages to a function."""
+    """A node's connection to a LocalHub over the same session; `serve` hands its messages to a function.
+
+    What is put is received in the middle of the put, by callbacks in which foreign code loses what a signal raises.
+    """
 
     def __init__(
         self, session: zenoh.Session, run: str, node: str, ready: deque[str], sampled: Callable[[], None]
@@ -147,9 +151,15 @@ class LocalLink(_Sender):
         self._handler: Callable[[bytes], None] | None = None
         self._inbox = session.declare_subscriber(key(run, "in", LOCAL, node), Callback(self._enqueue, indirect=False))
 
+    def send(self, payload: bytes) -> None:
+        """Send a protocol message to the coordinator."""
+        with whole():
+            super().send(payload)
+
     def sample(self, payload: bytes) -> None:
         """Send a batch of samples to the coordinator, which takes it at once, in the middle of the work."""
-        super().sample(payload)
+        with whole():
+            super().sample(payload)
         self._sampled()
 
     def _enqueue(self, sample: zenoh.Sample) -> None:

@@ -21,7 +21,7 @@ from math import floor, hypot, log10
 from pathlib import Path
 
 import msgspec
-from heavylift.coordinator.live.commands import OPERATOR
+from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.run.pool import cores
 from heavylift.coordinator.tradeoff.measuring import unit_of
 from heavylift.kernel.errors import HeavyliftError, RecordingError

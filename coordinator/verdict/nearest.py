@@ -15,10 +15,8 @@ from numpy.typing import NDArray
 
 from .moving import Moving
 from .steps import SHARP, Minimum, Steps, between, seen, steps_of
-from .stretches import SIZES, Stretches, bounded, cut, in_pieces, whole
+from .stretches import SIZES, Stretches, bounded, cut, in_pieces
 from .together import Together
-
-__all__ = ["SHARP", "Known", "nearest", "nearest_of_each", "search", "whole"]
 
 Floats = NDArray[np.float64]
 PROMISING = 3  # stretches of two things that are looked at exactly on each level
@@ -81,18 +79,11 @@ class Known:
 
 def nearest(shapes: list[Moving], start: Stretches, most: float = np.inf) -> Minimum | None:
     """The minimum over stretches of one group; None if they stay farther apart than `most` [m]."""
-    return nearest_of_each(shapes, start, np.array([most]))[0]
-
-
-def nearest_of_each(
-    shapes: list[Moving], start: Stretches, most: Floats, smallest: int = 0, limit: float = 0.0
-) -> list[Minimum | None]:
-    """The minimum of each group of stretches, None where they stay farther apart than its `most` [m]; of groups whose
-    `most` is infinite only those that are below `limit` or among so many smallest ones need be the minimum."""
-    known = Known(smallest, limit)
-    known.groups(most)
+    known = Known(0, 0.0)
+    known.groups(np.array([most]))
     search(shapes, start, known)
-    return [m if m is not None and m.least < bar else None for m, bar in zip(known.take(), most.tolist(), strict=True)]
+    (found,) = known.take()
+    return found if found is not None and found.least < most else None
 
 
 def search(shapes: list[Moving], start: Stretches, known: Known) -> None:

@@ -2,7 +2,7 @@
 
 equilibrium, active                    static equilibrium; which one-sided laws act there
 path, corrector                        its path as drives and winches move: steps and events; predictor and corrector
-modes, linearise, poses                small motions about a pose
+modes, poses                           small motions about a pose
 momentum                               mass, centre, linear and angular momentum
 tables                                 what was found, as text and as data
 

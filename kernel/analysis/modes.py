@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.kernel.model.kinetic_energy import KineticShares
 
-from .linearise import damping, stiffness
 from .poses import Poses
 
 if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
 
 GROWS = 0.1  # [1/s] below which growth is rounding, too: a mast of a kilometre falls faster
+SPEED_STEP = 1e-3  # [m/s, rad/s]
 FREE = 1e-2  # [rad/s] below which a motion has no frequency but only rounding
 
 
@@ -68,7 +68,7 @@ def modes_at(poses: Poses, q: np.ndarray) -> Modes:
     allowed = poses.basis(q)
     basis = np.eye(len(poses.free)) if allowed is None else allowed
     n = basis.shape[1]
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [stiffness(poses, q, basis), damping(poses, q, basis)]])
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [basis.T @ poses.stiffness(q) @ basis, _damping(poses, q, basis)]])
     s, vectors = np.linalg.eig(A)
     poses.accelerations(q)  # leaves the simulation at its own pose
     energy = KineticShares(simulation.program, simulation.P, q)
@@ -87,3 +87,17 @@ def modes_at(poses: Poses, q: np.ndarray) -> Modes:
             momenta = {name: p / root for name, p in energy.momenta(shape).items()}
             found.append(Mode(w / (2.0 * pi), -float(s[k].real / w), shape, *energy.shares(shape), momenta))
     return Modes(tuple(found), tuple(sorted(decays)), (int(np.sum(np.abs(s) < FREE)) + 1) // 2)
+
+
+def _damping(poses: Poses, q: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """(n, n) da/dv [1/s] of the motions `basis` at pose q, at rest, to fourth order."""
+    h = SPEED_STEP
+
+    def along(e: np.ndarray) -> np.ndarray:
+        a = [poses.accelerations(q, x * h * e) for x in (1.0, -1.0, 2.0, -2.0)]
+        difference: np.ndarray = 8.0 * (a[0] - a[1]) - (a[2] - a[3])
+        return difference / (12.0 * h)
+
+    n = basis.shape[1]
+    matrix: np.ndarray = basis.T @ np.array([along(e) for e in basis.T]).reshape(n, len(basis)).T
+    return matrix

@@ -41,7 +41,6 @@ BADLY = {CHORD: MIDDLE, LINE: NEAR, NEAR: MIDDLE, MIDDLE: LINE}  # or more
 LOCATED_NS = 1000  # an event is located to this
 UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
 GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
-NUDGE = 1e-3  # [m, rad] along the unstable mode
 SLID = 0.03  # [m] of a pad in a step: its way is a chain of secants
 FAR = 1.0  # [m, rad] of a fall that is worth a note
 CHATTER = 50  # events at one instant after which the laws are settled together

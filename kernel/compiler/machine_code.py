@@ -15,9 +15,7 @@ from functools import partial
 import llvmlite
 import llvmlite.binding as llvm
 import numpy as np
-from heavylift.kernel.cache import cache_folder, read_cached, sources, write_cached
-
-__all__ = ["Library", "cache_folder"]
+from heavylift.kernel.cache import read_cached, sources, write_cached
 
 _FLOAT = np.dtype(np.float64)
 _ANY = ctypes.c_char * 0

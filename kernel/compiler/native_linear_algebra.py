@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from .function import OPAQUE, Primitive
-from .native_loops import LANES, VECTOR, Code, padded
+from .native_loops import VECTOR, Code, padded
+from .simd_batches import WIDEST
 
 Number = list[str]  # registers of the real and, if there is one, the imaginary part
 
@@ -55,7 +56,7 @@ class Factors:
         factors = [c.reserve(f"[{stride} x double]") for _ in planes]
         with c.loop(0, n) as k:
             column = [c.at(p, c.integer("mul", k, stride)) for p in planes]
-            after, first = c.integer("add", k, 1), c.integer("and", c.integer("add", k, 1), -LANES)
+            after, first = c.integer("add", k, 1), c.integer("and", c.integer("add", k, 1), -WIDEST)
             c.store(_size(c, [c.load(c.at(p, k)) for p in column]), largest)
             c.store(k, where, "i64")
             with c.loop(after, n) as i:
@@ -73,7 +74,7 @@ class Factors:
             for x, place in zip(inverse, self.inverses, strict=True):
                 c.store(x, c.at("%M", place, k))
             wide = [c.spread(x) for x in inverse]
-            with c.loop(first, stride, LANES) as i:
+            with c.loop(first, stride, WIDEST) as i:
                 below = c.lanes("sgt", i, k)
                 old = [c.load(c.at(p, i), VECTOR) for p in column]
                 for x, o, p, f in zip(times(c, old, wide, VECTOR), old, column, factors, strict=True):
@@ -93,7 +94,7 @@ class Factors:
                 _swap(c, c.at(p, k), c.at(p, pivot))
         with c.loop(0, n) as k:
             column = [c.at(p, c.integer("mul", k, stride)) for p in planes]
-            first = c.integer("and", c.integer("add", k, 1), -LANES)
+            first = c.integer("and", c.integer("add", k, 1), -WIDEST)
             _less(c, x, [c.load(c.at(p, k)) for p in x], column, first, stride, ("sgt", k))
         with c.loop(n - 1, -1, -1) as k:
             column = [c.at(p, c.integer("mul", k, stride)) for p in planes]
@@ -150,7 +151,7 @@ def solver(name: str, factors: Factors, ny: int) -> Primitive:
     c = Code(name, [*inputs, *parts])
     x = [c.reserve(f"[{max(stride, 1)} x double]") for _ in parts]
     for part, buffer in zip(parts, x, strict=True):
-        with c.loop(0, stride, LANES) as i:
+        with c.loop(0, stride, WIDEST) as i:
             c.store("zeroinitializer", c.at(buffer, i), VECTOR)
         with c.loop(0, n) as i:
             c.store(c.load(c.at(f"%b_{part}", i)), c.at(buffer, i))
@@ -177,7 +178,7 @@ def product(name: str, n: int, stride: int, start: int) -> Primitive:
     """x = A b for an (n, n) matrix that stands in M from `start`."""
     c = Code(name, ["M", "b", "x"])
     total = c.reserve(f"[{stride} x double]")
-    with c.loop(0, stride, LANES) as i:
+    with c.loop(0, stride, WIDEST) as i:
         c.store("zeroinitializer", c.at(total, i), VECTOR)
     with c.loop(0, n) as k:
         opposite = c.let(f"fneg double {c.load(c.at('%b', k))}")
@@ -238,7 +239,7 @@ def _less(
         some = c.let(f"or i1 {some}, {c.let(f'fcmp une double {a[1]}, 0.0')}")
     with c.when(some):
         wide = [c.spread(e) for e in a]
-        with c.loop(start, stop, LANES) as i:
+        with c.loop(start, stop, WIDEST) as i:
             x = [c.load(c.at(p, i), VECTOR) for p in v]
             if only:
                 mask = c.lanes(only[0], i, only[1])

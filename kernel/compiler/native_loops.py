@@ -1,7 +1,7 @@
 """Loops of native code by hand: a writer of LLVM IR text for what must not be unrolled, such as 54 x 54 matrices.
 
 Values are names of IR registers (strings).  Counters live on the stack; the compiler's first pass lifts them into
-registers.  Arithmetic is strict IEEE and runs over LANES doubles at once wherever memory is contiguous.
+registers.  Arithmetic is strict IEEE and runs over WIDEST doubles at once wherever memory is contiguous.
 """
 
 from __future__ import annotations
@@ -9,18 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from .simd_batches import WIDEST as LANES
+from .simd_batches import WIDEST
 
-__all__ = ["LANES", "Code", "padded"]
-
-VECTOR = f"<{LANES} x double>"
-_INDICES = f"<{LANES} x i64>"
-_COUNT = f"<{', '.join(f'i64 {i}' for i in range(LANES))}>"
+VECTOR = f"<{WIDEST} x double>"
+_INDICES = f"<{WIDEST} x i64>"
+_COUNT = f"<{', '.join(f'i64 {i}' for i in range(WIDEST))}>"
 
 
 def padded(n: int) -> int:
     """n rounded up to whole vectors."""
-    return -(-n // LANES) * LANES
+    return -(-n // WIDEST) * WIDEST
 
 
 class Code:
@@ -70,19 +68,21 @@ class Code:
     def spread(self, x: str) -> str:
         """A scalar in all lanes."""
         one = self.let(f"insertelement {VECTOR} poison, double {x}, i64 0")
-        return self.let(f"shufflevector {VECTOR} {one}, {VECTOR} poison, <{LANES} x i32> zeroinitializer")
+        return self.let(f"shufflevector {VECTOR} {one}, {VECTOR} poison, <{WIDEST} x i32> zeroinitializer")
 
     def lanes(self, comparison: str, i: str, k: int | str) -> str:
         """Which of the places i, i + 1, ... compare so with k."""
         both = []
         for x in (i, k):
             one = self.let(f"insertelement {_INDICES} poison, i64 {x}, i64 0")
-            both.append(self.let(f"shufflevector {_INDICES} {one}, {_INDICES} poison, <{LANES} x i32> zeroinitializer"))
+            both.append(
+                self.let(f"shufflevector {_INDICES} {one}, {_INDICES} poison, <{WIDEST} x i32> zeroinitializer")
+            )
         place = self.let(f"add {_INDICES} {both[0]}, {_COUNT}")
         return self.let(f"icmp {comparison} {_INDICES} {place}, {both[1]}")
 
     def keep(self, mask: str, a: str, b: str = "zeroinitializer") -> str:
-        return self.let(f"select <{LANES} x i1> {mask}, {VECTOR} {a}, {VECTOR} {b}")
+        return self.let(f"select <{WIDEST} x i1> {mask}, {VECTOR} {a}, {VECTOR} {b}")
 
     @contextmanager
     def loop(self, start: int | str, stop: int | str, step: int = 1) -> Iterator[str]:

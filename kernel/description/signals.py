@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from .mechanics import Point, Quantity, Threshold
 
-__all__ = ["Quantity", "Signal", "guard_of"]
-
 
 @dataclass(frozen=True)
 class Signal:

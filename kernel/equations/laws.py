@@ -5,10 +5,11 @@ A kind without a formula here is told in the words of its own description, so th
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from inspect import getdoc
 from typing import Any
 
+from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.forces import Bushing, Characteristic, Load, Reeving, Spring, Torsion, UserLaw, Wind
 from heavylift.kernel.description.mechanics import (
     WORLD,
@@ -91,13 +92,9 @@ def laws(system: System) -> list[Section]:
 
 def _section(kind: type, items: list[Any]) -> Section:
     told = " ".join((getdoc(kind) or "").split())
-    head = ("name", *(f for f in _fields(items[0]) if f != "name"))
+    head = ("name", *(f for f in field_names(kind) if f != "name"))
     rows = [(x.name, *(_shown(getattr(x, f)) for f in head[1:])) for x in items]
     return Section(f"law: {kind.__name__.lower()}", (told,), (head, *rows), equations=_formulas(kind))
-
-
-def _fields(x: Any) -> tuple[str, ...]:
-    return tuple(f.name for f in fields(x)) if is_dataclass(x) else tuple(x.__struct_fields__)
 
 
 def _shown(x: Any) -> str:
@@ -115,7 +112,7 @@ def _shown(x: Any) -> str:
         return inner if any(not isinstance(e, float | int) for e in x) else f"({inner})"
     if hasattr(x, "a") and hasattr(x, "share"):
         return f"{_shown(x.a)} to {_shown(x.b)}" + (f" by {x.share:g}" if x.share != 1.0 else "")
-    names = _fields(x) if is_dataclass(x) or hasattr(x, "__struct_fields__") else ()
+    names = field_names(x.__class__)
     return ", ".join(f"{n} {_shown(getattr(x, n))}" for n in names) or "-"
 
 

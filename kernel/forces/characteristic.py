@@ -16,8 +16,6 @@ from heavylift.kernel.description.forces import Characteristic, Signal
 
 from .force_law import Answer, ForceLaw, Poses, Shown
 
-__all__ = ["CharacteristicLaw"]
-
 FAR = 1e300  # beyond any coordinate
 
 

@@ -23,8 +23,6 @@ from heavylift.kernel.description.mechanics import Law
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.multibody.graph import Graph
 
-__all__ = ["BODY", "Answer", "Ended", "ForceLaw", "Poses", "Setting", "Shown", "attachment", "wrench"]
-
 F = TypeVar("F", bound=Law)
 BODY = 21  # numbers that describe a body to a law: R, o, r, V, see `attachment`
 Poses = Callable[[str], tuple[Array, Array]]  # body -> R_WB (3, 3), p_WB (3,) at the start

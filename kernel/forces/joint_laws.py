@@ -11,8 +11,6 @@ from heavylift.kernel.description.mechanics import Brake, JointSpring, Stop
 from .force_law import Answer, ForceLaw, Poses, Setting, Shown
 from .friction import JUST_BELOW, deflection, friction, pushes
 
-__all__ = ["BrakeAt", "BrakeLaw", "JointSpringLaw", "StopAt", "StopLaw"]
-
 
 class JointSpringLaw(ForceLaw[JointSpring]):
     """Linear, with a damper beside it."""

@@ -11,8 +11,6 @@ from heavylift.kernel.description.forces import Load, Signal, Wind
 
 from .force_law import Answer, ForceLaw, Poses, Shown, attachment, wrench
 
-__all__ = ["LoadLaw", "WindLaw"]
-
 UNIT = 1e-6  # how far a direction may be off by rounding
 
 

@@ -19,8 +19,6 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, maximum
 from heavylift.kernel.description.mechanics import WORLD, Body, Point, RigidRope, Rope, System
 from heavylift.kernel.multibody.fixed_masses import gathered
 
-__all__ = ["at_the_hook", "not_weighed", "pulls_down", "with_rope_masses"]
-
 MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
 
 

@@ -18,8 +18,6 @@ from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment
 from .friction import one_sided
 from .rope_mass import at_the_hook, not_weighed, pulls_down
 
-__all__ = ["ROPE_HEAD", "ROPE_LINE", "RopeAt", "RopeLaw"]
-
 ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3), b(3), share
 
 

@@ -19,8 +19,6 @@ from heavylift.kernel.multibody.continuous_angles import hinge, on_turn
 
 from .force_law import Answer, Ended, ForceLaw, Poses, Setting, Shown, attachment, wrench
 
-__all__ = ["BushingLaw", "SpringLaw", "TorsionLaw"]
-
 TINY = 1e-160  # keeps 0/0 away; vanishes beside any real number, and its root is one that atan2 takes
 ALIGNED = 1e-9  # by how much an axis may differ in two frames by rounding
 FARTHEST, AGAINST = -0.9961946980917455, "175 degrees"  # cosine and angle of the last rotation that is good

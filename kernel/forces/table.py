@@ -38,8 +38,6 @@ from .user_laws import UserLawEntry
 
 LISTS = ("guards", "shown", "turned", "turning")
 
-__all__ = ["FORCES", "SharedForce", "check_force", "law_of", "shared", "signals"]
-
 FORCES: dict[type, ForceLaw[Any]] = {
     Rope: RopeLaw(),
     Support: SupportLaw(),

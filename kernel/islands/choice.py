@@ -12,8 +12,6 @@ from heavylift.kernel.simulation.simulation import Simulation
 from .components import islands_of, loose_ropes
 from .islands import Islands
 
-__all__ = ["simulate"]
-
 
 def simulate(
     system: System,

@@ -17,8 +17,6 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Point, RigidRope, Rope, System
 from heavylift.kernel.forces.table import signals
 
-__all__ = ["islands_of", "loose_ropes"]
-
 GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "gravity"))
 
 

@@ -19,8 +19,6 @@ from heavylift.kernel.simulation.snapshots import Snapshot, back, kept, mark
 
 from .components import islands_of
 
-__all__ = ["Island", "inherit"]
-
 STATE = ("q", "v", "accounts", "turned")
 KINDS = ("rope", "rigid", "support", "stop", "brake", "force", "held", "slot", "threshold")  # with discrete states
 PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 operations of it for each of an evaluation

@@ -21,16 +21,8 @@ from heavylift.kernel.model.checks import accepted, check_description
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import ROPES, StateEvent
 from heavylift.kernel.multibody.joint_locking import lock_of
-from heavylift.kernel.simulation.call_order import (
-    GOING,
-    PAUSED,
-    SETTLED,
-    STOPPED,
-    CallOrder,
-    check_present,
-    check_time,
-    passed_by,
-)
+from heavylift.kernel.simulation import call_order
+from heavylift.kernel.simulation.call_order import CallOrder, check_present, check_time, passed_by
 from heavylift.kernel.simulation.commands import Commands
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.simulation import FOREVER_NS
@@ -40,8 +32,6 @@ from .components import islands_of, loose_ropes
 from .island import Island, inherit
 from .running_ahead import SPAN, RunningAhead
 from .sample_merge import Joining, LiftRows, logged, untied
-
-__all__ = ["Islands"]
 
 KEPT = {"": ("rows", "notes", "epoch", "reached"), "order": ("phase",), "samples": ("number", "struck")}
 
@@ -113,7 +103,7 @@ class Islands(RunningAhead):
         for p in self.parts:
             p.start()
             p.stand()
-        self.order.phase, self._soonest = SETTLED, None
+        self.order.phase, self._soonest = call_order.SETTLED, None
         self.rows.append((0, self.samples.whole([p.struck for p in self.parts])))
         self.log += logged(self.parts)
         self._collect()
@@ -137,10 +127,10 @@ class Islands(RunningAhead):
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns` or by the first event that somebody hears."""
         check_time(until_ns)
-        if self.order.phase == PAUSED:
+        if self.order.phase == call_order.PAUSED:
             self.settle()
         self.order.check_settled("run", self.epoch)
-        self.order.phase = GOING
+        self.order.phase = call_order.GOING
         if until_ns < self.reached:
             return
         while True:
@@ -149,7 +139,7 @@ class Islands(RunningAhead):
             if self._firing and self.next_ns == end and not self.event:
                 self.fire()
                 self.settle()
-                self.order.phase = GOING
+                self.order.phase = call_order.GOING
             elif end >= until_ns or (self._firing and self.next_ns == end) or self.next_ns >= FOREVER_NS:
                 return
 
@@ -176,7 +166,7 @@ class Islands(RunningAhead):
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
             raise KernelError("no event has been located; run first")
-        self.order.phase = STOPPED
+        self.order.phase = call_order.STOPPED
         self.epoch, self._stopped = self.next_ns, [*firing]
         events = [e for p in firing for e in p.fire()]
         self._stand(firing)
@@ -197,7 +187,7 @@ class Islands(RunningAhead):
         if self.event and self.next_ns < t_ns:
             raise passed_by(t_ns, self.next_ns, [name for p in self._firing for name in p.events.names])
         self.epoch, self._stopped = t_ns, []
-        self.order.phase = PAUSED
+        self.order.phase = call_order.PAUSED
 
     def settle(self) -> None:
         """After events and commands; if nothing was commanded, all islands stop here: the end of a run."""
@@ -216,7 +206,7 @@ class Islands(RunningAhead):
                 lift.take(self.epoch, self._stopped)
         self._reach(self.epoch)
         self._stopped, self._soonest = [], None
-        self.order.phase = SETTLED
+        self.order.phase = call_order.SETTLED
 
     def _stop(self, p: Island) -> Island:
         """An island that stands at the epoch from here on."""

@@ -17,8 +17,6 @@ from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 from .island import Island
 from .sample_merge import Joining, logged, noted
 
-__all__ = ["SPAN", "RunningAhead"]
-
 SPAN = 64  # periods of samples that islands run ahead of each other at most
 
 

@@ -26,8 +26,6 @@ from heavylift.kernel.simulation.native.sample_row import labels, row_layout
 from .components import islands_of
 from .island import Island
 
-__all__ = ["Joining", "LiftRows", "Merge", "logged", "noted", "untied"]
-
 Rows = list[tuple[int, np.ndarray]]
 
 

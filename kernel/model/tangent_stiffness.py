@@ -16,7 +16,8 @@ import numpy as np
 from heavylift.kernel.compiler.function import OPAQUE, Outputs, Primitive
 from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
-from heavylift.kernel.compiler.native_loops import LANES, VECTOR, Code, padded
+from heavylift.kernel.compiler.native_loops import VECTOR, Code, padded
+from heavylift.kernel.compiler.simd_batches import WIDEST
 from heavylift.kernel.compiler.symbol import Array, Scalar
 
 FOURTH, SECOND = (2.0 / 3.0, -1.0 / 12.0), (0.5, 0.0)  # order of central differences: weights of h f'(0)
@@ -168,7 +169,7 @@ def one_sided(
         c.store(c.load(c.at("%X", at[name])), c.at(t, place))
     columns = c.load(c.at("%X", at["columns"]))
     with c.loop(0, c.let(f"fptosi double {columns} to i64")) as k:
-        with c.loop(0, ny, LANES) as i:
+        with c.loop(0, ny, WIDEST) as i:
             c.store(c.load(c.at("%X", at["z"].start, i), VECTOR), c.at(moved, i), VECTOR)
         displaced = c.let(f"icmp slt i64 {k}, {nv}")
         with c.when(displaced):

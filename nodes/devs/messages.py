@@ -111,18 +111,22 @@ def _plain(self: Message) -> bool:
     return self.__plain__()
 
 
+class _Opaque(Exception):
+    """A type of which only the bytes tell whether a value arrives as it is."""
+
+
 def _compiled(hints: dict[str, object]) -> Callable[[object], bool]:
     """A function of m that checks expressions: a loop over fields costs more than all else that sending does."""
     names: dict[str, object] = {"halves": _HALVES}
     try:
         text = " and ".join(_check(x, hint, names) for x, hint in hints.items())
         return typing.cast("Callable[[object], bool]", eval(f"lambda m: {text or True}", names))
-    except (NotImplementedError, SyntaxError):  # a type of which only the bytes tell; a field called `from`
+    except (_Opaque, SyntaxError):  # or a field called `from`
         return lambda m: False
 
 
 def _check(x: str, hint: object, names: dict[str, object]) -> str:
-    """An expression that is true if x arrives as it is; NotImplementedError for other types."""
+    """An expression that is true if x arrives as it is; raises _Opaque."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
         return f"({' or '.join(_check(x, arg, names) for arg in args)})"
@@ -136,7 +140,7 @@ def _check(x: str, hint: object, names: dict[str, object]) -> str:
         whole = issubclass(hint, Enum) and not issubclass(hint, Flag) and all(map(_returns, hint))
         more = "and {x}.__plain__()" if issubclass(hint, Message) else "" if whole else None
     if more is None:
-        raise NotImplementedError
+        raise _Opaque
     return f"(type({x}) is {_named(hint, names)} {more.format(x=x)})"
 
 

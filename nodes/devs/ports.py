@@ -8,7 +8,7 @@ t + L. It is checked, not added.
 
 from collections.abc import ItemsView, Iterator, Mapping, ValuesView
 from functools import cache
-from typing import Any, Generic, Never, Protocol, TypeVar, overload
+from typing import Any, Generic, Never, Protocol, Self, TypeVar, overload
 
 from heavylift.kernel.errors import ModelError
 
@@ -19,6 +19,7 @@ M = TypeVar("M", bound=Message)
 Carried = TypeVar("Carried", bound=Message, covariant=True)
 Sent = TypeVar("Sent", bound=Message, contravariant=True)
 D = TypeVar("D")
+Bound = TypeVar("Bound")
 
 
 class Said(Protocol):
@@ -109,39 +110,31 @@ class OutPort(Port[Message], Generic[Sent]):
         present.values.append(value)
 
 
-class In(Generic[M]):
+class _Declared(Generic[Bound]):
+    @overload
+    def __get__(self, model: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, model: "Owner", owner: type) -> Bound: ...
+    def __get__(self, model: "Owner | None", owner: type) -> Self | Bound:
+        """The declaration; an initialised model has its bound port under the same name."""
+        if model is not None:
+            raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")
+        return self
+
+
+class In(_Declared[InPort[M]], Generic[M]):
     """Declares an in port as a class attribute."""
 
     def __init__(self, type: type[M]) -> None:
         self.type = checked_type(type)
 
-    @overload
-    def __get__(self, model: None, owner: type) -> "In[M]": ...
-    @overload
-    def __get__(self, model: "Owner", owner: type) -> InPort[M]: ...
-    def __get__(self, model: "Owner | None", owner: type) -> "In[M] | InPort[M]":
-        """The declaration; an initialised model has its bound port under the same name."""
-        if model is not None:
-            raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")
-        return self
 
-
-class Out(Generic[M]):
+class Out(_Declared[OutPort[M]], Generic[M]):
     """Declares an out port as a class attribute, with its lookahead [ns]."""
 
     def __init__(self, type: type[M], lookahead: int = 0) -> None:
         self.type = checked_type(type)
         self.lookahead = lookahead
-
-    @overload
-    def __get__(self, model: None, owner: type) -> "Out[M]": ...
-    @overload
-    def __get__(self, model: "Owner", owner: type) -> OutPort[M]: ...
-    def __get__(self, model: "Owner | None", owner: type) -> "Out[M] | OutPort[M]":
-        """The declaration; an initialised model has its bound port under the same name."""
-        if model is not None:
-            raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")
-        return self
 
 
 @cache

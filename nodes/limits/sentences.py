@@ -8,8 +8,6 @@ from math import degrees
 
 from heavylift.nodes.plan.limit import Limit, Use
 
-__all__ = ["NOISE", "WORDS", "bound", "percent", "shown"]
-
 NOISE = {"N": 1.0, "kg": 0.1, "rad": 1e-6, "m": 1e-6}  # by unit: values below it, and differences, are rounding
 
 

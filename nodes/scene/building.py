@@ -44,8 +44,6 @@ from heavylift.nodes.statics.swinging import swing_free
 from .instances import several
 from .loaded_scene import Facts, LoadedScene
 
-__all__ = ["build", "facts"]
-
 
 def facts(scene: schema.Scene) -> Facts:
     """What a run asks of the keys of a scene."""
@@ -122,31 +120,26 @@ def _built(
         merged=whole,
         settings=tuple(overrides),
         passing=passing,
+        keys=scene,
     )
-    loaded.__dict__["scene"] = scene
     check_models(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     shaped, unknown = aimed(loaded.plan)
     shaped, more = swing_free(shaped, keep=not passing) if not unknown else (shaped, [])
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
-    loaded.__dict__["scene"] = scene
     followed = followed or bool(scene.ask)  # what is modelled depends on it
     raise_faults(source, _impossible(source, loaded, followed))
     bent = any(x and x.flexible for x in (scene.block, *scene.blocks.values()))
     hung = bent or any(machine.slings for machine in loaded.plan.mechanisms)
     if (loaded.plan.lift or hung) and (first := _first_rest(loaded, followed)):
         rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, first))
-        rests.__dict__.update(scene=scene)
         if followed:
             rests.__dict__.update(statics=loaded.statics)  # the same path: it begins at that rest
         if bent:
             rests = replace(rests, plan=settled(rests.plan))
-            rests.__dict__["scene"] = scene
         loaded = rests
-    pruned = _pruned(loaded)
-    pruned.__dict__["scene"] = scene
-    return pruned
+    return _pruned(loaded)
 
 
 def _side_by_side(
@@ -165,11 +158,9 @@ def _side_by_side(
     built = msgspec.structs.replace(found, **_common(scene))
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(built))])
     settings = tuple(overrides)
-    loaded = LoadedScene(
-        built, text, path, facts(scene), merged=whole, settings=settings, passing=passing, apart=followed
+    return LoadedScene(
+        built, text, path, facts(scene), merged=whole, settings=settings, passing=passing, apart=followed, keys=scene
     )
-    loaded.__dict__["scene"] = scene
-    return loaded
 
 
 def _common(scene: schema.Scene) -> dict[str, Any]:

@@ -7,13 +7,14 @@ puts them beside each other: `a-crane`, `a-legs.sling-1`.  Nothing ties them, so
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 from heavylift.kernel.description.contacts import Ball, Box, Plane
+from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, Begun, Wait
@@ -46,21 +47,8 @@ WORDS = {  # fields that hold other words
     Fidelity: ("ropes", "slings"),
 }
 MACHINES = (
-    "cranes",
-    "block",
-    "blocks",
-    "rig",
-    "rigging",
-    "edges",
-    "mechanism",
-    "machines",
-    "wind",
-    "waves",
-    "vessels",
-    "floor",
-    "obstacles",
-    "models",
-    "limits",
+    *("cranes", "block", "blocks", "rig", "rigging", "edges", "mechanism", "machines", "models", "limits"),
+    *("wind", "waves", "vessels", "floor", "obstacles"),
 )
 EVERY = "all"  # subject of limits of the whole scene, and its own action list
 
@@ -214,10 +202,11 @@ def moved(x: Any, prefix: str, d: Vector) -> Any:
         return tuple(moved(each, prefix, d) for each in x)
     if isinstance(x, dict):
         return {key: moved(each, prefix, d) for key, each in x.items()}
-    if not (is_dataclass(x) or isinstance(x, msgspec.Struct)):
+    if not (names := field_names(x.__class__)):
         return x
     words = next((words for kinds, words in WORDS.items() if isinstance(x, kinds)), ())
-    changed = {name: value if name in words else _changed(name, value, prefix, d) for name, value in _fields(x)}
+    fields = ((name, getattr(x, name)) for name in names)
+    changed = {name: value if name in words else _changed(name, value, prefix, d) for name, value in fields}
     if isinstance(x, Point | Ball | Box | Plane) and x.body == WORLD:
         changed["p"] = _sum(x.p, d)
     if isinstance(x, Crane):
@@ -228,11 +217,6 @@ def moved(x: Any, prefix: str, d: Vector) -> Any:
         free = x.kind == "free" and x.q0
         changed |= {"q0": (*_sum(x.q0[:3], d), *x.q0[3:])} if free else {"p_PJ": _sum(x.p_PJ, d)}
     return type(x)(**changed)
-
-
-def _fields(x: Any) -> Iterator[tuple[str, Any]]:
-    names = [f.name for f in fields(x)] if is_dataclass(x) else x.__struct_fields__
-    return ((name, getattr(x, name)) for name in names)
 
 
 def _changed(name: str, value: Any, prefix: str, d: Vector) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -56,13 +56,14 @@ class LoadedScene:
     passing: bool = False  # one of many that nobody loads again
     whole: Plan | None = None  # the plan before what is asked left anything out
     apart: Followed | None = None  # the paths at rest of several lifts, each followed as if it were alone
+    keys: schema.Scene | None = field(default=None, compare=False, repr=False)  # where they have been read already
 
     @cached_property
     def scene(self) -> schema.Scene:
         """Its keys."""
         from .keys.validate import validated  # with what reads scenes
 
-        return validated(self.merged or self.text, str(self.path))
+        return self.keys or validated(self.merged or self.text, str(self.path))
 
     @cached_property
     def statics(self) -> Followed:

@@ -63,9 +63,7 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
     from .keys.validate import validated
 
     scene = validated(merged or text, name)
-    loaded = LoadedScene(built, text, Path(name), facts(scene), merged=merged)
-    loaded.__dict__["scene"] = scene
-    return loaded
+    return LoadedScene(built, text, Path(name), facts(scene), merged=merged, keys=scene)
 
 
 def check(scene: LoadedScene | str | Path) -> Report:

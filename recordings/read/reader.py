@@ -29,13 +29,11 @@ from heavylift.recordings.write.sink import CHECKPOINT, FORMAT
 from numpy.typing import NDArray
 
 from .chunks import LIMIT, Raw
-from .container import Container, Topic
+from .container import Container
 from .decoding import Form, Rows, decoded, with_own_rows
 from .notebook import drawing, recording_html
 from .part import Part, chosen
 from .signal import Signal, only
-
-__all__ = ["RecordedEvent", "Recording", "Topic"]
 
 NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 Floats = NDArray[np.float64]

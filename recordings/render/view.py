@@ -7,14 +7,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import clock, duration
+from heavylift.recordings.format.viewer_messages import Box
 from heavylift.recordings.read.container import guarded
-from heavylift.recordings.read.pace import paces
+from heavylift.recordings.read.pace import followed, paces
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
@@ -22,8 +24,10 @@ from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
 from .content import Shown, bundled, deflated, event_shown, facts_shown, load_of, packed, shown, stage_name
-from .ghost import ghost
 
+Floats = NDArray[np.float64]
+BESIDE = "beside/"  # before the group of a signal of a second recording
+GLASS = 0.25  # opacity of its bodies
 COARSE = 250_000  # numbers that are seen at once: 4 bytes each, as base64 1.3 MB
 FINE = 4_000_000  # most numbers in a page, deflated: the browser unpacks them when the page is there
 CLEARANCES = 3  # that the page tells
@@ -65,7 +69,7 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
     head, boxes = columns.head(), rec.boxes()
     if beside is not None:
         with beside.reading():
-            other = ghost(beside, columns, t)
+            other = _ghost(beside, columns, t)
         rows, boxes = np.hstack([other.poses, rows, other.values]), [*boxes, *other.boxes]
         more_signals = [*columns.signals, *other.signals]
         head = Shown([*other.bodies, *columns.bodies], more_signals, columns.columns).head()
@@ -76,7 +80,9 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
     stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
     events, told = _events(rec)
     told += [("beside", f"{beside.path.name}, as glass and dashed curves")] if beside is not None else []
-    more = [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
+    followed_for = followed(found := paces(rec))
+    more = [("steps follow", followed_for)] if followed_for else []
+    more += [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
     more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
     more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
     made = [("recording", rec.path.name), ("made by", rec.library)]
@@ -93,13 +99,13 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
         "rated": rated,
         "supports": [s for s in rec.fact("supports", []) if not s.get("on")],  # what moves is drawn as it is
         "stages": [{"t": t, "name": name} for t, name in stages if name],
-        "paces": [{"t": p.start, "end": p.end, "name": p.name, "long": p.long} for p in paces(rec)],
+        "paces": [{"t": p.start, "end": p.end, "name": p.name, "long": p.long} for p in found],
         "events": events,
         "peaks": [{"name": name, **peak, "rated": rated.get(name)} for name, peak in rec.fact("peaks", {}).items()],
     }
 
 
-def _loads(rec: Recording, columns: Shown) -> NDArray[np.float64]:
+def _loads(rec: Recording, columns: Shown) -> Floats:
     """What the samples are thinned by: the ropes' load at each."""
     names = ["rope/tension"] if "rope/tension" in rec.signals() else list(dict.fromkeys(s[0] for s in columns.signals))
     return np.concatenate([load_of([], np.hstack(values)) for _, values in rec.blocks(names or rec.signals())])
@@ -119,7 +125,7 @@ def _block(rec: Recording) -> dict[str, object] | None:
 
 
 @guarded
-def sample_rows(rec: Recording) -> tuple[SampleLayout, NDArray[np.float64], NDArray[np.float64]]:
+def sample_rows(rec: Recording) -> tuple[SampleLayout, Floats, Floats]:
     """All signals side by side at their instants, with their layout."""
     layout, parts = layout_of(rec), [(times, np.hstack(values)) for times, values in rec.blocks(rec.signals())]
     return layout, np.concatenate([times for times, _ in parts]) / 1e9, np.vstack([rows for _, rows in parts])
@@ -165,3 +171,38 @@ def _judged(verdict: Judged | None) -> list[tuple[str, str]]:
         ("clearance", f"{c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}") for c in verdict.clearances[:CLEARANCES]
     ]
     return rows + [("not looked at", sentence) for sentence in verdict.not_looked_at]
+
+
+class _Ghost(NamedTuple):
+    """Names of bodies and their shapes; (group, name, unit) of signals; poses (n, 7 bodies), values (n, signals)."""
+
+    bodies: list[str]
+    boxes: list[Box]
+    signals: list[tuple[str, str, str]]
+    poses: Floats
+    values: Floats
+
+
+def _ghost(rec: Recording, like: Shown, t: Floats) -> _Ghost:
+    """What a recording has of the bodies and signals of another one at its times (n,) [s]; where it has ended bodies
+    stay where they were, and signals are not a number."""
+    known, drawn = rec.signals(), rec.boxes()
+    bodies = [b for b in like.bodies if POSE + b in known and any(box.body == b for box in drawn)]
+    signals = [s for s in like.signals if s[0] in known and s[1] in rec.columns(s[0])]
+    rec.load([*(POSE + b for b in bodies), *dict.fromkeys(group for group, _, _ in signals)])
+    poses, values = [np.zeros((len(t), 0))], [np.zeros((len(t), 0))]
+    for body in bodies:
+        pose = rec.signal(POSE + body)
+        x = pose.at(np.clip(t, pose.t[0], pose.t[-1])).values.copy()
+        x[:, 3:] /= np.linalg.norm(x[:, 3:], axis=1, keepdims=True)
+        poses.append(x)
+    at = {group: rec.signal(group).at(t) for group, _, _ in signals}
+    values += [at[group][name][:, None] for group, name, _ in signals]
+    names = {body: f"{body} {rec.path.name}" for body in bodies}
+    boxes = [
+        msgspec.structs.replace(box, body=names[box.body], colour=(*box.colour[:3], GLASS))
+        for box in drawn
+        if box.body in names
+    ]
+    beside = [(BESIDE + group, name, unit) for group, name, unit in signals]
+    return _Ghost(list(names.values()), boxes, beside, np.hstack(poses), np.hstack(values))

@@ -29,8 +29,8 @@ from heavylift.nodes.scene import LoadedScene
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/islands"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 from shared.rows import SHORT, options, row
-from test_islands_are_solved_apart import TWO, UP, played
 from test_two_cranes_of_which_one_idles import scene as two_cranes
+from two_loads import TWO, UP, played
 
 SECOND, HOUR = 1_000_000_000, 100 * 3600
 RUNS = 1 if SHORT else 3

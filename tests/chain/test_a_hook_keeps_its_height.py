@@ -8,21 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import SceneError
 from heavylift.kernel.islands.components import islands_of
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scene.construction.level_luffing import follow
 from heavylift.recordings import Recording
+from scenes_with_orders import assert_refused, scene
 
 UP = tuple(f"jib main: hoist {x}" for x in ("1 m/min until all slings taut", "1 m/min until lifted", "10 m/min by 5 m"))
 STRETCH = 20e3 + 2e3, 8 * 28.1e6  # mass on the rope of jib-60 [kg], its stiffness [N]
 FIT = 1e-4  # [m] of the law
-
-
-def scene(base: str, *actions: str, more: str = "") -> LoadedScene:
-    listed = "".join(f"  - {action}\n" for action in actions)
-    return parse(f"extends: {base}\nname: made\n{more}actions:\n{listed}", "scene.yaml", passing=True)
 
 
 def rests(made: LoadedScene, hook: str) -> dict[int, tuple[float, float]]:
@@ -123,9 +118,7 @@ def test_instances_hold_heights_of_their_own(tmp_path: Path) -> None:
     ],
 )
 def test_what_cannot_be_meant_is_told(order: str, told: str) -> None:
-    with pytest.raises(SceneError) as error:
-        scene("jib", order)
-    assert told in str(error.value)
+    assert_refused("jib", order, told)
 
 
 def test_another_boom_does_not_carry_the_hook() -> None:

@@ -12,6 +12,7 @@ from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import LoadedScene, parse
 from heavylift.nodes.scene.construction.levelling import apart
 from heavylift.recordings import Recording
+from scenes_with_orders import assert_refused, scene
 
 WAIT = "{when: moves stopped, wait: 20 s}"
 UP = (
@@ -19,11 +20,6 @@ UP = (
     "all hooks: hoist 0.3 m/min until lifted",
     "all hooks: hoist 3 m/min by 1 m",
 )
-
-
-def scene(base: str, *actions: str, more: str = "") -> LoadedScene:
-    listed = "".join(f"  - {action}\n" for action in actions)
-    return parse(f"extends: {base}\nname: made\n{more}actions:\n{listed}", "scene.yaml", passing=True)
 
 
 def said(rec: Recording, kind: str) -> list[dict[str, object]]:
@@ -152,10 +148,7 @@ def test_what_levels_counts_the_tilt_of_any_block(seed: int) -> None:
     ],
 )
 def test_what_cannot_be_meant_is_told(order: str, told: str) -> None:
-    with pytest.raises(SceneError) as error:
-        scene("lift", order)
-    assert told in str(error.value)
-    assert "scene.yaml:4:" in str(error.value)
+    assert_refused("lift", order, told)
 
 
 def test_lugs_beyond_its_reach_are_told() -> None:

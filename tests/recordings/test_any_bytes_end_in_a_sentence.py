@@ -140,7 +140,7 @@ CRAFTED: dict[str, Callable[[Path], None]] = {
 }
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 @pytest.mark.parametrize("kind", CRAFTED)
 def test_a_bomb_takes_no_memory(kind: str, recorded: Path, tmp_path: Path) -> None:
     path = tmp_path / "bomb.mcap"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from math import degrees, radians
 from pathlib import Path
@@ -15,6 +14,7 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
 from heavylift.recordings.report import Facts, Issue, facts
+from heavylift.recordings.report.tables import tables
 from heavylift.recordings.report.workbook import number
 from small_run import POSE, SECOND
 
@@ -103,6 +103,14 @@ def test_the_force_on_a_lug_is_told_along_the_axes_of_a_turned_block(tmp_path: P
     assert degrees(sling.angle) == degrees(sling.widest) == pytest.approx(30.0, abs=1e-6)
 
 
+def test_a_force_that_rounds_to_nothing_has_no_sign(tmp_path: Path) -> None:
+    """Turned a little further than half round, the block's v axis points down by a millionth."""
+    rec = Recording(turned_block(tmp_path, radians(180.0 + 1e-4)))
+    assert -1.0 < facts(rec).lugs[0].parts[1] < 0.0
+    (lugs,) = (table for table in tables(rec, facts(rec), None) if table.title == "Lugs")
+    assert lugs.rows[0][-3:] == ["50.0 kN", "0.0 kN", "-86.6 kN"]
+
+
 def test_the_workbook_holds_numbers(lift: Path, tmp_path: Path) -> None:
     from openpyxl import load_workbook
 
@@ -152,4 +160,3 @@ def test_the_document_says_who_issued_it_and_has_room_for_signatures(
     assert "<td>approved</td><td></td><td></td><td></td>" in text
     assert "size: A4" in text
     assert "counter(page)" in text
-    assert not re.search(r">-0(\.0+)?[ <]", text), "nothing is less than nothing"

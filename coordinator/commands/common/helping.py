@@ -14,7 +14,6 @@ MARK = "    heavylift "
 HEADINGS = {
     "scenes": "Scenes",
     "running": "Runs",
-    "branching": "Runs",
     "sweeping": "Runs",
     "limiting": "Runs",
     "operating": "Runs that go on",

@@ -16,8 +16,6 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, se
 
 from .sheaves import Node, Part, Way
 
-__all__ = ["Unrolled"]
-
 
 class Unrolled:
     """A rope from end to end over edges; the arguments and what it shows are those of a `Way`."""

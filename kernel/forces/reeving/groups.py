@@ -17,8 +17,6 @@ from heavylift.kernel.description.forces import Sheave
 from .edges import Unrolled
 from .sheaves import Way
 
-__all__ = ["BITE", "FREE", "Groups", "slip_ratio"]
-
 BITE = 1e-9  # by how much more a sheave holds than it drags, so that one that begins to stick does not slip at once
 NEWTON = 5  # iterations; the error shrinks as its square, from (strain)^2 on
 FREE = 2.0  # mode of a sheave of a slack rope

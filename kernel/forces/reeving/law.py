@@ -30,8 +30,6 @@ from .groups import FREE, Groups, slip_ratio
 from .nodes import NODE, all_nodes, laid, leavable, lost, node_of, placed, turning, way_over
 from .sheaves import Way
 
-__all__ = ["ReevingAt", "ReevingLaw"]
-
 UNIT = 1e-6  # how far an axis may be off by rounding
 
 ROUNDING = 1e-14  # of a strain

@@ -14,8 +14,6 @@ from heavylift.kernel.forces.force_law import Poses, attachment
 from .edges import Unrolled
 from .sheaves import Node, Part, Way
 
-__all__ = ["NODE", "all_nodes", "laid", "leavable", "lost", "node_of", "placed", "turning", "way_over"]
-
 NODE = 14  # numbers of a node: centre, axis, dividing direction, radius, friction, 1/efficiency, ends of an edge
 MOST_WRAP = 1.5 * pi  # a larger one means that the axis points the wrong way
 BESIDE = pi / 4.0  # a negative wrap of a sheave that the rope does not touch yet; more means the same as MOST_WRAP

@@ -25,8 +25,6 @@ from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
 from heavylift.kernel.multibody.continuous_angles import on_turn
 
-__all__ = ["Node", "Part", "Way", "turn"]
-
 TINY = 1e-300  # [m2] keeps a root from zero
 NEAR = 1e-9  # rad, and part of a radius: what lies between leaving a sheave and finding it
 

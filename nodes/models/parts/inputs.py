@@ -9,8 +9,6 @@ from heavylift.kernel.errors import ModelError
 
 from . import messages as m
 
-__all__ = ["obey", "part", "value"]
-
 
 def obey(simulation: Any, x: object) -> None:
     """Give a kernel input to whatever has the commands of a `Simulation`; raises KernelError if it cannot obey."""

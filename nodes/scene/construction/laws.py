@@ -5,8 +5,8 @@ Units are read again here, since they depend on whether the coordinate slides or
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, get_args
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
@@ -14,6 +14,7 @@ from heavylift.nodes.scene.keys.base import Base
 from heavylift.nodes.scene.keys.parts import mechanics
 from heavylift.nodes.scene.keys.parts.forces import Characteristic
 from heavylift.nodes.scene.keys.parts.joints import POSITIONS
+from heavylift.nodes.scene.keys.quantities import quantity
 from heavylift.nodes.scene.language.grammar import read_ramp
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
@@ -66,18 +67,9 @@ def check_laws(checks: Checking) -> None:
 def _dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
     """The units of a law fit the coordinate that it acts on."""
     for name, field in type(law).model_fields.items():
-        dimension = next(_dimensions_in((*field.metadata, field.annotation)), None)
-        if isinstance(dimension, units.Either):
-            _fits(checks, (*path, field.alias or name), dimension.turning if turns else dimension.sliding)
-
-
-def _dimensions_in(annotations: Iterable[object]) -> Iterator[Dimension]:
-    """The dimensions of the quantities in annotations, at any depth."""
-    for each in annotations:
-        if isinstance(each, units.Quantity):
-            yield each.dimension
-        else:
-            yield from _dimensions_in(get_args(each))
+        found = quantity((*field.metadata, field.annotation))
+        if found and isinstance(either := found.dimension, units.Either):
+            _fits(checks, (*path, field.alias or name), either.turning if turns else either.sliding)
 
 
 def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:

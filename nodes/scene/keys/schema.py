@@ -29,24 +29,9 @@ from .wind import Wind
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
-RESERVED = (  # no machine and no group has such a name: words of the language, nodes and topics of a run
-    "world",
-    "obstacles",
-    "kernel",
-    "commander",
-    "coordinator",
-    "event",
-    "observer",
-    "operator",
-    "block",
-    "all",
-    "any",
-    "hooks",
-    "cranes",
-    "loaders",
-    "trolleys",
-    "slings",
-    "ropes",
+RESERVED = (  # no machine and no group has such a name
+    *("world", "obstacles", "block", "all", "any", "hooks", "cranes", "loaders", "trolleys", "slings", "ropes"),
+    *("kernel", "commander", "coordinator", "event", "observer", "operator"),  # nodes and topics of a run
 )
 
 

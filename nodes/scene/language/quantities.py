@@ -8,8 +8,6 @@ from typing import Literal
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.units import Dimension
 
-__all__ = ["QUANTITIES", "Quantity"]
-
 
 @dataclass(frozen=True)
 class Quantity:

@@ -5,18 +5,13 @@ from __future__ import annotations
 import re
 
 from heavylift.nodes.scene.text import units
+from heavylift.nodes.scene.text.expressions import UNIT
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.units import Dimension
 
 from .phrases import PhraseError
 
-__all__ = ["LONGEST", "Reader"]
-
-_UNIT = "|".join(
-    re.escape(u).replace(r"\ ", r"\s+")
-    for u in sorted({u for d in units.DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
-)
-_PUNCTUATED = re.compile(rf"\d+(?:[:,]\d+)+(?:\.\d+)?(?:\s*(?:{_UNIT})(?![\w/%]))?")  # told by the dimension
+_PUNCTUATED = re.compile(rf"\d+(?:[:,]\d+)+(?:\.\d+)?(?:\s*(?:{UNIT})(?![\w/%]))?")  # told by the dimension
 LONGEST = 10_000  # characters of a phrase
 _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
@@ -62,7 +57,7 @@ class Reader:
     def quantity(self, dimension: Dimension) -> float:
         """A number with a unit of this dimension."""
         match = _PUNCTUATED.match(self.text, self.at)
-        match = match or re.compile(rf"({units.NUMBER})\s*({_UNIT})?(?![\w/%])").match(self.text, self.at)
+        match = match or re.compile(rf"({units.NUMBER})\s*({UNIT})?(?![\w/%])").match(self.text, self.at)
         if match:
             text = match[0]
         else:

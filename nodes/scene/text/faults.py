@@ -48,16 +48,10 @@ def _order(source: Source, mark: Mark) -> tuple[bool, str, int, int]:
 
 
 def _text(mark: Mark, fault: Fault) -> str:
-    if len(mark.text) > WIDEST:  # what stands around the place
-        start = max(0, mark.column - WIDEST // 2)
-        part = mark.text[start : start + WIDEST]
-        return _drawn(Mark(mark.file, mark.line, mark.column - start, part), fault, mark.column)
-    return _drawn(mark, fault, mark.column)
-
-
-def _drawn(mark: Mark, fault: Fault, column: int) -> str:
+    start = max(0, mark.column - WIDEST // 2) if len(mark.text) > WIDEST else 0
+    text, column = mark.text[start : start + WIDEST], mark.column - start  # what stands around the place
     gutter = f"{mark.line:5d} | "
-    blank = "".join("\t" if c == "\t" else " " for c in mark.text[: mark.column - 1]).ljust(mark.column - 1)
+    blank = "".join("\t" if c == "\t" else " " for c in text[: column - 1]).ljust(column - 1)
     caret = f"{' ' * (len(gutter) - 2)}| {blank}^{' ' + fault.hint if fault.hint else ''}"
-    head = f"{mark.file}:{mark.line}:{column}: error: {shown(fault.path)}: {fault.sentence}"
-    return f"{head}\n{gutter}{mark.text}\n{caret}"
+    head = f"{mark.file}:{mark.line}:{mark.column}: error: {shown(fault.path)}: {fault.sentence}"
+    return f"{head}\n{gutter}{text}\n{caret}"

@@ -22,8 +22,6 @@ from .files import content, within
 from .source import Data, Path, Source, read
 from .type_expansion import Expansion, MachineType
 
-__all__ = ["MachineType", "expand", "gather", "library", "machine_type"]
-
 VERSION = 1
 GOLIATH = "goliath"  # family of cranes whose keys are read by their own rules
 

@@ -72,11 +72,7 @@ class Expansion:
             {path: mark for path, mark in marks.items() if path[:2] == self.base and len(path) > 2}
             for marks in (self.source.keys, self.source.values)
         )
-        machine: dict[str, Data] = {}
-        for section, data in self.kind.data.items():
-            if section not in HEADER:
-                machine[section] = self._made(data, (section,), (section,))
-        self._interlocks()
+        machine = self._sections()
         self.source.keys |= keys
         self.source.values |= values
         machines = self.source.data.setdefault("machines", {})
@@ -108,16 +104,17 @@ class Expansion:
             self.source.fault(("cranes", self.name, key), f"unknown key '{key}'", on_key=True)
         written = {key.replace("_", " "): value for key, value in self.given.items()}  # Python's names are keys, too
         self.given = {key: x for key, x in written.items() if key in theirs and _alike(x, theirs[key])}
-        parts: dict[str, Data] = {}
-        for section, data in self.kind.data.items():
-            if section not in HEADER:
-                parts[section] = self._made(data, (section,), (section,))
-        self._interlocks()
+        crane["parts"] = self._sections()
         crane["parameters"] = {key: value for key, value in theirs.items() if key not in written}
-        crane["parts"] = parts
         for key in theirs:
             if key not in written and (mark := self.kind.source.values.get(("parameters", key))):
                 self.source.values["cranes", self.name, key] = mark
+
+    def _sections(self) -> dict[str, Data]:
+        """All of the type but what it says of itself; its interlocks join those of the scene."""
+        made = {name: self._made(x, (name,), (name,)) for name, x in self.kind.data.items() if name not in HEADER}
+        self._interlocks()
+        return made
 
     def _interlocks(self) -> None:
         """Those of the type, among the scene's."""

@@ -67,7 +67,7 @@ class Killing(Watch):
 
 @pytest.mark.parametrize("often", [False, True], ids=["told in full", "from checkpoints"])
 @pytest.mark.large(beyond=1)
-@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 def test_it_survives_kills(tmp_path: Path, truth: dict[str, str], often: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     watch = Killing({1.5: "damper", 3.0: "kernel", 4.5: "commander", 6.0: "damper"})
     began = failover.Processes.start

@@ -12,7 +12,7 @@ from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.messages import AnyMessage, Checkpoint, Done, Fail, Grant, Hello, decode, encode
 from heavylift.coordinator.protocol.node import Node
 from heavylift.nodes.devs import Atomic, Event, Message, Out, Simulator, Tag
-from random_models import END, Logs, distributed, parts
+from random_models import END, Cut, Logs, distributed, parts
 
 MODELS = range(40)
 
@@ -50,7 +50,8 @@ def disturbed(seed: int, together: int | None = None) -> tuple[Logs, list[Event]
     models = {node: [m.name for m in simulator.models] for node, simulator in simulators.items()}
     nodes = [Mortal(name, lambda: parts(seed, logs, together=together)[0], Random(seed)) for name in simulators]
     core = Coordinator(simulators, couplings, Tag(END), None, events.append, models=models)
-    run_in_memory(core, nodes, Random(seed), cut=True)
+    chance = Random(seed)
+    run_in_memory(core, [Cut(node, chance) for node in nodes], chance)
     return logs, events, sum(node.lives for node in nodes)
 
 

@@ -11,7 +11,7 @@ from heavylift.coordinator.supervision.failover import Succession
 from heavylift.nodes.scene import load
 from trouble import Notes, Troubled, strike, trouble
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 
 VICTIMS = {12: "commander", 26: "crane", 36: "kernel", 46: "block", 56: "loader-2", 66: "kernel"}
 

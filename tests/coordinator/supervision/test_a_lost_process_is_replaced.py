@@ -17,7 +17,7 @@ from heavylift.coordinator.supervision.processes import Processes
 from heavylift.kernel.errors import ProtocolError
 from trouble import MODELS, Troubled, both, keeper, pid, play, strike
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 
 MESSAGES = 126  # of the undisturbed run: three WELCOMEs, 120 GRANTs, three STOPs
 

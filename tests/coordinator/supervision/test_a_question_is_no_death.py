@@ -15,7 +15,7 @@ from heavylift.coordinator.supervision.failover import Succession
 from heavylift.coordinator.supervision.stall_detector import Vigil
 from trouble import MODELS, pid, play, strike
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 
 
 class Seen:

@@ -10,7 +10,7 @@ from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.link import Link
 from heavylift.kernel.errors import ProtocolError
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 
 SOON_s = 5.0
 

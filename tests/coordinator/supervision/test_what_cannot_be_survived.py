@@ -11,7 +11,7 @@ from heavylift.coordinator.run.models import run_models
 from heavylift.kernel.errors import ModelError, ProtocolError
 from trouble import MODELS, Notes, play, strike, trouble
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 
 
 @pytest.mark.parametrize(

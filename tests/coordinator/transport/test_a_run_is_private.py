@@ -17,7 +17,7 @@ from msgspec import structs
 from of_the_system import Start, network_sockets, sockets
 
 GUESTS = ("observer", "operator")
-linux_only = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+linux_only = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 
 
 @linux_only

@@ -15,7 +15,7 @@ from heavylift.coordinator.transport.run_directory import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 from of_the_system import PATIENCE_s, Start, gone, running
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 
 COORDINATOR = """
 from heavylift.coordinator.transport.hub import Hub

@@ -39,7 +39,7 @@ def test_a_reader_that_sleeps_longer_than_BLOCK_waits_by_default_loses_nothing(t
     assert queue["congestion_control"]["block"]["wait_before_close"] == 600_000_000
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 def test_a_default_session_listens_to_the_network_and_ours_does_not() -> None:
     before = network_sockets(os.getpid())
     with zenoh.open(zenoh.Config()):

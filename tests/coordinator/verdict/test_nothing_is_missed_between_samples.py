@@ -11,7 +11,7 @@ from heavylift.coordinator.verdict.coarse import Coarse
 from heavylift.coordinator.verdict.distance import Placed, exactly
 from heavylift.coordinator.verdict.history import history_of
 from heavylift.coordinator.verdict.moving import Frame, Moving
-from heavylift.coordinator.verdict.nearest import SHARP, nearest, nearest_of_each
+from heavylift.coordinator.verdict.nearest import SHARP, Known, nearest, search
 from heavylift.coordinator.verdict.speeds import strays, twists
 from heavylift.coordinator.verdict.stretches import Stretches, whole
 from heavylift.kernel.description.points import Vector
@@ -129,8 +129,10 @@ def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_
         start = stretches(shapes, pairs, range(len(pairs)))
         limit = float(np.sort(least)[TEN + 2])
         for smallest, most in ((TEN, 0.0), (TEN, limit)):
-            found = nearest_of_each(shapes, start, np.full(len(pairs), np.inf), smallest, most)
-            told = np.array([m.least if m is not None else np.inf for m in found])
+            known = Known(smallest, most)
+            known.groups(np.full(len(pairs), np.inf))
+            search(shapes, start, known)
+            told = np.array([m.least if m is not None else np.inf for m in known.take()])
             wanted = least <= max(np.sort(least)[smallest - 1], most - CLOSE)
             assert wanted.sum() >= smallest
             assert told[wanted] == pytest.approx(least[wanted], abs=CLOSE)

@@ -15,7 +15,7 @@ from heavylift.kernel.simulation import recorder
 from heavylift.kernel.simulation.native.native_state import ROWS
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
-from test_islands_are_solved_apart import SECOND, TIED, TOLERANCE, TWO, wind
+from two_loads import SECOND, TIED, TOLERANCE, TWO, wind
 
 PERIOD = SECOND // 20
 LONG = 10 * ROWS * PERIOD  # [ns] ten times what is made at once

@@ -23,8 +23,6 @@ from heavylift.nodes.scene.text.source import Path
 
 from .conditions import Conditions
 
-__all__ = ["build_interlocks"]
-
 RESETS = 0.03  # of the value: so far behind it an interlock is reset
 CLEARS = 0.1  # [m] the same, of heights and gaps
 LENGTHS = ("height", "height difference", "gap")

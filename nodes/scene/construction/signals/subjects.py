@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import cast
 
 from heavylift.kernel.description.forces import Wind
-from heavylift.kernel.description.mechanics import Point, Vector
-from heavylift.kernel.description.signals import Quantity, Signal
+from heavylift.kernel.description.mechanics import Point, Quantity, Vector
+from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.shapes import around
