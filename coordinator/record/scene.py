@@ -278,7 +278,7 @@ def _asked(scene: LoadedScene) -> dict[str, object]:
 
 def supports(plan: Plan) -> list[dict[str, object]]:
     """Where bodies can stand: name, body, point of it, height of the pad [m]."""
-    found = [pad.support for pad in plan.block.pads] if plan.block else []
+    found = [pad.support for block in plan.all_blocks for pad in block.pads]
     found += [support for mechanism in plan.mechanisms for support in mechanism.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
 

@@ -123,6 +123,7 @@ class Crane(Item, frozen=True, kw_only=True):
     capacity: float  # [kg], already reduced where two cranes lift together
     girder: Girder = Girder()
     width: float = 34.0  # of the portal along x, over the buffers [m]
+    at: tuple[float, float] = (0.0, 0.0)  # x and y of the world from which its coordinates count [m]
 
 
 class Loader(Item, frozen=True, kw_only=True):
@@ -220,11 +221,13 @@ class Rig(Item, frozen=True, kw_only=True):
 
 class ActionList(Item, frozen=True, kw_only=True):
     """One of several action lists: it begins with the action of number `first`, and orders these machines; without
-    any it is that of the whole scene, which begins others."""
+    any it is that of the whole scene, which begins others.  `fidelity`, `start`: as those of a plan, of this lift."""
 
     name: str
     first: int
     machines: tuple[str, ...]
+    fidelity: Fidelity = Fidelity()
+    start: float = 0.0
 
 
 class Plan(Item, frozen=True, kw_only=True):
@@ -244,6 +247,7 @@ class Plan(Item, frozen=True, kw_only=True):
     cranes: tuple[Crane, ...] = ()
     loaders: tuple[Loader, ...] = ()
     block: Block | None = None
+    blocks: tuple[Block, ...] = ()  # of several lifts, in place of it
     mechanisms: tuple[Mechanism, ...] = ()
     rig: Rig = Rig()
     fidelity: Fidelity = Fidelity()
@@ -267,7 +271,12 @@ class Plan(Item, frozen=True, kw_only=True):
     @property
     def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:
         """All machines, in the order of their nodes."""
-        return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
+        return (*self.cranes, *self.loaders, *self.all_blocks, *self.mechanisms)
+
+    @property
+    def all_blocks(self) -> tuple[Block, ...]:
+        """The block of its lift, or those of several."""
+        return (self.block, *self.blocks) if self.block else self.blocks
 
     @property
     def first(self) -> int:

@@ -61,8 +61,8 @@ def solids(plan: Plan) -> tuple[Solid, ...]:
         found += [*_portal(crane, plan), *_trolleys(crane)]
     for loader in plan.loaders:
         found += _loader(loader, plan)
-    if plan.block:
-        found += [*_block(plan.block), *_stools(plan.block)]
+    for block in plan.all_blocks:
+        found += [*_block(block), *_stools(block)]
     return (*found, *(shape for mechanism in plan.mechanisms for shape in _contacts(mechanism)))
 
 

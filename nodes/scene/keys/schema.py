@@ -274,7 +274,7 @@ class Scene(Base):
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
     edges: dict[Name, Edge] = Field(default_factory=dict)  # that ropes bend over
-    lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side, of machines in parts
+    lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
