@@ -74,7 +74,13 @@ def write_cached(name: str, content: bytes) -> None:
 @cache
 def sources() -> bytes:
     """All of the kernel that what is kept depends on, as it was when it was first asked for."""
-    return b"".join(p.read_bytes() for p in sorted(Path(__file__).parent.rglob("*.py")))
+    return contents(Path(__file__).parent, ".py")
+
+
+def contents(folder: Path, *endings: str) -> bytes:
+    """Of all files in a folder, and in those below, whose names end so; in the order of their paths."""
+    found = (f"{at}/{name}" for at, _, names in os.walk(folder) for name in names if name.endswith(endings))
+    return b"".join(Path(path).read_bytes() for path in sorted(found))
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:

@@ -13,27 +13,32 @@ Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
 Equal runs: Digest().hexdigest() is one line that two equal runs share.
 """
 
-from heavylift.recordings.format.digest import Digest
-from heavylift.recordings.format.samples import SampleChannel, SampleLayout
-from heavylift.recordings.format.schema import RecordedEvent
-from heavylift.recordings.format.viewer_messages import Box, RopeLine
-from heavylift.recordings.read.container import Topic
-from heavylift.recordings.read.export import export
-from heavylift.recordings.read.info import info, info_data
-from heavylift.recordings.read.part import Part
-from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.recover import Recovered, recover
-from heavylift.recordings.read.signal import Signal
-from heavylift.recordings.render.compare import Comparison, Difference, compare, overlay
-from heavylift.recordings.render.curves import curves
-from heavylift.recordings.render.plot import plot
-from heavylift.recordings.render.storyboard import storyboard
-from heavylift.recordings.render.view import view
-from heavylift.recordings.report import report
-from heavylift.recordings.write.outputs import file_path
-from heavylift.recordings.write.rows import Peak
-from heavylift.recordings.write.spectator import Spectator
-from heavylift.recordings.write.writer import Recorder
+from typing import TYPE_CHECKING
+
+from heavylift.kernel.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from heavylift.recordings.documents import report
+    from heavylift.recordings.format.digest import Digest
+    from heavylift.recordings.format.samples import SampleChannel, SampleLayout
+    from heavylift.recordings.format.schema import RecordedEvent
+    from heavylift.recordings.format.viewer_messages import Box, RopeLine
+    from heavylift.recordings.read.container import Topic
+    from heavylift.recordings.read.export import export
+    from heavylift.recordings.read.info import info, info_data
+    from heavylift.recordings.read.part import Part
+    from heavylift.recordings.read.reader import Recording
+    from heavylift.recordings.read.recover import Recovered, recover
+    from heavylift.recordings.read.signal import Signal
+    from heavylift.recordings.render.compare import Comparison, Difference, compare, overlay
+    from heavylift.recordings.render.curves import curves
+    from heavylift.recordings.render.plot import plot
+    from heavylift.recordings.render.storyboard import storyboard
+    from heavylift.recordings.render.view import view
+    from heavylift.recordings.write.outputs import file_path
+    from heavylift.recordings.write.rows import Peak
+    from heavylift.recordings.write.spectator import Spectator
+    from heavylift.recordings.write.writer import Recorder
 
 __all__ = [
     "Box", "Comparison", "Difference", "Digest", "Part", "Peak", "RecordedEvent", "Recorder", "Recording",
@@ -41,3 +46,27 @@ __all__ = [
     "curves", "export", "file_path", "info", "info_data", "overlay", "plot", "recover", "report", "storyboard",
     "view",
 ]  # fmt: skip
+_NAMES: dict[str, tuple[str, ...]] = {
+    "format.digest": ("Digest",),
+    "format.samples": ("SampleChannel", "SampleLayout"),
+    "format.schema": ("RecordedEvent",),
+    "format.viewer_messages": ("Box", "RopeLine"),
+    "read.container": ("Topic",),
+    "read.export": ("export",),
+    "read.info": ("info", "info_data"),
+    "read.part": ("Part",),
+    "read.reader": ("Recording",),
+    "read.recover": ("Recovered", "recover"),
+    "read.signal": ("Signal",),
+    "render.compare": ("Comparison", "Difference", "compare", "overlay"),
+    "render.curves": ("curves",),
+    "render.plot": ("plot",),
+    "render.storyboard": ("storyboard",),
+    "render.view": ("view",),
+    "documents": ("report",),
+    "write.outputs": ("file_path",),
+    "write.rows": ("Peak",),
+    "write.spectator": ("Spectator",),
+    "write.writer": ("Recorder",),
+}
+__getattr__ = on_demand(__name__, {name: f".{module}" for module, names in _NAMES.items() for name in names})

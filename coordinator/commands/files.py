@@ -93,7 +93,7 @@ def report(
     import msgspec
     from heavylift.recordings import Recording
     from heavylift.recordings import report as write
-    from heavylift.recordings.report import Issue, facts
+    from heavylift.recordings.documents import Issue, facts
     from heavylift.recordings.write.outputs import beside
 
     found = _verdict(file)

@@ -57,8 +57,9 @@ class KernelNode:
         self._most = np.zeros(0)  # the largest that each column of the samples sent has been
         self._told: list[Switched] = []  # what the last commands have changed, for the next microstep
         self._ran = -1  # up to when the simulation was run last [ns]
+        self.mechanics = assembled(config.systems, config.gravity)
         self.simulation: Simulation | Islands = simulate(
-            assembled(config.systems, config.gravity),
+            self.mechanics,
             config.tolerance,
             config.sample_ns,
             frozenset(config.subscriptions),
@@ -134,11 +135,14 @@ class KernelNode:
     @property
     def quiet(self) -> Tag:
         """A tentative step without an event ends silently."""
-        spoken = self.simulation.event or self._told or self._sample
-        return self.next_time if spoken else max(Tag(self.simulation.next_ns), succ(self.next_time))
+        due = self.next_time
+        spoken = self._told or self.simulation.event or self._sample
+        return due if spoken else max(Tag(self.simulation.next_ns), succ(due))
 
     def outputs(self) -> list[Event]:
         """The state events at `next_time`, one copy for each model that subscribed, and samples."""
+        if not (self._told or self.simulation.event or self._sampling.done):
+            return []
         tag, out, index = self.next_time, list[Event](), dict[str, int]()
         if tag == self._sample:
             out += self._sampling.outputs(self.simulation.shown)

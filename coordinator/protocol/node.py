@@ -104,9 +104,9 @@ class Node:
         links: list[object] = []
         self._spoken = spoken = []
         mixed, offered = False, grant.committed
-        own = succ(model.next_time) if offered else self._quiet
         heard = first = kept[0].tag if kept else FOREVER
         due, last = model.next_time, self.steps + TAGS
+        own = succ(due) if offered else self._quiet
         while (tag := first if first < due else due) < stop:
             if tag <= self._last:
                 event = kept[0]

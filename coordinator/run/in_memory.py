@@ -30,7 +30,7 @@ from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
-from heavylift.kernel.description.mechanics import System, assembled
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.simulation.commanded import OwnRows
 from heavylift.kernel.simulation.native.samples import published
@@ -238,7 +238,7 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
     times, rows = kernel.table()
     return Played(
         plan,
-        assembled(config.systems, config.gravity),
+        kernel.mechanics,
         msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout),
         times,
         rows,

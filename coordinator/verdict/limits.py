@@ -13,7 +13,7 @@ from heavylift.nodes.limits.telling import HEAD, rows, unjudged
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.report import LimitTable
+from heavylift.recordings.read.verdict import LimitTable
 from numpy.typing import NDArray
 
 from .rotating import matrices

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from threading import RLock
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -14,6 +15,7 @@ from .symbol import RECORDING, Graph, Sym, is_sym, node
 IDLE = ("in", "ret", "slice", "block")  # of nodes: they read what is there
 Outputs: TypeAlias = Mapping[str, Any]  # what a body returns: the numbers of each block
 OPAQUE = -1  # size of an input block that is handed on as a whole
+ONCE = RLock()  # programs in several threads share functions
 
 
 def operands(n: Sym) -> list[Sym]:
@@ -49,8 +51,11 @@ class Function:
 
     def record(self) -> None:
         """Trace the body; keep only what the outputs need."""
-        if self._nodes is not None:
-            return
+        with ONCE:
+            if self._nodes is None:
+                self._record()
+
+    def _record(self) -> None:
         with Graph() as graph:
             out = self.body(**{k: node("block", k) if n == OPAQUE else symbols(k, n) for k, n in self.inputs.items()})
             self.rows = {k: v[0] for k, v in out.items() if isinstance(v, tuple)}

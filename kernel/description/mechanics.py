@@ -7,8 +7,9 @@ SI units; rotations are row-major 3x3 tuples; a point is (body, position in that
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
-from typing import Literal
+from typing import Any, Literal
 
 from .contacts import Contact
 from .flexible import Flexible
@@ -191,15 +192,20 @@ class System:
         return self.ropes + self.rigid_ropes
 
 
-def merge(parts: list[System], gravity: float) -> System:
+GROUPS = tuple(f.name for f in fields(System) if f.name != "gravity")
+
+
+def merge(parts: Iterable[System], gravity: float) -> System:
     """One system from several, in the order given."""
-    groups = [f.name for f in fields(System) if f.name != "gravity"]
-    return System(**{g: tuple(x for p in parts for x in getattr(p, g)) for g in groups}, gravity=gravity)
+    whole: dict[str, list[Any]] = {group: [] for group in GROUPS}
+    for part in parts:
+        for group, items in whole.items():
+            items += getattr(part, group)
+    return System(**{group: tuple(items) for group, items in whole.items()}, gravity=gravity)
 
 
 def assembled(declared: list[System], gravity: float) -> System:
     """The system of a run from the declarations of its nodes, its elements in the order of their names."""
     whole = merge(declared, gravity)
-    groups = [f.name for f in fields(System) if f.name != "gravity"]
-    named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in groups}
+    named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in GROUPS}
     return System(**named, gravity=gravity)

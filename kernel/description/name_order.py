@@ -6,10 +6,12 @@ Elements are put into it once, where a description is assembled, so that nothing
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 Key = tuple[tuple[str | tuple[int, str], ...], str]
 
 
+@lru_cache(maxsize=4096)
 def natural(name: str) -> Key:
     """Sort key of a name: its words and its numbers in turn; equal ones, such as "1" and "01", by their letters."""
     parts = re.split(r"([0-9]+)", name)

@@ -55,7 +55,14 @@ def check_description(system: System) -> System:
     code, given, last = _encoded(system), system, _last[:]  # which other threads may replace
     if code and [(x, y) for x, y, _ in last] == [(code, system)]:  # equal to the bit, of the same classes
         return last[0][2]
-    system = plain(system, _known)
+    before = set[int]()  # ids of items that were checked before
+
+    def known(x: object) -> object | None:
+        if (found := _known(x)) is not None:
+            before.add(id(found))
+        return found
+
+    system = plain(system, known)
     if not isfinite(system.gravity):
         raise KernelError(f"gravity is {system.gravity}; it must be a finite number")
     for group in [(f.name,) for f in fields(system) if f.name not in ("bodies", "joints", "gravity")] + [*ADDRESSED]:
@@ -65,7 +72,7 @@ def check_description(system: System) -> System:
                 raise KernelError(f"'{x.name}': two of this name; names of laws, drives and masters must be unique")
             seen.add(x.name)
     items = [x for f in fields(system) if f.name != "gravity" for x in getattr(system, f.name)]
-    new = [x for x in items if _known(x) is None]
+    new = [x for x in items if id(x) not in before]
     for x in new:
         _check_item(x)
     for x in new:

@@ -56,9 +56,14 @@ class _Cut(NamedTuple):
     trees: list[Tree]
     poses_at_start: Poses
     traced: list[Tree]
+    contacts: ContactRows
+    constraints: Constraints
+    instances: list[tuple[Tree, SharedTree]]
 
 
 _last: list[_Cut] = []  # the last one
+_shared: dict[tuple[int, str, str], SharedTree] = {}  # by number, formulation and kind of tree, the oldest first
+MOST_SHARED = 64
 
 
 class Program:
@@ -97,25 +102,22 @@ class Program:
         self.laws = shared(system.laws, setting)
         self.parameters = Parameters.of(system, self.graph, trees, self.laws)
         self.nq, self.nv = self.graph.nq, self.graph.nv
-        self.contacts = ContactRows(system, self.graph)
         self._label()
         self.ny = self.nq + self.nv + len(self.accounts) + len(self.angles)
         self.quaternions = [
             k.q.start + start for k in self.graph.links if (start := JOINTS[k.joint.kind].quaternion) is not None
         ]
-        self.constraints = Constraints(self.graph, system.rigid_ropes, self.contacts)
-        self.instances = self._share(trees)
-        self.constraints.link(self.instances)
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
         self.calm = calm
 
     def _cut(self, system: System, modes: Mapping[str, Modes] | None, locked: frozenset[str] | None) -> list[Tree]:
-        """Graph, trees and poses at the start, which all programs of a description share; the trees as they are
-        traced."""
+        """Graph, trees with their functions, rows and poses at the start, which all programs of a description share;
+        the trees as they are traced."""
         x = next(iter(_last), None)
         if x is not None and x.of is system and x.how == (self.formulation, locked):
             self.system, self.graph, self.locked = x.system, x.graph, x.locked
             self.trees, self.poses_at_start = x.trees, x.poses_at_start
+            self.contacts, self.constraints, self.instances = x.contacts, x.constraints, x.instances
             return x.traced
         self.system = with_rope_masses(system)
         self.graph = build_graph(self.system, modes)
@@ -127,8 +129,13 @@ class Program:
         self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
         traced = [merged(tree) for tree in self.trees] if self.formulation == "recursive" else self.trees
         self.poses_at_start = _poses_at_start(self.graph, traced)
+        self.contacts = ContactRows(self.system, self.graph)
+        self.constraints = Constraints(self.graph, self.system.rigid_ropes, self.contacts)
+        self.instances = self._share(traced)
+        self.constraints.link(self.instances)
         own = self.system, self.graph, self.locked, self.trees, self.poses_at_start, traced
-        _last[:] = [_Cut(system, (self.formulation, locked), *own)]
+        rows = self.contacts, self.constraints, self.instances
+        _last[:] = [_Cut(system, (self.formulation, locked), *own, *rows)]
         return traced
 
     def _label(self) -> None:
@@ -282,8 +289,13 @@ class Program:
             held = tuple(i for i in ends if t.first + i in self.constraints.bodies)
             key = self.sharing(t) + str(ends) + str(held)
             if key not in kinds:
-                kinds[key] = tree_functions(len(kinds), t, ends, held, self.formulation)
+                made = len(kinds), self.formulation, key
+                found = _shared.pop(made, None)
+                kinds[key] = found or tree_functions(len(kinds), t, ends, held, self.formulation)
+                _shared[made] = kinds[key]
             out.append((t, kinds[key]))
+        for old in list(_shared)[: max(0, len(_shared) - MOST_SHARED)]:
+            _shared.pop(old, None)
         return out
 
 

@@ -210,7 +210,9 @@ def _place(graph: Graph, link: Link) -> Any:
             raise KernelError(f"joint '{joint.name}': a slider needs a flexible beam; '{joint.parent}' is rigid")
         return None
     if joint.kind == "slider":
-        return on.track(joint.name)
+        from heavylift.kernel.multibody.flexible.tracks import track
+
+        return track(on, joint.name)
     from heavylift.kernel.multibody.flexible.attachment import Place
 
     station, X = on.station(joint.p_PJ)

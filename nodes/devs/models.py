@@ -214,6 +214,9 @@ class Coupled(Model):
 
     def _change(self, name: str, change: Callable[[], None]) -> None:
         """At once; in a model that runs, after all transitions of this tag."""
+        if self._present is IDLE and self.parent is None:
+            change()
+            return
         self._reachable(name)
         root: Model = self
         while not root._present.live and root.parent is not None:
@@ -288,7 +291,7 @@ class Coupled(Model):
         if source.owner is target.owner:
             through = "passes straight through" if source.owner is self else "feeds a model back to itself"
             return f"{through}, which the formalism excludes; put an atomic between"
-        if not issubclass(source.type, target.type):
+        if source.type is not target.type and not issubclass(source.type, target.type):
             return f"{source.type.__name__} does not fit a port of {target.type.__name__}"
         if (source, target) in self._coupled:
             return "it is there already, a second one would double every message"

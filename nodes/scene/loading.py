@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.kernel.cache import read_cached, sources, write_cached
+from heavylift.kernel.cache import contents, read_cached, sources, write_cached
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Verdict
 from heavylift.nodes.plan.plan import Plan
@@ -107,5 +107,4 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
 @cache
 def _code() -> bytes:
     """All that makes a plan of a text, types of machines included."""
-    files = (p for p in Path(__file__).parent.parent.rglob("*") if p.suffix in (".py", ".yaml"))
-    return b"".join(p.read_bytes() for p in sorted(files))
+    return contents(Path(__file__).parent.parent, ".py", ".yaml")

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import msgspec
-from heavylift.kernel.cache import remembered, sources
+from heavylift.kernel.cache import contents, remembered, sources
 from heavylift.nodes.plan import plan
 
 from .state import Acted, StaticState
@@ -85,5 +85,4 @@ def plan_key(built: plan.Plan) -> str:
 def _sources() -> bytes:
     here = Path(__file__).parent.parent
     layers = ("fidelity", "statics", "models", "devs", "plan")
-    own = b"".join(p.read_bytes() for layer in layers for p in sorted((here / layer).rglob("*.py")))
-    return hashlib.sha256(sources() + own).digest()
+    return hashlib.sha256(sources() + b"".join(contents(here / layer, ".py") for layer in layers)).digest()

@@ -21,7 +21,7 @@ from browser import CHROMIUM, Chromium
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, view
-from heavylift.recordings.report import report
+from heavylift.recordings.documents import report
 from shared.processes import family
 from shared.rows import SHORT, options, row
 

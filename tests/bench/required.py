@@ -10,6 +10,7 @@ same rung.  At last `--within` a time, twice what the cheapest run takes: of fiv
 fifth.
 """
 
+import gc
 import subprocess
 import sys
 import tempfile
@@ -92,6 +93,7 @@ def random_lifts(count: int) -> None:
 
 
 def main() -> None:
+    gc.set_threshold(50_000)  # as in the command itself
     lifts = options(__doc__ or "", {"--lifts": {"type": int, "default": LIFTS, "help": "how many at random"}}).lifts
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

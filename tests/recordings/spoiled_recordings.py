@@ -26,8 +26,8 @@ from heavylift.recordings import (  # fmt: skip
     report,
     storyboard,
 )
+from heavylift.recordings.documents import facts
 from heavylift.recordings.render.view import content
-from heavylift.recordings.report import facts
 
 PATIENCE_s = 20.0  # for all that is done with one file of a few kilobytes, but pictures
 PICTURES_s = 100.0  # matplotlib takes its time, more so where others compute

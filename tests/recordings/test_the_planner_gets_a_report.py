@@ -13,7 +13,7 @@ from heavylift.coordinator.run import run
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
-from heavylift.recordings.report import facts
+from heavylift.recordings.documents import facts
 from small_run import POSE, SECOND, Stage
 
 G = 9.80665

@@ -13,9 +13,9 @@ from heavylift.coordinator.run import run
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
-from heavylift.recordings.report import Facts, Issue, facts
-from heavylift.recordings.report.tables import tables
-from heavylift.recordings.report.workbook import number
+from heavylift.recordings.documents import Facts, Issue, facts
+from heavylift.recordings.documents.tables import tables
+from heavylift.recordings.documents.workbook import number
 from small_run import POSE, SECOND
 
 G = 9.80665

@@ -6,4 +6,5 @@ inertia                  those constants in the recursion
 small_deflections        where the theory ends: deflections and turns within a body
 buckling                 compression
 attachment, stations     frames carried by the modes at a place, and at a coordinate that slides
+tracks                   the modes along a beam, for what slides on it
 """

@@ -18,25 +18,23 @@ from math import pi, sqrt
 import numpy as np
 from heavylift.kernel.algebra.arrays import eigen, factored, sizes, times, total
 from heavylift.kernel.algebra.eigenvalues import eigenmodes, orthonormal
-from heavylift.kernel.algebra.polynomials import derivative, integral, polynomials, product, roots, series, spline
 from heavylift.kernel.cache import remembered, sources
 from heavylift.kernel.description.flexible import Beam, Flexible, Modal
 from heavylift.kernel.errors import KernelError
 
-from .attachment import Track
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
 from .buckling import Column
 from .rounding import moves_freely, rigid_motions, rounded, rounded_each
 from .small_deflections import Smallness, smallness
 
 DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others
-SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials along a beam, sought and refused; shapes are 1 at most
 HARDLY = 0.005  # of a mode's stiffness: so small a part of the buckling load is not looked at
 GAUSS = ((-sqrt(0.6), 5.0 / 9.0), (0.0, 8.0 / 9.0), (sqrt(0.6), 5.0 / 9.0))  # points and weights
+MOST_KEPT = 32  # bodies
 NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Modes:
     """Shapes of a body's modes over the degrees of freedom of its model; mass, stiffness and damping of each."""
 
@@ -73,39 +71,6 @@ class Modes:
         if beam := self.flexible.beam:
             return rounded(times(hermite(beam, float(station)), self.shapes))
         return rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
-
-    def track(self, joint: str) -> Track:
-        """Displacements and rotations (slopes) of every mode as polynomials of the place along the beam.
-
-        Raises KernelError naming the joint that slides if this is no beam or a mode is not smooth.
-        """
-        beam, m = self.flexible.beam, len(self.mass)
-        if beam is None or beam.start:
-            raise KernelError(f"joint '{joint}': body '{self.name}' is no beam from its origin on; a slider needs one")
-        x = roots(4 * beam.elements)
-        places = (1.0 + x) * beam.length / 2.0
-        nodal = self.shapes.reshape(-1, 6, m)[:, :4].reshape(-1, 4 * m)  # ux uy uz rx; ry and rz are slopes
-        # where elements are most accurate, at their nodes, and smooth between them, as the modes are
-        moved = spline(self.nodes[:, 0], nodal, min(7, (beam.elements - 1) | 1), places)
-        whole = series(moved, min(beam.elements + 8, len(x) - 1))
-        T = polynomials(x, len(whole) - 1)
-        fits = {n: whole[: n + 1] for n in range(8, beam.elements + 9, 2)}
-        errors = {n: float(np.abs(times(T[:, : n + 1], c) - moved).max(initial=0.0)) for n, c in fits.items()}
-        least = min(errors.values())
-        if least > NOT_SMOOTH:
-            raise KernelError(
-                f"joint '{joint}': polynomials follow the modes of '{self.name}' to {least:.1g} only; "
-                "give its beam fewer modes or loads, or more elements"
-            )
-        fit = fits[next(n for n, error in errors.items() if error <= max(SMOOTH, 2.0 * least))]
-        fit = fit.reshape(-1, 4, m)
-        slopes = derivative(fit) * (2.0 / beam.length)
-        coefficients = rounded(np.concatenate([fit, -slopes[:, 2:3], slopes[:, 1:2]], axis=1))
-        turned = coefficients[:, 4:]
-        y, z = (product(turned[:, d, :, None], turned[:, d, None, :]) for d in (0, 1))
-        g = integral(y + z) * (beam.length / 2.0)
-        g[0] += self.shortening(0.0)
-        return Track(np.zeros(3), 2.0 / beam.length, coefficients, rounded(g))
 
     def shortening(self, station: int | float) -> np.ndarray:
         """(m, m) g of equation (9) in `attachment` at a station: integrals of products of slopes [1/m]; 0 if no beam.
@@ -169,16 +134,28 @@ class Modes:
         return out
 
 
+_last: dict[tuple[str, str], Modes] = {}  # by what was asked for, the oldest first
+
+
 def _key(flexible: Flexible) -> str:
     """Name of what is known of such a body."""
     return hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
 
 
 def modes_of(name: str, flexible: Flexible) -> Modes:
-    """Eigenmodes (lowest first) and attachment modes, or the given ones.
+    """Eigenmodes (lowest first) and attachment modes, or the given ones; those of the last bodies are known.
 
     Raises KernelError if there are too few or something can move without mass or stiffness.
     """
+    key = name, repr(flexible)
+    found = _last.pop(key, None) or _modes_of(name, flexible)
+    _last[key] = found
+    for old in list(_last)[: max(0, len(_last) - MOST_KEPT)]:
+        _last.pop(old, None)
+    return found
+
+
+def _modes_of(name: str, flexible: Flexible) -> Modes:
     if flexible.modal:
         return _given(name, flexible, flexible.modal)
     nodes, M, K, held = _model(flexible)

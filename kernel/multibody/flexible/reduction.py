@@ -20,6 +20,7 @@ matrices that interpolate displacements with slopes, (5) fulfils this to the ord
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import times
@@ -41,6 +42,7 @@ class Elastic:
     mass: np.ndarray  # (m,) of the modes
 
 
+@lru_cache(maxsize=64)
 def reduced(modes: Modes) -> Elastic:
     """The constants (5) of a body."""
     n, m = modes.shapes.shape

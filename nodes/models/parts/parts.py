@@ -10,6 +10,7 @@ live actor have the same four ports, so a message passes to the actor that it na
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from typing import NoReturn, TypeVar
 
 from heavylift.kernel.description.mechanics import Body, Joint, System, merge
@@ -25,13 +26,15 @@ Child = TypeVar("Child", bound=Model)
 
 def declared(models: list[Model]) -> System:
     """What these models and all below them declare, in the order of the tree."""
-    parts = []
+    return merge(_pieces(models), System().gravity)
+
+
+def _pieces(models: Iterable[Model]) -> Iterator[System]:
     for model in models:
         if isinstance(model, Coupled):
-            parts.append(declared(list(model.children.values())))
+            yield from _pieces(model.children.values())
         elif isinstance(model, Part):
-            parts.append(model.declare())
-    return merge(parts, System().gravity)
+            yield model.declare()
 
 
 def body(name: str, inertia: Inertia) -> Body:

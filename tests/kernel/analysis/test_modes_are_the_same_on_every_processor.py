@@ -17,6 +17,7 @@ from heavylift.kernel.multibody.flexible.beam import beam_matrices, nodes_of
 from heavylift.kernel.multibody.flexible.modes import modes_of
 from heavylift.kernel.multibody.flexible.reduction import reduced
 from heavylift.kernel.multibody.flexible.rounding import rigid_motions
+from heavylift.kernel.multibody.flexible.tracks import track as track_of
 from numpy.polynomial import chebyshev
 from scipy.interpolate import make_interp_spline
 
@@ -53,7 +54,7 @@ def bits(flexible: Flexible) -> str:
     e = reduced(modes)
     parts = [modes.shapes, modes.mass, modes.stiffness, modes.smallness.rows, e.J0, e.J1, e.J2, e.G0, e.G1]
     if flexible.beam:
-        track = modes.track("joint")
+        track = track_of(modes, "joint")
         parts += [track.coefficients, track.shortening, modes.at(11.3), modes.shortening(11.3)]
     push, places, still = np.array([[-1e6, 0.0, 0.0]]), np.array([[29.0, 0.0, 0.0]]), np.zeros(3)
     parts.append(np.array([modes.column.part(push, places, still, still)]))

@@ -10,9 +10,7 @@ workbook  tables as sheets
 browser   prints a page to PDF
 """
 
-from heavylift.recordings.read.verdict import LimitTable
-
 from .document import Issue, report
 from .facts import Facts, facts
 
-__all__ = ["Facts", "Issue", "LimitTable", "facts", "report"]
+__all__ = ["Facts", "Issue", "facts", "report"]
