@@ -55,5 +55,6 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
         {
             x.name: [b.name for m in plan.mechanisms if m.name in x.machines for b in m.system.bodies]
             for x in plan.lists
+            if x.machines
         },
     )

@@ -109,7 +109,7 @@ class Participant:
         return node.hello(declaration, version(), agreed)
 
     def _take(self, part: parts.Part) -> tuple[Node, bytes, str]:
-        """The node that plays this part, what it declares, and the fingerprint that all nodes must agree on."""
+        """The node that plays this part, what it declares, and the fingerprint of what it has been told."""
         if isinstance(part, parts.KernelPart):
             from .kernel_node import KernelNode
 

@@ -17,7 +17,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 
 class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
-    """The model of the node's name in an encoded plan."""
+    """The models of a node, in what they need of an encoded plan."""
 
     plan: bytes
 
@@ -47,7 +47,7 @@ class KernelConfig(msgspec.Struct, frozen=True):
 
 
 class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):
-    """The kernel; `agreed` is the fingerprint of the plan that the models have."""
+    """The kernel; `agreed` is the fingerprint of the plan."""
 
     config: KernelConfig
     agreed: str
@@ -99,5 +99,5 @@ def decode(data: bytes) -> Part:
 
 
 def fingerprint(what: bytes) -> str:
-    """What two nodes of one run must agree on."""
+    """What coordinator and node must agree on."""
     return blake2b(what, digest_size=16).hexdigest()

@@ -10,7 +10,7 @@ shortens), from each node once; the bound is that of Chandy and Misra, summed ov
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from heapq import heapify, heappop, heappush
+from heapq import heappop, heappush
 from typing import NamedTuple
 
 from heavylift.kernel.errors import ProtocolError
@@ -82,7 +82,8 @@ def distances(
     for model in heard:
         hears[home[place[model]]][place[model]] = ZERO
     home += range(len(nodes))
-    D, R = ([_reached(row, w, home) for row in rows] for rows in (said, hears))
+    reached = _reached(w, home)
+    D, R = ([_nearest(row, reached) for row in rows] for rows in (said, hears))
     return D, [{i: delay for i, delay in row.items() if i != j} for j, row in enumerate(R)]
 
 
@@ -102,12 +103,34 @@ def ways(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, 
     return found
 
 
-def _reached(begin: Mapping[int, Delay], edges: Matrix, home: Sequence[int]) -> dict[int, Delay]:
-    """Shortest ways from places at which something begins, to each node that they lead to."""
+def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
+    """Shortest ways from each place to each node that it leads to, from that of most edges on: whose neighbours are
+    known needs no search, such as all that speak to a few hubs."""
+    found: dict[int, dict[int, Delay]] = {}
+    for a in sorted(range(len(edges)), key=lambda a: -len(edges[a])):
+        if all(b in found for b in edges[a]):
+            found[a] = {**_nearest(edges[a], found), home[a]: ZERO}
+        else:
+            found[a] = _searched(a, edges, home)
+    return found
+
+
+def _nearest(begin: Mapping[int, Delay], reached: Mapping[int, Mapping[int, Delay]]) -> dict[int, Delay]:
+    """Shortest ways by these places, each after a delay, from where it is known what is reached."""
+    found: dict[int, Delay] = {}
+    for b, (wait, steps) in begin.items():
+        for i, (more, k) in reached[b].items():
+            way = (wait + more, k) if more else (wait, steps + k)  # as `chain`, for all pairs of nodes
+            if i not in found or way < found[i]:
+                found[i] = way
+    return found
+
+
+def _searched(a: int, edges: Matrix, home: Sequence[int]) -> dict[int, Delay]:
+    """Shortest ways from a place to each node that it leads to."""
     found: dict[int, Delay] = {}
     done = set[int]()
-    ahead = [(delay, a) for a, delay in begin.items()]
-    heapify(ahead)
+    ahead = [(ZERO, a)]
     while ahead:
         delay, a = heappop(ahead)
         if a not in done:

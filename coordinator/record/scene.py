@@ -111,7 +111,7 @@ class Record(FileTape):
         }
         attachments = {scene.path.name: scene.text.encode(), RESOLVED: encode(plan)}
         attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}
-        attachments[LAYOUT] = layout([r.name for r in system(plan).all_ropes], *surroundings(plan))
+        attachments[LAYOUT] = layout([r.name for r in system(plan, models).all_ropes], *surroundings(plan))
         self._facts: dict[str, object] = facts
         self._conduct = Conduct()
         self._collector = Collector(self._layout)

@@ -9,6 +9,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Self
 
@@ -20,6 +21,8 @@ from heavylift.recordings import Digest, Recorder
 from .budget import Spent, clocked
 
 Held = Sequence[tuple[int, str]]  # after so many DONEs of all nodes, who began to hold a node back
+
+_schema = cache(msgspec.json.schema)  # of a type of messages, which many ports have
 
 
 class Tape(Spent):
@@ -91,7 +94,7 @@ class FileTape(Tape):
 
     def port(self, model: str, port: str, type_: type[Message]) -> None:
         """Announce an out port of a node."""
-        self.recorder.add_port(model, port, msgspec.json.schema(type_), f"event/{model}/{port}", type_.units)
+        self.recorder.add_port(model, port, _schema(type_), f"event/{model}/{port}", type_.units)
 
     @clocked
     def event(self, e: Event) -> None:

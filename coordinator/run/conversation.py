@@ -72,6 +72,7 @@ class Conversation:
         self._due, self._kept_at = list[Tag](), time.monotonic()  # marks that the sampler has not passed
         self.externals = {external.node: external for external in externals}
         """Nodes that programs of another kind play."""
+        self._agreed = dict[str, str]()  # by node, the fingerprint of what it is
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
             hub.tell = self._tell
@@ -84,16 +85,17 @@ class Conversation:
         if given is not None and given != Path(wanted or ""):
             self._watch.say(f"{wanted} is there already and stays; this run writes {given}")
 
-    def welcome(self, node: str, config: bytes) -> None:
-        """Tell a node what it is; an external one in words of its own."""
+    def welcome(self, node: str, config: bytes, fingerprint: str) -> None:
+        """Tell a node what it is, which has this fingerprint; an external one in words of its own."""
+        self._agreed[node] = fingerprint
         self._send(node, m.Welcome(1, self.externals[node].config if node in self.externals else config))
 
-    def hello(self, fingerprint: str) -> tuple[str, bytes]:
-        """The next node that says HELLO, with what it declares; the fingerprint is what all must agree on."""
+    def hello(self) -> tuple[str, bytes]:
+        """The next node that says HELLO, with what it declares."""
         node, message = self._receive()
         if not isinstance(message, m.Hello):
             raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
-        if node not in self.externals and (message.version, message.scene) != (version(), fingerprint):
+        if node not in self.externals and (message.version, message.scene) != (version(), self._agreed.get(node)):
             raise ProtocolError(
                 f"node {node} runs heavylift {message.version} with another scene or version than the coordinator's "
                 f"{version()}; use one installation for all nodes"

@@ -207,10 +207,18 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
 
     end = Tag(PATIENCE_ns if plan.end is None else ns(plan.end))
     wires, most = wiring(plan), plan.microsteps
-    core = _Counting([*models, KERNEL], wires.couplings, end, wires.finish, hear, wires.outside, most)
+    shared = dict.fromkeys(driving(plan))  # one node: what they say to each other needs no grants
+    alone = [n for n in models if n not in shared]
+    homes = {COMMANDER: [*shared], **{n: [n] for n in (*alone, KERNEL)}}
+    core = _Counting(homes, wires.couplings, end, wires.finish, hear, wires.outside, most, homes)
     for given in commands:
         core.inject(command(given))
-    nodes = {n: Node(n, Simulator(m, microsteps=most, watched=False, wires=wires.all)) for n, m in models.items()}
+    simulators = {
+        n: Simulator([models[m] for m in own], microsteps=most, watched=False, wires=wires.all)
+        for n, own in homes.items()
+        if n != KERNEL
+    }
+    nodes = {n: Node(n, simulator) for n, simulator in simulators.items()}
     nodes[KERNEL] = Node(KERNEL, kernel, kernel.finish)
     prepared, started = time.perf_counter(), time.thread_time()
     kernel.allowed, kernel.deadline = limit, prepared + limit

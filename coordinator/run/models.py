@@ -221,10 +221,10 @@ def _tape(
 def _greet(talk: Conversation, model: Coupled, placement: Placement, part: parts.ModelPart) -> None:
     config, reference = parts.encode(part), part.build
     for node in placement.nodes:
-        talk.welcome(node, config)
+        talk.welcome(node, config, parts.fingerprint(reference.encode()))
     here = dict(zip(placement.nodes, declarations(model, placement.nodes.values()), strict=True))
     for _ in placement.nodes:
-        node, declared = talk.hello(parts.fingerprint(reference.encode()))
+        node, declared = talk.hello()
         if node not in talk.externals and declared != here[node]:
             name, what = difference(here[node], declared)
             raise ModelError(

@@ -41,7 +41,7 @@ from heavylift.coordinator.verdict import prepare
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, divided, driving
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.plan.plan import encode
@@ -191,22 +191,22 @@ class _Run(Watch):
 
     def greet(self) -> None:
         """The models first, for the kernel needs what they declare."""
-        plan = encode(self._plan)
-        agreed = fingerprint(plan)
-        for node in self._nodes:
-            self.talk.welcome(node, part(ScenePart(plan)))
+        models = [self._placement.nodes[node] for node in self._nodes]
+        for node, plan in zip(self._nodes, map(encode, divided(self._plan, models)), strict=True):
+            self.talk.welcome(node, part(ScenePart(plan)), fingerprint(plan))
         declared = dict[str, System]()
         for _ in self._nodes:  # they arrive in any order
-            node, said = self.talk.hello(agreed)
-            models = self._placement.nodes[node]
+            node, said = self.talk.hello()
+            names = self._placement.nodes[node]
             if node in self.talk.externals:  # its mechanics are those of the model that it plays
-                declared |= {name: self._models[name].declare() for name in models}
+                declared |= {name: self._models[name].declare() for name in names}
             else:
-                declared |= zip(models, _declared(together(models), said, len(models)), strict=True)
+                declared |= zip(names, _declared(together(names), said, len(names)), strict=True)
         systems = [declared[name] for name in self._models]
-        self.talk.welcome(KERNEL, part(KernelPart(kernel_config(self._plan, self._models, systems), agreed)))
+        agreed = fingerprint(encode(self._plan))
+        self.talk.welcome(KERNEL, part(KernelPart(kernel_config(self._plan, self._models, systems), agreed)), agreed)
         prepare()  # while the kernel gets ready
-        _, layout = self.talk.hello(agreed)
+        _, layout = self.talk.hello()
         self._record.layout(layout, systems)
 
     def play(self) -> None:

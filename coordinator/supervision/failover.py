@@ -34,6 +34,7 @@ from .ticket_file import TicketFile
 DEADLINE_s = 60.0  # for an answer, before a process is probed
 LOSSES = 3  # of one process at one point of the run
 LOOK_s = 0.05  # between two looks at the clock
+SHARE, MOST_s = 20.0, 1.0  # times what a look took are added to that, at most so much
 KEEP_s = 5.0  # wall time between two checkpoints of a node
 KEEP_GRANTS = 64  # and at least so many grants
 
@@ -243,6 +244,10 @@ class Succession(Hub):
             return
         self._next_look = now + LOOK_s
         self._look_at_keeper()
+        self._look_at_processes(now)
+        self._next_look += min(MOST_s, SHARE * (time.monotonic() - now))
+
+    def _look_at_processes(self, now: float) -> None:
         for process, nodes in self.placement.hosted.items():
             if not self.joined(process):
                 remote, external = (process in some for some in (self.placement.remote, self.placement.external))

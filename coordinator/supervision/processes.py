@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 KEEPER = "the keeper"  # in place of a process's name, and no name that one can have
 GRACE_s = 0.8  # in which nodes leave a run that is over
-REPORT_s = 0.3  # in which a keeper that is not stopped tells how a process has ended
+REPORT_s = 0.3  # in which a keeper that is not stopped tells how a process has ended; between two looks at them all
 KILL_s = 0.5  # from SIGKILL to giving up
 REAP_s = 10.0  # the same for a process that must not live beside its successor
 LOOK_s = 0.05  # between two looks at a keeper that owes an answer
@@ -57,6 +57,7 @@ class Processes:
         self._exits: dict[str, int | str] = {}  # exit code, or why it could not be started
         self._orphans: dict[str, str] = {}  # processes that a lost keeper has taken along, and how it was lost
         self._unreported: dict[str, float] = {}  # processes that have ended without a report, and since when
+        self._next_look = 0.0
         self._hub: Hub | None = None
         self._commands: dict[str, Sequence[str]] = {}
         self._change = threading.Condition()
@@ -216,7 +217,9 @@ class Processes:
             exits, orphans, alive = dict(self._exits), dict(self._orphans), self._alive()
         found = {name: f"its process {exit_told(how, self.output(name))}" for name, how in exits.items()} | orphans
         now = time.monotonic()
-        self._unreported = {n: self._unreported.get(n, now) for n in alive if self.state(n) == "Z"}
+        if now >= self._next_look:
+            self._next_look = now + REPORT_s
+            self._unreported = {n: self._unreported.get(n, now) for n in alive if self.state(n) == "Z"}
         silent = [name for name, since in self._unreported.items() if now - since > REPORT_s]
         return found | dict.fromkeys(silent, "its process has ended, and the one that keeps all does not say how")
 

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any, Self
 
 import zenoh
+from heavylift.coordinator.stopping import whole
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
@@ -22,6 +23,7 @@ from .session import Ticket, node_session
 
 FIFO = 4096  # messages that may wait at a receiver before its senders wait
 JOIN_s = 10.0  # longest time from an open session to a coordinator that listens
+LONGEST_s = 0.02  # between two looks whether it does
 LEAVE_s = 10.0  # longest time that a process waits for its last messages to arrive
 LOCAL = "local"  # in place of a process's name: the coordinator's own
 
@@ -86,7 +88,7 @@ class Link:
 
     def _join(self) -> None:
         """Wait until the coordinator hears all topics: what is put earlier would be lost silently."""
-        deadline = time.monotonic() + JOIN_s
+        deadline, pause = time.monotonic() + JOIN_s, 0.001
         while not all(sender.heard for sender in self._senders.values()):
             if time.monotonic() > deadline:
                 self.close()
@@ -94,7 +96,8 @@ class Link:
                     f"process {self.process} reached run {self.run} but no coordinator listened within "
                     f"{JOIN_s:g} s, start the run again"
                 )
-            time.sleep(0.001)
+            time.sleep(pause)
+            pause = min(1.5 * pause, LONGEST_s)  # many that wait at once would take the time for which they wait
 
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message of a node to the coordinator."""
@@ -134,7 +137,10 @@ class Link:
 
 
 class LocalLink(_Sender):
-    """A node's connection to a LocalHub over the same session; `serve` hands its messages to a function."""
+    """A node's connection to a LocalHub over the same session; `serve` hands its messages to a function.
+
+    What is put is received in the middle of the put, by callbacks in which foreign code loses what a signal raises.
+    """
 
     def __init__(
         self, session: zenoh.Session, run: str, node: str, ready: deque[str], sampled: Callable[[], None]
@@ -145,9 +151,15 @@ class LocalLink(_Sender):
         self._handler: Callable[[bytes], None] | None = None
         self._inbox = session.declare_subscriber(key(run, "in", LOCAL, node), Callback(self._enqueue, indirect=False))
 
+    def send(self, payload: bytes) -> None:
+        """Send a protocol message to the coordinator."""
+        with whole():
+            super().send(payload)
+
     def sample(self, payload: bytes) -> None:
         """Send a batch of samples to the coordinator, which takes it at once, in the middle of the work."""
-        super().sample(payload)
+        with whole():
+            super().sample(payload)
         self._sampled()
 
     def _enqueue(self, sample: zenoh.Sample) -> None:

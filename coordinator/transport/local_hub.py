@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 import zenoh
+from heavylift.coordinator.stopping import whole
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback
 
@@ -38,6 +39,11 @@ class LocalHub(Exchange):
         if node not in self._links:
             self._links[node] = LocalLink(self._session, self.run, node, self._ready, lambda: self.sampled())
         return self._links[node]
+
+    def send(self, node: str, payload: bytes) -> None:
+        """Send a protocol message to a node, which has it when this returns."""
+        with whole():
+            super().send(node, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
         """The next (node, message); lets nodes work until there is one; None if none can come in time."""

@@ -11,6 +11,7 @@ ROUND_OFF = 1e-12  # [m] deflection of a friction spring that round-off in place
 RELAXED = 1.0 - 1e-5  # of its limit, below which friction at rest holds: more than rounding of poses changes it
 SLIP_BLEND = 1e-6  # [m/s] below this speed the direction of sliding friction is that of the slip's start
 JUST_BELOW = 1.0 - 1e-9  # part of the limit that a spring holds which begins to stick, so that it does not slip at once
+SLOWEST = 1e-3 * SLIP_BLEND  # of a slip: below, the blend makes its direction, by turns of slip and stick
 GIVEN_WAY = 0.5  # part that it holds after the limit has fallen below it
 FAINT = 1e-6  # [m] deflection from which it then gives way wholly: halves of halves have no end as a pad is left
 

@@ -11,7 +11,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, sele
 from heavylift.kernel.description.mechanics import Support
 
 from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment, wrench
-from .friction import FAINT, GIVEN_WAY, JUST_BELOW, SLIP_BLEND, deflection, friction, pushes
+from .friction import FAINT, GIVEN_WAY, JUST_BELOW, SLIP_BLEND, SLOWEST, deflection, friction, pushes
 
 
 class SupportAt:
@@ -70,10 +70,11 @@ class SupportLaw(ForceLaw[Support]):
             return "closed" if p[at.CLOSED] else "open", normal
         if p[at.STICK] > 0.0:
             held = p[at.KT] * (place - p[at.ANCHOR]) + p[at.DT] * velocity
-            if float(held[0] * velocity[0] + held[1] * velocity[1]) > 0.0 or p[at.KT] == 0.0:
-                p[at.STICK], p[at.DIRECTION] = 0.0, held / max(norm(held.tolist()), 1e-300)
+            size = max(norm(held.tolist()), 1e-300)
+            if dot(held.tolist(), velocity.tolist()) > SLOWEST * size or p[at.KT] == 0.0:
+                p[at.STICK], p[at.DIRECTION] = 0.0, held / size
             else:  # the limit has fallen faster than the spring relaxes: it gives way and holds on
-                part = GIVEN_WAY if norm(held.tolist()) > FAINT * p[at.KT] else 0.0
+                part = GIVEN_WAY if size > FAINT * p[at.KT] else 0.0
                 p[at.ANCHOR] = place - deflection(part * held, velocity, p[at.KT], p[at.DT])
             return "slip", normal
         late = dot(velocity.tolist(), p[at.DIRECTION].tolist()) + 0.5 * SLIP_BLEND  # by what steps may miss

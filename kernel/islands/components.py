@@ -53,9 +53,14 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
     for b in system.bodies:
         if moving and root(b.name) not in moving:
             island[root(b.name)] = moving[0]
-    roots = list(dict.fromkeys(root(b.name) for b in system.bodies))
-    of = {key: roots.index(root(bodies[0])) if bodies else 0 for key, bodies in held.items()}
-    return [_island(system, of, k, {roots.index(root(b)) for b in led} or {0}) for k in range(len(roots))]
+    number: dict[str, int] = {}  # of the island of a root
+    for b in system.bodies:
+        number.setdefault(root(b.name), len(number))
+    parts: list[dict[str, list[Any]]] = [{group: [] for group in GROUPS} for _ in number]
+    for group, i, x in _items(system):
+        parts[number[root(bodies[0])] if (bodies := held[group, i]) else 0][group].append(x)
+    leads = {number[root(b)] for b in led} or {0}
+    return [_island(system, part, k in leads) for k, part in enumerate(parts)]
 
 
 def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
@@ -63,8 +68,8 @@ def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
     return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
 
 
-def _island(system: System, of: dict[tuple[str, int], int], k: int, led: set[int]) -> System:
-    parts: dict[str, Any] = {g: tuple(x for i, x in enumerate(getattr(system, g)) if of[g, i] == k) for g in GROUPS}
+def _island(system: System, part: dict[str, list[Any]], led: bool) -> System:
+    parts: dict[str, Any] = {group: tuple(of) for group, of in part.items()}
     own = {WORLD, *(b.name for b in parts["bodies"])}
 
     def here(p: Point) -> Point:
@@ -74,7 +79,7 @@ def _island(system: System, of: dict[tuple[str, int], int], k: int, led: set[int
         parts[group] = tuple(
             replace(r, lines=tuple(replace(x, a=here(x.a), b=here(x.b)) for x in r.lines)) for r in parts[group]
         )
-    return replace(system, **parts, masters=system.masters if k in led else ())
+    return replace(system, **parts, masters=system.masters if led else ())
 
 
 def _items(system: System) -> Iterator[tuple[str, int, Any]]:

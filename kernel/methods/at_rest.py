@@ -27,7 +27,7 @@ class Stepless(Method):
 
 
 class AtRest(Stepless):
-    """A method of which nothing but evaluations is tensions_only; one-sided laws are smooth beyond their guards."""
+    """A method of which nothing but evaluations is asked; one-sided laws are smooth beyond their guards."""
 
     name = "at-rest"
     vectors = ()

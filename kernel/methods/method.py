@@ -52,9 +52,7 @@ class Attempt:
     k: list[Value]
     sound: Value = None  # whether its equations were solved; None: there are none
     fresh: Value = None  # whether they had a new Jacobian
-    felt: Value = (
-        None  # (n_ropes,) tensions with the error applied to the state, where they are all that is tensions_only for
-    )
+    felt: Value = None  # (n_ropes,) tensions with the error applied to the state, where tensions are all that counts
 
 
 class Code(Protocol):
@@ -120,7 +118,7 @@ class Method(ABC):
         """Write the `vectors` of the attempted step; s.d0 is the state at its start."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
-        """What only the dense output needs, computed once when it is first tensions_only for."""
+        """What only the dense output needs, computed once when it is first asked for."""
         raise AssertionError(f"{self.name}: its dense output needs nothing more")
 
     @abstractmethod

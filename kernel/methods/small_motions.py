@@ -47,7 +47,8 @@ def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol
     that a displacement by rounding becomes a speed of sqrt(a d).
     """
     here, d = acceleration(q), ULPS * (1.0 + np.abs(q))
-    alternating = np.where(np.arange(len(q)) % 2, -d, d)
+    alternating = d.copy()
+    alternating[1::2] *= -1.0
     with np.errstate(invalid="ignore"):  # what is not finite is told where it acts
         moved = [acceleration(q + x) - here for x in (d, alternating)]
     most = max(sqrt(float((x * x).sum())) for x in moved)

@@ -104,14 +104,16 @@ class Balance:
         """Whether steps must neither make energy nor lose it, whatever is too fast for them."""
         return self._tolerance > 0.0 and not self._implicit
 
-    def begin(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
-        """After an event or a command, from where the energies (1,) and (1, parts) are now."""
-        self._start = float(kinetic[0]), parts[0]
+    def begin(self, kinetic: float, parts: np.ndarray) -> None:
+        """After an event or a command, from where the kinetic energy and the others (parts,) are now."""
+        self._start = kinetic, parts
 
-    def end(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
+    def end(self, kinetic: float, parts: np.ndarray) -> None:
         """Before an event or a command."""
-        made, turned = self._read(kinetic, parts)
-        self._carried, self._turned = float(made[-1]), float(turned[-1])
+        before, start = self._start
+        changes = parts - start
+        self._carried += kinetic - before + float(changes.sum())
+        self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
         """At an event or a command: part of the energy turned over that a loose tolerance has let come or go so far, if

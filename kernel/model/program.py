@@ -27,7 +27,7 @@ from heavylift.kernel.forces.table import SharedForce, shared
 from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
 from heavylift.kernel.multibody.fixed_masses import merged
-from heavylift.kernel.multibody.graph import Graph, build_graph
+from heavylift.kernel.multibody.graph import Graph, Link, build_graph
 from heavylift.kernel.multibody.joint_locking import check_locks
 from heavylift.kernel.multibody.kinematics import kinematics
 from heavylift.kernel.multibody.trees import Tree, cut
@@ -183,8 +183,9 @@ class Program:
         points += [(h.name, point.body) for h in s.thresholds for point in quantity_points(h, s)]
         points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
         points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
+        known = {"world", *(b.name for b in s.bodies)}
         for name, body in points:
-            if body != "world" and body not in {b.name for b in s.bodies}:
+            if body not in known:
                 raise KernelError(f"'{name}': there is no body '{body}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:
@@ -232,8 +233,25 @@ class Program:
     @cached_property
     def axial(self) -> list[int]:
         """Which flexible body each number of `Evaluation.axial` belongs to."""
-        links = self.graph.links
-        return [i for i, k in enumerate(links) if k.n_modes for _ in range(3 * (2 + sum(x.parent == i for x in links)))]
+        number = self.graph.number
+        return [number(k.body.name) for k, on, _ in self.compressible for _ in range(3 * (2 + len(on)))]
+
+    @cached_property
+    def compressible(self) -> list[tuple[Link, list[Link], slice]]:
+        """Each flexible body, what is on it, and where its vectors stand among those of `Evaluation.axial`."""
+        found, first = list[tuple[Link, list[Link], slice]](), 0
+        for i, link in enumerate(self.graph.links):
+            if link.n_modes:
+                on = [k for k in self.graph.links if k.parent == i]
+                found.append((link, on, slice(first, first + len(on) + 2)))
+                first += len(on) + 2
+        return found
+
+    @cached_property
+    def sliders(self) -> list[tuple[Link, float]]:
+        """Those that move on beams, and how long these are [m]."""
+        carriers = ((k, self.graph.links[k.parent].modes) for k in self.graph.links if k.joint.kind == "slider")
+        return [(k, x.flexible.beam.length if x and x.flexible.beam else 0.0) for k, x in carriers]
 
     def turned_at_start(self, label: AngleLabel) -> float:
         """By how much joints have turned what shows an angle, about its axis, before the start [rad]."""

@@ -21,7 +21,7 @@ from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import signals
 
-from .parameters import PROFILE, Parameters
+from .parameters import Parameters
 
 AT_REST = 1e-12  # [m/s] a speed left over by round-off
 SAME = 1e-9  # relative difference of two values that is round-off
@@ -54,7 +54,7 @@ class References:
         self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
         names = [name for kind, name in parameters.at if kind == "reference"]
         places = np.arange(len(P))
-        self._references = np.array([places[parameters.at["reference", n]] for n in names], int).reshape(-1, PROFILE)
+        self._references = np.array([places[parameters.at["reference", n]] for n in names], int).ravel()
         follows = [places[where] for (kind, _), where in parameters.at.items() if kind == "follow"]
         self._follows = np.concatenate([*follows, places[:0]])
         given = signals(system.forces)
@@ -176,11 +176,11 @@ class References:
     def write(self, epoch_ns: int) -> None:
         """Bring P up to date; times become seconds since the epoch."""
         self._epoch_ns = epoch_ns
-        rows = []
+        rows = list[float]()
         for a in self.actuators.values():
             m, start = a.move, (a.start_ns - epoch_ns) * 1e-9
-            rows.append([start, a.x0, m.v0, m.a1, m.d1, m.cruise if m.cruise < inf else 1e12, m.a2, m.d2])
-        self._P[self._references] = np.reshape(rows, (-1, PROFILE))
+            rows += start, a.x0, m.v0, m.a1, m.d1, m.cruise if m.cruise < inf else 1e12, m.a2, m.d2
+        self._P[self._references] = rows
         self._P[self._follows] = 0.0
         for name, a in self.actuators.items():
             for i, k in a.follows.items():
@@ -195,6 +195,8 @@ class References:
         out = set(self.histories.breaks(epoch_ns, after))
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
+            if a.move is REST and a.start_ns <= epoch_ns:
+                continue
             t = (a.start_ns - epoch_ns) * 1e-9
             for d in (a.move.d1, a.move.cruise, a.move.d2):
                 t += d

@@ -1,7 +1,7 @@
 """The order in which a simulation may be called, and the sentence for what is called out of turn.
 
     start -> [settled] -> run ... -> [going on] -> interrupt -> [paused] -> commands -> [stopped] -> settle -> [settled]
-                                                -> fire -> [stopped] -> commands -> settle -> [settled]
+                                                -> fire -> [fired] -> commands -> [stopped] -> settle -> [settled]
 
 Commands belong to the instant at which the simulation stands: after `start`, `fire`, `interrupt` or `settle`.
 `fire` and commands change what forces act, so that `settle` must follow before time goes on (`run` calls it after an
@@ -16,9 +16,12 @@ from numbers import Integral
 
 from heavylift.kernel.errors import KernelError
 
-__all__ = ["GOING", "NEW", "PAUSED", "SETTLED", "STOPPED", "CallOrder", "check_present", "check_time", "passed_by"]
+__all__ = [
+    "FIRED", "GOING", "NEW", "PAUSED", "SETTLED", "STOPPED",
+    "CallOrder", "check_present", "check_time", "passed_by",
+]  # fmt: skip
 
-NEW, SETTLED, GOING, PAUSED, STOPPED = "new", "settled", "going on", "paused", "stopped"
+NEW, SETTLED, GOING, PAUSED, FIRED, STOPPED = "new", "settled", "going on", "paused", "fired", "stopped"
 
 
 class CallOrder:
@@ -40,7 +43,7 @@ class CallOrder:
     def check_settled(self, what: str, epoch_ns: int) -> None:
         """Raises KernelError where time may not go on."""
         self.check_begun()
-        if self.phase == STOPPED:
+        if self.phase in (FIRED, STOPPED):
             raise KernelError(
                 f"{what} at {epoch_ns * 1e-9:.9g} s: the simulation was stopped there by an event or a command; "
                 "call settle() first"
@@ -50,7 +53,7 @@ class CallOrder:
         """Whether an interrupt has nothing to do; raises KernelError out of turn, or for a time that is none."""
         self.check_begun()
         check_time(t_ns)
-        if self.phase in (PAUSED, STOPPED) and t_ns == epoch_ns:
+        if self.phase in (PAUSED, FIRED, STOPPED) and t_ns == epoch_ns:
             return True
         self.check_settled("interrupt", epoch_ns)
         return False

@@ -49,7 +49,7 @@ class Events:
     @property
     def names(self) -> list[str]:
         """Names of the laws whose event is next."""
-        return [self._native.program.guards[i][1] for i in self.fallen]
+        return [self._native.program.guards[i][1] for i in self.fallen] if self.fallen else []
 
     @property
     def present_ns(self) -> int:
@@ -76,7 +76,7 @@ class Events:
         self.t_ns = self._native.epoch if self.fallen else FOREVER_NS
 
     def _below(self) -> list[int]:
-        return [int(i) for i in np.flatnonzero(self._native.part("G") < 0.0)]
+        return [i for i, x in enumerate(self._native.part("G").tolist()) if x < 0.0]
 
     def locate(self) -> None:
         """A guard fell inside the tentative step: integrate to the next nanosecond and see what has fallen there."""

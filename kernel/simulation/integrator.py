@@ -126,8 +126,8 @@ class Integrator:
         """The present tensions count among the peaks."""
         native = self.native
         T, peak, when = (native.part(name) for name in ("T", "peak", "peak_time"))
-        higher = peak < T
-        peak[higher], when[higher] = T[higher], native["t"]
+        if (higher := peak < T).any():
+            peak[higher], when[higher] = T[higher], native["t"]
         if "top" in native.at:
             np.maximum(native.part("top"), T, out=native.part("top"))
 

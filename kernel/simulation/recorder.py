@@ -10,7 +10,7 @@ import numpy as np
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.native.native_state import ROWS, NativeState
-from heavylift.kernel.simulation.safeguards.deflection_check import LASTING, check_compression, compressed
+from heavylift.kernel.simulation.safeguards.deflection_check import LASTING, check_compression, compressed, relieve
 from heavylift.kernel.simulation.safeguards.energy_check import EnergyCheck
 from heavylift.kernel.simulation.safeguards.failures import check_lengths, check_sliders, off_beams, wound_up
 from heavylift.kernel.simulation.safeguards.step_check import StepCheck
@@ -38,14 +38,14 @@ class Recorder:
     def drain(self) -> None:
         """Take the samples that native code has written."""
         native = self._native
-        rows = native.table[: int(native["row"])].copy()
-        if len(rows):
+        if native["row"] > 0.0:
+            rows = native.table[: int(native["row"])].copy()
             notable, start = np.flatnonzero(self._notable(rows)), 0
             for end in [*notable, len(rows)]:
                 self._take(rows[start:end])
                 self._look(rows[end : end + 1])
                 start = end + 1
-        native.set(row=0.0)
+            native.set(row=0.0)
         if "passing" in native.at and native["passing"] > 0.0:
             t_ns = native.epoch + round((native["passing"] - 1.0) * 1e9)
             native.set(passing=-1.0)
@@ -62,7 +62,7 @@ class Recorder:
         if self.steps:
             return np.ones(len(rows), dtype=bool)
         notable = wound_up(rows[:, at["length"]]).any(axis=1) | off_beams(program, rows[:, at["q"]])
-        return notable | compressed(native, rows) if program.axial else notable
+        return notable | compressed(native, rows) if program.compressible else notable
 
     def _take(self, rows: np.ndarray) -> None:
         """Samples (n, columns) without anything notable, unless their energies are."""
@@ -72,8 +72,8 @@ class Recorder:
             self._look(rows)
             return
         native = self._native
-        if native.program.axial:
-            check_compression(native, rows[-1], self.next_ns)
+        if native.program.compressible:
+            relieve(native)
         rows[:, native.method.row_layout.at["peak_time"]] += native.epoch * 1e-9
         times = range(self.next_ns, self.next_ns + len(rows) * self.sample_ns, self.sample_ns)
         self.rows += zip(times, rows, strict=True)
@@ -92,7 +92,7 @@ class Recorder:
         at = native.method.row_layout.at
         check_lengths(native.program, t_ns * 1e-9, row[at["length"]])
         check_sliders(native.program, t_ns * 1e-9, row[at["q"]])
-        if native.program.axial:
+        if native.program.compressible:
             check_compression(native, row, t_ns)
         row[at["peak_time"]] += native.epoch * 1e-9
         if not self.energy.balance.strict:
@@ -118,7 +118,7 @@ class Recorder:
         row = self.rows.pop()[1]
         self.rested = first, t_ns + 1, row
         self.number = t_ns // self.sample_ns + 1
-        for t in range(first, t_ns + 1, self.sample_ns)[1:] if self._native.program.axial else ():
+        for t in range(first, t_ns + 1, self.sample_ns)[1:] if self._native.program.compressible else ():
             try:
                 check_compression(self._native, row, t)
             except KernelError:

@@ -32,7 +32,7 @@ from heavylift.kernel.simulation.native.options import Options
 from heavylift.kernel.simulation.native.steps import EVENT, FAILED, RUNNING, STILL
 from heavylift.kernel.simulation.safeguards.inertia_check import check_resistance
 
-from .call_order import GOING, PAUSED, SETTLED, STOPPED, CallOrder, check_present, check_time, passed_by
+from .call_order import FIRED, GOING, PAUSED, SETTLED, STOPPED, CallOrder, check_present, check_time, passed_by
 from .commanded import Commanded
 from .commands import Commands
 from .events import Events
@@ -128,7 +128,7 @@ class Simulation(Commanded):
     @property
     def event(self) -> bool:
         """Whether `next_ns` is an event that somebody subscribed to."""
-        return not self.subscribed.isdisjoint(self.events.names)
+        return bool(self.events.fallen) and not self.subscribed.isdisjoint(self.events.names)
 
     @property
     def present_ns(self) -> int:
@@ -199,6 +199,7 @@ class Simulation(Commanded):
         self._end_stretch(t_ns)
         events = self.events.switch(fallen, t_ns)
         self.events.hear(events, t_ns)
+        self.order.phase = FIRED
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
@@ -264,12 +265,14 @@ class Simulation(Commanded):
         """Derivative and guards after a jump; a guard that is below zero now is an event at once."""
         native, program = self.native, self.program
         self.order.check_standing("settle", self.epoch)
-        self.references.write(self.epoch)
+        if self.order.phase == STOPPED:  # by a command; else it was done where the stretch begins
+            self.references.write(self.epoch)
         native.set(
             t_stop=next(iter(self.references.breaks(self.epoch)), NEVER),
             t_rest=self.references.rest(self.epoch),
         )
-        native.set(scale=float(scale_of(native["scale"], native.velocities.tolist())))
+        if native["scale"] < 1.0:
+            native.set(scale=float(scale_of(native["scale"], [float(np.abs(native.velocities).max(initial=0.0))])))
         native.call("refresh")
         if native["scale"] < 1.0:
             native.set(**rounded(self._accelerations, self.state[: program.nq].copy(), native["tol"]))

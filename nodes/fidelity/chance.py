@@ -27,6 +27,7 @@ TWO, FOUR, WITHOUT = range(3)  # lumps of a rope
 SLOWER = 0.015, 0.003, 0.05  # times the square of a rope's part of its load: error of the frequency
 FASTER = 0.03, 0.006, 0.1  # the same of the block on its slings below hooks that swing the other way
 SHAKEN = (0.3, 0.5, 0.5), (0.1, 0.2, 0.15), (2.0, 1.0, 1.4)  # of what strings shake: swing, place, inclination
+SHAKEN_LIGHT = 0.4, 0.8, 0.15  # the same of four lumps on hooks that swing with their ropes
 LET_FREE = 0.3  # of the first, with the hook for the load: as a block is let go aside of its hooks
 PULLED = 0.5  # of the mass between rope and slings: a rope so heavy swings with its hook
 ROCKS = 0.045  # [m]
@@ -88,8 +89,12 @@ def _pulled_along(case: Case) -> float:
     return min(1.0, beside) if case.swings.jumps and beside > PULLED else 0.0
 
 
+def _swings_along(case: Case) -> bool:
+    return any(_beside(h) > PULLED for h in case.hooks)
+
+
 def _lands_light(case: Case) -> float:
-    return 1.0 if case.swings.lands and any(_beside(h) > PULLED for h in case.hooks) else 0.0
+    return _lands(case) if _swings_along(case) else 0.0
 
 
 def _changes(case: Case) -> float:
@@ -107,7 +112,7 @@ CAUSES = (
     Cause(
         _aside,
         {"lift-off time": (2e-3, 1e-3, 5e-3)},
-        {"swing": (2e-3, 1e-4, 2e-3), "position": (2e-3, 1e-4, 0.01)},
+        {"swing": (2e-3, 1e-4, 4e-3), "position": (2e-3, 1e-4, 0.015)},
     ),
     Cause(
         _pulled_along,
@@ -124,7 +129,11 @@ CAUSES = (
         {"rope tension": (0.0, 0.0, 2e-3), "lift-off time": (0.0, 5e-4, 0.0)},
         {"swing": (5e-5, 5e-5, 2e-4), "position": (3e-4, 5e-4, 3e-3)},
     ),
-    Cause(_lands_light, metres={"swing": (2e-4, 2e-4, 2e-4)}),
+    Cause(
+        _lands_light,
+        {"rope tension": (5e-3, 0.0, 0.01), "lift-off time": (0.025, 0.05, 0.04)},
+        {"swing": (2e-4, 2e-4, 2e-4), "position": (0.0, 0.015, 0.0)},
+    ),
     Cause(
         _awaits,
         {"rope tension": (0.0, 1e-3, 2e-3), "swing": (0.0, 3e-3, 3e-3), "lift-off time": (0.0, 4e-3, 0.01)},
@@ -158,7 +167,8 @@ def between(case: Case, model: int) -> Errors:
     """What ropes of four lumps may be wrong by, or two and none besides: frequencies of swings, how strings shake the
     load, and what little decides."""
     errors = _slower(case, model)
-    inclined = _shaken(case, errors, SHAKEN[model])
+    light = model == FOUR and _swings_along(case)
+    inclined = _shaken(case, errors, SHAKEN_LIGHT if light else SHAKEN[model])
     errors["rope tension"] = tipped(case, errors["swing"]) + tipping(case.hooks) * inclined
     for cause in CAUSES:
         if amount := cause.amount(case):

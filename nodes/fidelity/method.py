@@ -39,7 +39,7 @@ SNAPS = 10.0  # times the fourth power of their number: how much more lumps do a
 PARTS_LATE = 0.002  # of tension and position, where a load that has stood parts again, beside `chance`
 UNEVEN = 2.5  # how much worse long steps follow a block whose corners part at different speeds; measured
 LET_GO = 1e-3  # tolerance of `radau5` above which it may follow a load that is let go aside another way; measured
-SMALL = 0.3  # [m] a swing below it is followed less well by `radau5`
+SMALL = 0.6  # [m] a swing below it is followed less well by `radau5`
 DAMPS = "nothing damps what it would damp away"
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
@@ -108,12 +108,12 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     steps = (25.0 * events + 2.5 * min(lasts, 20.0 * events)) * power(1e-3 / tolerance, 0.25)
     steps += 0.5 * lasts * sqrt(1e-4 / tolerance)
     root, damped = sqrt(tolerance), power(tolerance, 1.25)
-    jumps = (3.0 if case.changes else 1.0) * (1.0 if case.even else UNEVEN)
+    jumps = (3.0 if case.changes else 1.0) * (1.0 if case.even else UNEVEN) * (2.0 if case.swings.jumps else 1.0)
     errors: Errors = {
         "rope tension": max(0.15 * root, 40.0 * damped),
         "swing": jumps * max(0.11 * root, 40.0 * damped) * max(1.0, SMALL / max(case.swings.most, 1e-3)),
         "position": jumps * max(0.11 * root, 30.0 * damped) * max(1.0, BOTH_SIDES * case.swings.most / case.way),
-        "lift-off time": EVENT * root * (8.0 if case.again else 1.0),
+        "lift-off time": 2.0 * EVENT * root * (4.0 if case.again else 1.0),
     }
     if case.again:
         errors["rope tension"] += PARTS_LATE

@@ -22,7 +22,8 @@ __all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "girder_states"]
 COUPLED = 1.4  # of a coupling from straight pendulums of the longest ropes
 ONE_BY_ONE = 2.0  # of a load that comes aside as its corners part one after the other
 VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show
-PULLED_ALONG = 1.4  # of what a servo gives to a load that is let go aside: it was pulled by it, and damps the swing
+PULLED_ALONG = 14.0  # of what a servo gives to a load that is let go aside: it was pulled by it, and damps the swing
+TUGS, PARTS_SOONER = 10.0, 5.0  # of the stretch by which such a servo hoists a load that it lets nearer, measured
 SWAYED = 1.6  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
 LEANING = 2.0  # heights of a block on more than three hooks, which the girders lift by one corner after the other
@@ -82,9 +83,9 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     errors["lift-off time"] += 0.5 * _wave(case)
     chains = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
-    pulled = case.swings.jumps > 0.0 and any(h.rope_mass > PULLED * (h.load - h.share) for h in case.hooks)
+    pulled = case.swings.jumps > 0.0 and any(2.0 * h.rope_mass > PULLED * (h.load - h.share) for h in case.hooks)
     why = f"a rope weighs {heavy:.2%} of its load"
-    why += "; but that is half of what its hook does, which a load that comes aside pulls along" if pulled else ""
+    why += "; but that is a quarter of what its hook does, which a load that comes aside pulls along" if pulled else ""
     saved = STATES * degrees * chains
     return Choice("lumped ropes", "ropes", {"ropes": "elastic"}, saved, errors, why, not pulled)
 
@@ -164,6 +165,10 @@ def idle_drives(case: Case, at: Fidelity) -> Choice:
         along = PULLED_ALONG * gives * case.swings.jumps
         errors["swing"] += along / max(case.swings.least, case.swings.jumps)
         errors["position"] += along / case.way
+        inclined = gives * case.swings.jumps * case.swings.jumps / case.reach  # which hoists it by as much
+        hoisted = inclined / min(h.stretch(case.gravity, girder=True) for h in case.hooks)
+        errors["rope tension"] += TUGS * hoisted
+        errors["lift-off time"] += PARTS_SOONER * hoisted
     if gives and case.swings.lands:  # where it stands again is decided by the phase in which it rocks then
         late = gives / 2.0 * case.swings.omegas[1] * case.lasts
         errors["position"] = errors.get("position", 0.0) + ROCKS * min(1.0, late) / case.way

@@ -1,6 +1,7 @@
 """The models of a lift: cranes, loaders, block, mechanisms and their commander, made from a plan.
 
 build(plan), build_one(plan, name)     the coupled model of each node
+divided(plan, nodes)                   what each node needs of a plan
 system(plan)                           what they declare together, for the kernel
 couplings(plan), subscriptions(plan)   how nodes and kernel are wired, who hears which state event
 tree(plan), tree_data(plan)            the model tree as text, as plain data
@@ -23,6 +24,7 @@ from .assembly import (
     build,
     build_one,
     couplings,
+    divided,
     driving,
     node_names,
     subscriptions,
@@ -35,6 +37,6 @@ from .tree import tree, tree_data
 
 __all__ = [
     "COMMANDER", "KERNEL", "CommanderModel", "Coupling", "NodeModel", "OwnModel", "Sample", "SetPoint", "build",
-    "build_one", "couplings", "driving", "hooked_later", "node_names", "sample_port", "subscriptions", "system",
-    "together", "tree", "tree_data",
+    "build_one", "couplings", "divided", "driving", "hooked_later", "node_names", "sample_port", "subscriptions",
+    "system", "together", "tree", "tree_data",
 ]  # fmt: skip

@@ -7,22 +7,24 @@ and the Master of a turn.  Node names: "commander", cranes, loaders, block, mech
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TypeAlias
 
+import msgspec
 from heavylift.kernel.description.mechanics import WORLD, Master, Point, System, Threshold, assembled
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
 from heavylift.nodes.models.commander.actuator_registry import TURN, machines, turns
 from heavylift.nodes.models.commander.commander import Commander
-from heavylift.nodes.models.commander.conditions import watched
+from heavylift.nodes.models.commander.conditions import concerned, crossed, watched
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.models.parts.drive import DriveActor
 from heavylift.nodes.models.parts.fidelity_variants import hook_rope, sling
 from heavylift.nodes.models.parts.gauges import Gauge
 from heavylift.nodes.models.parts.interlock import fit
 from heavylift.nodes.models.parts.parts import LiveActor, Machine, RopeAtomic, declared, share
-from heavylift.nodes.plan.plan import Block, Crane, Loader, Mechanism, Plan
+from heavylift.nodes.plan.actions import Begin
+from heavylift.nodes.plan.plan import ActionList, Block, Crane, Loader, Mechanism, Plan
 
 from .block import BlockModel
 from .crane import CraneModel
@@ -109,16 +111,36 @@ class CommanderModel(Coupled):
         self.connect(ending.finished, self.finished)
         ends = [*(each.first for each in plan.lists[1:]), len(plan.actions)]
         for each, end in zip(plan.lists, ends, strict=True):
-            commander = self.add(Commander(each.name, plan, (each.first, end)))
-            self.connect(self.add_in(f"report_{each.name}", m.Report), commander.report)
+            led = tuple(own for own in plan.models if any(x.move.model in each.machines for x in own.leads))
+            known = each.machines or machines(plan)
+            own = _only(plan, known, models=led, actions=plan.actions[each.first : end], lists=(each,))
+            commander = self.add(Commander(each.name, own))
+            if each.machines:
+                self.connect(self.add_in(f"report_{each.name}", m.Report), commander.report)
+            else:
+                self._begin_others(commander, plan.lists)
             for out in ("stage", "skipped", "answer"):
                 self.connect(commander.ports[out], self.ports[out])
             self.connect(commander.finished, ending.heard)
             self.connect(self.command, commander.command)
             for port in commander.aims:
                 self.connect(self.add_in(port.name, m.SetPoint), port)
-            for name in each.machines:
-                self.connect(commander.to[name], self.add_out(f"order_{name}", m.Order))
+            for name in commander.to:
+                out = f"order_{name}"
+                self.connect(commander.to[name], self.ports[out] if out in self.ports else self.add_out(out, m.Order))
+
+    def _begin_others(self, whole: Commander, lists: tuple[ActionList, ...]) -> None:
+        """The commander of the whole scene's list hears of the lifts that its conditions are about, and begins some."""
+        about = {whole.owners.get(name, name) for name in concerned(whole.plan)}
+        begins = {order.lift for action in whole.plan.actions for order in action.orders if isinstance(order, Begin)}
+        for each in (each for each in lists if each.machines):
+            other = self.children[each.name]
+            if about & {*each.machines}:
+                self.connect(self.ports[f"report_{each.name}"], whole.report)
+            if each.name in about:
+                self.connect(other.ports["lists"], whole.report)
+            if each.name in begins:
+                self.connect(whole.ports["lists"], other.ports["report"])
 
     def waiting_for(self) -> str:
         """What the action lists lack to go on, as a sentence; "" when they are done."""
@@ -152,6 +174,33 @@ def build_one(plan: Plan, name: str) -> NodeModel:
 def node_names(plan: Plan) -> tuple[str, ...]:
     """All nodes of a run: the commander, the machines, models of a user's own, the kernel."""
     return (COMMANDER, *machines(plan), *(own.name for own in plan.models), KERNEL)
+
+
+def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
+    """What the models of each node need of a plan: the commander all of it, others what is theirs."""
+    waiting: dict[str, set[int]] = {}  # model -> actions for which it watches a threshold
+    for number, action in enumerate(plan.actions):
+        for crossing in crossed(action):
+            waiting.setdefault(crossing.model, set()).add(number)
+    for names in nodes:
+        if COMMANDER in names:
+            yield plan
+            continue
+        asked = sorted({number for name in names for number in waiting.get(name, ())})
+        yield _only(
+            plan,
+            names,
+            models=plan.models if any(own.name in names for own in plan.models) else (),  # which may share globals
+            actions=tuple(plan.actions[number] for number in asked),
+            lists=tuple(each for each in plan.lists if any(name in names for name in each.machines)),
+        )
+
+
+def _only(plan: Plan, machines: Collection[str], **more: object) -> Plan:
+    """What these machines made of parts need of a plan, with `more` of it."""
+    mechanisms = tuple(each for each in plan.mechanisms if each.name in machines)
+    interlocks = tuple(each for each in plan.interlocks if each.machine in machines)
+    return msgspec.structs.replace(plan, mechanisms=mechanisms, interlocks=interlocks, limits=(), **more)
 
 
 def driving(plan: Plan) -> tuple[str, ...]:

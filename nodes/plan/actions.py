@@ -75,13 +75,25 @@ class After(Term, frozen=True, kw_only=True, tag="after"):
     seconds: float
 
 
+class Begun(Term, frozen=True, kw_only=True, tag="begun"):
+    """The list of the whole scene has begun that of this lift."""
+
+    lift: str
+
+
+class Ended(Term, frozen=True, kw_only=True, tag="ended"):
+    """The action list of this lift is done."""
+
+    lift: str
+
+
 class And(Term, frozen=True, kw_only=True, tag="and"):
     """All of these hold at once."""
 
     all: tuple[Condition, ...]
 
 
-Condition: TypeAlias = Slings | MovesDone | Lifted | Landed | Crossing | After | And
+Condition: TypeAlias = Slings | MovesDone | Lifted | Landed | Crossing | After | Begun | Ended | And
 
 
 # orders
@@ -180,7 +192,13 @@ class Wait(Item, frozen=True, kw_only=True, tag="wait"):
     seconds: float
 
 
-Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Stop | Wait
+class Begin(Item, frozen=True, kw_only=True, tag="begin"):
+    """The action list of a lift begins."""
+
+    lift: str
+
+
+Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Stop | Wait | Begin
 
 
 class Action(Item, frozen=True, kw_only=True):

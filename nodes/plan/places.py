@@ -18,7 +18,7 @@ def place(plan: Plan, at: tuple[int, ...]) -> str:
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND
-    listed = plan.actions[action]
+    listed = plan.action(action)
     return (listed.where if order is None else listed.orders[order].where) or numbered(at)
 
 

@@ -219,7 +219,8 @@ class Rig(Item, frozen=True, kw_only=True):
 
 
 class ActionList(Item, frozen=True, kw_only=True):
-    """One of several action lists: it begins with the action of number `first`, and orders these machines."""
+    """One of several action lists: it begins with the action of number `first`, and orders these machines; without
+    any it is that of the whole scene, which begins others."""
 
     name: str
     first: int
@@ -267,6 +268,15 @@ class Plan(Item, frozen=True, kw_only=True):
     def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:
         """All machines, in the order of their nodes."""
         return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
+
+    @property
+    def first(self) -> int:
+        """The number of its first action, which in the part of one of several lists is that in the whole scene."""
+        return self.lists[0].first if self.lists else 0
+
+    def action(self, number: int) -> Action:
+        """The action of a number."""
+        return self.actions[number - self.first]
 
     def leader(self, actuator: str) -> str:
         """The model whose set-points lead an actuator; "" if none does."""

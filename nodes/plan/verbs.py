@@ -10,9 +10,9 @@ from typing import Literal
 
 Kind = Literal[
     "gantry", "trolley", "hook", "block", "load", "drive", "winch", "sling", "rope", "brake", "lock", "interlock",
-    "none",
+    "lift", "none",
 ]  # fmt: skip
-Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "level", "wait"]
+Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "level", "wait", "begin"]
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,7 @@ VERBS: dict[str, Verb] = {
         Verb("stop", ("gantry", "trolley", "hook", "drive", "winch"), "stop", units="either"),
         Verb("hold", ("gantry", "trolley", "hook", "drive", "winch"), "stop", units="either", engages=True),
         Verb("wait", ("none",), "wait"),
+        Verb("begin", ("lift",), "begin"),
     )
 }
 MOTIONS = tuple(verb.name for verb in VERBS.values() if verb.becomes == "move")

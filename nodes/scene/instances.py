@@ -17,12 +17,13 @@ from heavylift.kernel.description.contacts import Ball, Box, Plane
 from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
-from heavylift.nodes.plan.actions import Action, Wait
+from heavylift.nodes.plan.actions import Action, Begin, Begun, Wait
 from heavylift.nodes.plan.own import Own
 from heavylift.nodes.plan.plan import ActionList, Plan
+from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.signals import build_interlocks
 from heavylift.nodes.scene.construction.yard import Yard
-from heavylift.nodes.scene.keys.schema import Scene
+from heavylift.nodes.scene.keys.schema import ORDERED, Scene
 from heavylift.nodes.scene.text.extending import over
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.source import Source
@@ -39,10 +40,10 @@ NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
      "master", "followers")
 )  # fmt: skip
 MACHINES = (
-    *("cranes", "block", "blocks", "rig", "rigging", "edges", "mechanism", "machines", "models", "actions", "limits"),
+    *("cranes", "block", "blocks", "rig", "rigging", "edges", "mechanism", "machines", "models", "limits"),
     *("wind", "waves", "vessels", "floor", "obstacles"),
 )
-EVERY = "all"  # subject of limits of the whole scene
+EVERY = "all"  # subject of limits of the whole scene, and its own action list
 
 
 def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> Source:
@@ -97,7 +98,11 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     for name, loaded in lifts:
         given, first = scene.lifts[name], len(whole.actions)
         part = moved(loaded.plan, f"{name}-", (*given.at, 0.0))
-        wait = (Action(orders=(Wait(seconds=given.start),)),) if given.start else ()
+        wait: tuple[Action, ...] = ()
+        if given.start == ORDERED:
+            wait = (Action(when=Begun(lift=name), orders=()),)
+        elif given.start:
+            wait = (Action(orders=(Wait(seconds=given.start),)),)
         actions = (*wait, *(msgspec.structs.replace(x, stage=_named(name, x.stage)) for x in part.actions))
         whole = msgspec.structs.replace(
             whole,
@@ -112,13 +117,38 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    between = build_interlocks(Yard(source, scene, limits=whole.limits), whole.mechanisms)
+    yard = Yard(source, scene, limits=whole.limits)
+    between, listed = build_interlocks(yard, whole.mechanisms), build_actions(yard, whole.mechanisms)
+    _begins_each_once(source, scene, listed)
     raise_faults(source, source.faults)
-    whole = msgspec.structs.replace(whole, interlocks=whole.interlocks + between)
+    own_list = (ActionList(name=EVERY, first=len(whole.actions), machines=()),) if listed else ()
+    whole = msgspec.structs.replace(
+        whole, interlocks=whole.interlocks + between, actions=whole.actions + listed, lists=whole.lists + own_list
+    )
     why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")
     notes = tuple((t, f"{name}: {told}") for name, x in lifts for t, told in x.statics.notes)
     unstable = next((x.statics.unstable for _, x in lifts if x.statics.unstable is not None), None)
     return whole, Followed(tuple(states), tuple(acted), notes, why, unstable, "")
+
+
+def _begins_each_once(source: Source, scene: Scene, listed: Sequence[Action]) -> None:
+    """Faults of a list that orders machines, or begins a lift twice, and of a lift that nothing begins."""
+    begun: list[str] = []
+    for order in (order for action in listed for order in action.orders):
+        at = source.path_of(order.where)
+        if isinstance(order, Begin):
+            if order.lift in begun:
+                source.fault(at, f"{order.lift} is begun twice", on_key=True)
+            begun.append(order.lift)
+        elif not isinstance(order, Wait):
+            told = "this list begins lifts (`b: begin`); their machines obey the lists of their own scenes"
+            source.fault(at, told, on_key=True)
+    for name, lift in scene.lifts.items():
+        if lift.start == ORDERED and name not in begun:
+            told = f"nothing begins {name}: write an action `{name}: begin` in this scene, with its condition `when`"
+            source.fault(("lifts", name, "start"), told)
+        if name == EVERY:
+            source.fault(("lifts", name), f"a lift cannot be called '{EVERY}'", on_key=True)
 
 
 def _named(name: str, stage: str) -> str:

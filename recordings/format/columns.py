@@ -47,10 +47,10 @@ class Columns:
 
 def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
     """The channel without the coordinates of free joints, and the columns of the row that it keeps."""
-    parts = [name.rpartition(".") for name in channel.names]
-    free = {joint for joint, _, _ in parts if all(f"{joint}.{x}" in channel.names for x in POSE_COLUMNS)}
+    parts, names = [name.rpartition(".") for name in channel.names], {*channel.names}
+    free = {joint for joint, _, _ in parts if all(f"{joint}.{x}" in names for x in POSE_COLUMNS)}
     if channel.topic != "joint/position":
         free = set()
     kept = [i for i, (joint, _, x) in enumerate(parts) if joint not in free or x not in POSE_COLUMNS]
-    names = [channel.names[i] for i in kept]
-    return SampleChannel(channel.topic, names, channel.unit, 0, len(kept)), [channel.start + i for i in kept]
+    some = [channel.names[i] for i in kept]
+    return SampleChannel(channel.topic, some, channel.unit, 0, len(kept)), [channel.start + i for i in kept]

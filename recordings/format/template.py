@@ -8,6 +8,7 @@ always have five bytes, so that all messages have one length.
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable, Sequence
 
@@ -39,13 +40,14 @@ class Template:
     """`build(timestamp, numbers)` makes the message with the library; `stamps` says how often it uses the time."""
 
     def __init__(self, build: Callable[[Timestamp, list[float]], Message], numbers: int, stamps: int) -> None:
-        markers = [struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers)]  # finite doubles
-        values = [struct.unpack("<d", marker)[0] for marker in markers]
+        markers = b"".join(struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers))  # finite doubles
+        values = np.frombuffer(markers, "<f8").tolist()
         image = build(stamp(MARKER), values).SerializeToString()
         time = stamp_bytes([MARKER]).tobytes()
-        stamped = [i for i in range(len(image)) if image.startswith(time, i)]
+        stamped = [found.start() for found in re.finditer(re.escape(time), image)]
         assert len(stamped) == stamps, "a name looks like a time stamp"
-        starts = [image.index(marker) for marker in markers]
+        places = {found[1]: found.start() for found in re.finditer(b"\xf5\xa7(.{4})\x5a\x7e", image, re.DOTALL)}
+        starts = [places[struct.pack("<I", i)] for i in range(numbers)]
         self._image, self._starts = np.frombuffer(image, np.uint8), np.array(starts, np.intp)
         self._runs: list[slice] = []  # bytes of numbers that stand side by side
         for at in starts:

@@ -6,10 +6,12 @@ that follow every motion where it must; its recording counts them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from heavylift.recordings.format.text import duration
 
 from .reader import Recording
 
@@ -41,3 +43,9 @@ def paces(rec: Recording) -> list[Pace]:
     first = np.flatnonzero(np.diff(long, prepend=~long[:1]))
     starts = [*t[later[first]].tolist(), float(t[-1])]
     return [Pace(a, b, bool(long[i])) for (a, b), i in zip(pairwise(starts), first, strict=True)]
+
+
+def followed(found: Sequence[Pace]) -> str:
+    """For how long of all of that every motion was followed, in words; empty where nothing is known."""
+    short = sum(p.end - p.start for p in found if not p.long)
+    return f"every motion for {duration(short)} of {duration(found[-1].end)}" if found else ""

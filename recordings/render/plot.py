@@ -16,7 +16,7 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import clock, duration
-from heavylift.recordings.read.pace import paces
+from heavylift.recordings.read.pace import followed, paces
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.said import silent
 from heavylift.recordings.write.outputs import output_path
@@ -154,7 +154,7 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
         for long, shade in ((True, 0.12), (False, 0.8)):
             spans = [(p.start, p.end - p.start) for p in found if p.long is long]
             upper.broken_barh(spans, STRIP, transform=upper.get_xaxis_transform(), color=INK, alpha=shade, lw=0.4)
-        told.append("dark strip: steps follow every motion")
+        told.append(f"dark strip: steps follow {followed(found)}")
     figure.text(LEFT, 13 / (72 * HEIGHT), "; ".join(told), size=LABEL, color=QUIET)
     timed(lowest)
     _label_stages(upper, [t for t, _ in stages], shown)

@@ -11,7 +11,8 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, plot, view
-from heavylift.recordings.read.pace import paces
+from heavylift.recordings.read.info import info
+from heavylift.recordings.read.pace import Pace, followed, paces
 
 LONG = ["method=sdirk2", "tolerance=0.01", "tolerance of=rope tension"]
 LEGEND = "dark strip: steps follow every motion"
@@ -40,11 +41,20 @@ def test_steps_are_short_only_where_their_number_says_so(recorded: Path) -> None
         assert (span.end - span.start > 0.1 * steps) == span.long
 
 
-def test_figure_and_page_show_them(recorded: Path, tmp_path: Path) -> None:
-    assert LEGEND in plot(recorded, tmp_path / "x.svg").read_text()
+def test_it_is_summed_up_in_words() -> None:
+    spans = [Pace(0.0, 2.0, False), Pace(2.0, 50.0, True), Pace(50.0, 54.5, False)]
+    assert followed(spans) == "every motion for 6.5 s of 54.5 s"
+    assert followed([]) == ""
+
+
+def test_figure_page_and_text_show_them(recorded: Path, tmp_path: Path) -> None:
+    told = followed(paces(Recording(recorded)))
+    assert f"{LEGEND} for" in plot(recorded, tmp_path / "x.svg").read_text()
+    assert f"follow {told}" in info(recorded)
     page = view(recorded, tmp_path / "x.html").read_text()
     (text,) = re.findall(r'<script id="run" type="application/json">(.*?)</script>', page)
     shown = json.loads(text)
+    assert ["steps follow", told] in shown["facts"]
     assert [(p["t"], p["long"]) for p in shown["paces"]] == [(p.start, p.long) for p in paces(Recording(recorded))]
     assert "steps" not in {signal["group"] for signal in shown["signals"]}
 

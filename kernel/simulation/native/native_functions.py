@@ -58,12 +58,12 @@ class Stepping:
         chosen = isinstance(control, ErrorControl) and method.native  # lengths of steps
         bounded = isinstance(control, ErrorControl) and p.contacts.bounded
         extra = {"reach": bounded, "window": blind, "drift": chosen and rows["gap"]}
-        tensions_only = [name for name, there in extra.items() if there]
-        self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(tensions_only, 1)}
+        asked = [name for name, there in extra.items() if there]
+        self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
 
         def rate(t: Value, y: Value, P: Value) -> dict[str, Value]:
             x = evaluate(p, t[0], y, P, t[1])
-            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in tensions_only}}
+            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in asked}}
 
         def take(s: StepState, rate: Rate, row: Row) -> None:
             step(s, rate, method, control)

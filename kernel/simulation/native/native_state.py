@@ -142,7 +142,7 @@ class NativeState:
     # ---- state --------------------------------------------------------------------------------------------
 
     def __getitem__(self, name: str) -> float:
-        return float(self.X[self.at[name]])
+        return self.X.item(self.at[name])
 
     def set(self, **values: float) -> None:
         """Write scalars of X, or fill its vectors."""

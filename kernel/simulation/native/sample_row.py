@@ -140,6 +140,8 @@ def labels(program: Program) -> list[Label]:
     """Whose each column of a program's rows is."""
     out: list[Label] = []
     for c in ROW:
-        own = list(c.owners(program))
-        out += [(c.name, name, own[:i].count(name)) for i, name in enumerate(own)]
+        number: dict[object, int] = {}
+        for name in c.owners(program):
+            number[name] = number.get(name, -1) + 1
+            out.append((c.name, name, number[name]))
     return out

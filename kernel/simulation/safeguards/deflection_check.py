@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
     from heavylift.kernel.multibody.graph import Link
 
-__all__ = ["LASTING", "bent", "check_bending", "check_compression", "compressed", "pass_limit"]
+__all__ = ["LASTING", "bent", "check_bending", "check_compression", "compressed", "pass_limit", "relieve"]
 
 SLENDER = 0.5  # of the buckling load, from which a body that knows of its compression is noted
 UNKNOWN = 0.05  # the same for one that does not: its deflections are so much too small
@@ -75,14 +75,14 @@ def compressed(native: NativeState, rows: np.ndarray) -> np.ndarray:
 
 def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[Link], np.ndarray]]:
     """Each flexible body, what is on it, and (n, those + 2, 3): forces on it, acceleration and turning of its frame."""
-    links = native.program.graph.links
-    whole, first = rows[:, native.method.row_layout.at["axial"]].reshape(len(rows), -1, 3), 0
-    for i, link in enumerate(links):
-        if link.modes and link.n_modes:
-            on = [k for k in links if k.parent == i]
-            after = first + len(on) + 2
-            yield link, on, whole[:, first:after]
-            first = after
+    whole = rows[:, native.method.row_layout.at["axial"]].reshape(len(rows), -1, 3)
+    return ((link, on, whole[:, at]) for link, on, at in native.program.compressible)
+
+
+def relieve(native: NativeState) -> None:
+    """No flexible body is near to being compressed."""
+    for link, *_ in native.program.compressible:
+        native.P[native.program.parameters.at["bending", link.body.name]][2:4] = NEVER
 
 
 def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:

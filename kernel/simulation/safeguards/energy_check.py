@@ -29,11 +29,11 @@ class EnergyCheck:
 
     def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Of (n, columns) of the native table: kinetic; potential, stored, heats, works with the opposite sign [J]."""
-        return rows[:, self._kinetic], np.ascontiguousarray(rows[:, self._parts]) * self._signs
+        return rows[:, self._kinetic], rows.take(self._parts, axis=1) * self._signs
 
     def begin(self, row: np.ndarray) -> None:
         """After an event or a command."""
-        self.balance.begin(*self.energies(row[None]))
+        self.balance.begin(float(row[self._kinetic]), row.take(self._parts) * self._signs)
 
     def see(self, rows: np.ndarray) -> None:
         """On the way, (n, columns)."""
@@ -67,10 +67,10 @@ class EnergyCheck:
     def end(self, t: float) -> None:
         """Before an event or a command."""
         native = self._native
-        row = native.raw()[None]
-        self.balance.end(*self.energies(row))
+        row = native.raw()
+        self.balance.end(float(row[self._kinetic]), row.take(self._parts) * self._signs)
         highest = native.part("top" if "top" in native.at else "peak")
-        if part := self.balance.strayed(float(self._held(row, highest[None])[0])):
+        if part := self.balance.strayed(float(self._held(row[None], highest[None])[0])):
             told = (
                 f"{self._what} at {t:.3f} s: {100.0 * part:.0f} % of the energy turned over has "
                 "come or gone with the errors that its tolerance allows; do not trust tensions, or choose a smaller one"

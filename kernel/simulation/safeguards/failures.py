@@ -6,7 +6,6 @@ unstable fixed steps in `methods.stability`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +13,6 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.model.poses import poses_of
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.multibody.graph import Link
 
 __all__ = ["check_lengths", "check_sliders", "off_beams", "too_slow", "too_small", "undefined", "unsolved", "wound_up"]
 
@@ -24,7 +22,7 @@ SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
 
 def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
     """Raises KernelError for a rope that is wound up; lengths: (n_ropes,) unstrained [m]."""
-    for i in np.flatnonzero(wound_up(lengths)):
+    for i in np.flatnonzero(wound_up(lengths)) if len(lengths) else ():
         name = program.system.ropes[i].name
         raise KernelError(f"rope '{name}' at {t:.3f} s: all of it is wound up; stop its winch before")
 
@@ -37,7 +35,7 @@ def wound_up(lengths: np.ndarray) -> np.ndarray:
 
 def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
     """Raises KernelError for a slider beyond the ends of its beam; q: (nq,) coordinates."""
-    for k, length in _sliders(program):
+    for k, length in program.sliders:
         if not 0.0 <= q[k.q.start] <= length:
             raise KernelError(
                 f"slider '{k.joint.name}' at {t:.3f} s: it has left its beam, which reaches from 0 to "
@@ -48,18 +46,10 @@ def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
 def off_beams(program: Program, q: np.ndarray) -> np.ndarray:
     """Whether a slider is beyond the ends of its beam, in each of (n, nq) coordinates."""
     off = np.zeros(len(q), dtype=bool)
-    for k, length in _sliders(program):
+    for k, length in program.sliders:
         x = q[:, k.q.start]
         off |= ~((x >= 0.0) & (x <= length))
     return off
-
-
-def _sliders(program: Program) -> Iterator[tuple[Link, float]]:
-    """Those that move on beams, and how long these are [m]."""
-    for k in program.graph.links:
-        if k.joint.kind == "slider":
-            modes = program.graph.links[k.parent].modes
-            yield k, modes.flexible.beam.length if modes and modes.flexible.beam else 0.0
 
 
 def unsolved(method: str, t: float) -> KernelError:

@@ -28,7 +28,7 @@ class Commander(Orders):
     def start(self) -> None:
         """Begin with the first action if its condition holds."""
         self._clear()
-        self.index, self.since, self.over = self.first, 0, False
+        self.index, self.since, self.over, self.ended = self.plan.first, 0, False, False
         self._expect()
         self._settle()
 
@@ -61,7 +61,7 @@ class Commander(Orders):
                 return ""  # a last `wait` that the end of the scene cuts short
             lacks, where = words(scene.MovesDone(), self.picture, moment), ""
         else:
-            action = self.plan.actions[self.index]
+            action = self.plan.action(self.index)
             condition = action.when or scene.MovesDone()
             where = condition.where or action.where
             lacks = words(condition, self.picture, moment)
@@ -77,7 +77,7 @@ class Commander(Orders):
         for job in self.jobs:
             times += next_time(job.until, Moment(self.now.t, job.since_ns))
         if self.index < self.end and not self.outbox:
-            action = self.plan.actions[self.index]
+            action = self.plan.action(self.index)
             times += next_time(action.when, Moment(self.now.t, self.since))
             if action.timeout is not None:
                 times.append(self.since + ns(action.timeout))
@@ -108,11 +108,15 @@ class Commander(Orders):
         """Begin the next action if its condition holds; at the end of the list report it."""
         plan = self.plan
         if self.index == self.end:
-            if plan.end is None and not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
-                self.over = True
-                self.outbox.append((self.finished, m.Finished()))
+            if not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
+                if self.lists is not None and not self.ended:
+                    self.outbox.append((self.lists, m.Ended(self.name)))
+                if plan.end is None:
+                    self.over = True
+                    self.outbox.append((self.finished, m.Finished()))
+                self.ended = True
             return False
-        action = plan.actions[self.index]
+        action = plan.action(self.index)
         condition = action.when or scene.MovesDone()
         if not self._holds(condition, self.index, self.since):
             if action.timeout is not None and self.now.t >= self.since + ns(action.timeout):
@@ -142,12 +146,12 @@ class Commander(Orders):
             return
         orders = msgspec.msgpack.decode(command.action, type=scene.Action).orders
         asked = [self.owners.get(addressed(order) or "", "") for order in orders]
-        if self.own and asked[0] not in self.own:
+        if self.plan.lists and asked[0] not in self.own:
             return  # another list answers
         before = list(self.jobs), list(self.outbox), self.ids
         answer = m.OperatorAnswer(command.text, self.now.t)
         try:
-            if self.own and (self.over or not {*asked} <= {*self.own}):
+            if self.plan.lists and (self.over or not {*asked} <= {*self.own}):
                 many = "it orders machines of several lifts, which are ordered one by one"
                 raise Refused("the action list of this lift is over" if self.over else many)
             for i, order in enumerate(orders):
@@ -160,4 +164,4 @@ class Commander(Orders):
     def _expect(self) -> None:
         """Have the thresholds of the next action's condition watched."""
         if self.index < self.end:
-            self._watch(self.plan.actions[self.index].when, (self.index, WHEN))
+            self._watch(self.plan.action(self.index).when, (self.index, WHEN))

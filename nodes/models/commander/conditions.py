@@ -11,7 +11,21 @@ from dataclasses import dataclass
 
 from heavylift.kernel.description.mechanics import Threshold
 from heavylift.nodes.devs import ns
-from heavylift.nodes.plan.actions import After, And, Condition, Crossing, Landed, Lifted, Move, MovesDone, Slings, Turn
+from heavylift.nodes.plan.actions import (
+    Action,
+    After,
+    And,
+    Begun,
+    Condition,
+    Crossing,
+    Ended,
+    Landed,
+    Lifted,
+    Move,
+    MovesDone,
+    Slings,
+    Turn,
+)
 from heavylift.nodes.plan.plan import Plan, driven
 
 from .observed_state import OFF, Picture
@@ -41,14 +55,32 @@ def crossings(condition: Condition | None) -> list[tuple[int, Crossing]]:
     return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, Crossing)]
 
 
+def crossed(action: Action) -> Iterator[Crossing]:
+    """The thresholds that an action waits for, and its orders."""
+    untils = [order.until for order in action.orders if isinstance(order, (Move, Turn))]
+    return (crossing for condition in (action.when, *untils) for _, crossing in crossings(condition))
+
+
 def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
     """The thresholds that each model has to watch for the action list."""
     found: dict[str, dict[str, Threshold]] = {}
-    for action in plan.actions:
-        untils = [order.until for order in action.orders if isinstance(order, (Move, Turn))]
-        for _, crossing in (c for condition in (action.when, *untils) for c in crossings(condition)):
-            found.setdefault(crossing.model, {})[crossing.threshold.name] = crossing.threshold
+    for crossing in (crossing for action in plan.actions for crossing in crossed(action)):
+        found.setdefault(crossing.model, {})[crossing.threshold.name] = crossing.threshold
     return {model: tuple(thresholds.values()) for model, thresholds in found.items()}
+
+
+def concerned(plan: Plan) -> set[str]:
+    """Names of the models, ropes and lifts that the conditions of its actions are about."""
+    found = set[str]()
+    for term in (term for action in plan.actions for term in terms(action.when)):
+        match term:
+            case Slings():
+                found |= {*term.names}
+            case Lifted() | Landed() | Crossing():
+                found.add(term.model)
+            case Ended():
+                found.add(term.lift)
+    return found
 
 
 def holds(condition: Condition, picture: Picture, moment: Moment) -> bool:
@@ -84,6 +116,10 @@ def _true(term: Condition, picture: Picture, moment: Moment) -> bool:
             return term.threshold.name in picture.reached
         case After():
             return moment.now_ns >= moment.since_ns + ns(term.seconds)
+        case Begun():
+            return term.lift in picture.begun
+        case Ended():
+            return term.lift in picture.ended
         case And():
             return holds(term, picture, moment)
 
@@ -104,6 +140,10 @@ def _words(term: Condition, picture: Picture, moment: Moment) -> str:
             return term.text or f"{guard} of {term.model}"
         case After():
             return term.text or f"after {term.seconds:g} s"
+        case Begun():
+            return f"the list of the whole scene to begin {term.lift}"
+        case Ended():
+            return term.text or f"{term.lift} done"
         case And():
             return words(term, picture, moment)
 

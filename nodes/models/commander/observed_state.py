@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from heavylift.nodes.models.parts.messages import (
+    Begun,
+    Ended,
     Hooked,
     Landed,
     Lifted,
@@ -30,6 +32,8 @@ class Picture:
     reached: set[str] = field(default_factory=set)  # thresholds
     parted: set[str] = field(default_factory=set)  # slings and ropes that broke
     tripped: set[str] = field(default_factory=set)  # interlocks
+    begun: set[str] = field(default_factory=set)  # lifts whose lists the whole scene's has begun
+    ended: set[str] = field(default_factory=set)  # lifts whose lists are done
 
     def on_ground(self, model: str) -> bool:
         """Whether a support touches a body of this model."""
@@ -55,5 +59,9 @@ class Picture:
                 self.landed.discard(actor)
             case Reached():
                 self.reached.add(actor)
+            case Begun():
+                self.begun.add(actor)
+            case Ended():
+                self.ended.add(actor)
             case Tripped():
                 self.tripped = self.tripped | {actor} if report.over else self.tripped - {actor}

@@ -18,7 +18,7 @@ from heavylift.nodes.plan.places import ASIDE, LED, numbered
 from heavylift.nodes.plan.plan import Plan
 
 from .actuator_registry import TURN, first_lugs, first_picture, machines, owners, turns
-from .conditions import Moment, crossings, holds
+from .conditions import Moment, crossings, holds, watched
 from .jobs import Job, barred, make_way, partners, still_open
 from .order_checks import check, check_led
 from .refused import Refused
@@ -36,18 +36,20 @@ class Orders(Atomic):
     finished = Out(m.Finished)
     answer = Out(m.OperatorAnswer)
 
-    def __init__(self, name: str, plan: Plan, part: tuple[int, int] | None = None) -> None:
+    def __init__(self, name: str, plan: Plan) -> None:
+        """`plan`: of the whole scene, or what one of several action lists needs of it."""
         super().__init__(name)
-        self.first, self.end = part or (0, len(plan.actions))  # of the actions of its list
-        self.plan, self.owners = plan, owners(plan)
-        self.own = next((each.machines for each in plan.lists if each.name == name), ())  # machines, of several lists
+        self.plan, self.owners, self.end = plan, owners(plan), plan.first + len(plan.actions)
+        self.own = plan.lists[0].machines if plan.lists else ()
         self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
-        targets = [*(self.own or machines(plan)), *([TURN] if turns(plan) else [])]
+        self.lists = self.add_out("lists", m.Report) if plan.lists else None  # to other lists
+        targets = dict.fromkeys([*(self.own if plan.lists else machines(plan)), *watched(plan)])
+        targets |= {TURN: None} if turns(plan) else {}
         self.aims = {
             self.add_in(aim_port(own.name, led.port), m.SetPoint): led
             for own in plan.models
             for led in own.leads
-            if not self.own or led.move.model in self.own
+            if not plan.lists or led.move.model in self.own
         }
         self.to: dict[str, OutPort[m.Order]] = {name: self.add_out(f"order_{name}", m.Order) for name in targets}
 
@@ -117,6 +119,9 @@ class Orders(Atomic):
                 job = self._job(at, "release" if order.parted else "unhook", order.sling)
                 self.picture.parted |= {order.sling} if order.parted else set()
                 self._send(order.sling, m.UnhookOrder(order.sling, job.id, at))
+            case scene.Begin():
+                assert self.lists is not None
+                self.outbox.append((self.lists, m.Begun(order.lift)))
             case scene.Stop():
                 self._stop(order.actuator, order.accel, at)
             case scene.Brake():
@@ -167,7 +172,7 @@ class Orders(Atomic):
             self.places[report.actor] = report.position
         match report:
             case m.Done():
-                for job in [job for job in self.jobs if job.id == report.id]:
+                for job in [job for job in self.jobs if job.id == report.id and job.actor]:  # waits end by themselves
                     self._close(job, report.position)
             case m.Limit():
                 self._part(report.actor, None)

@@ -217,6 +217,14 @@ class Attitude(Report, frozen=True):
     rising: bool
 
 
+class Begun(Report, frozen=True):
+    """The action list of this lift may begin."""
+
+
+class Ended(Report, frozen=True):
+    """The action list of this lift is done."""
+
+
 class Lifted(Report, frozen=True):
     """The last support of the body opened."""
 

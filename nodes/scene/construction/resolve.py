@@ -11,6 +11,7 @@ import msgspec
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.keys.actions import Action
+from heavylift.nodes.scene.keys.schema import ORDERED
 from heavylift.nodes.scene.language import phrases
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
@@ -157,6 +158,11 @@ class _Resolver:
                 accel = phrase.ramp if isinstance(phrase.ramp, float) else phrase.speed / TURN_TIME
                 to = phrase.to or 0.0
                 return [actions.Turn(rate=phrase.speed, accel=accel, to=to, until=until, where=where)]
+            case "begin":
+                (lift,) = found
+                if self.yard.scene.lifts[lift.name].start != ORDERED:
+                    self.source.fault(path, f"{lift.name} begins by itself: write `start: {ORDERED}` there")
+                return [actions.Begin(lift=lift.name, where=where)]
             case "hook":
                 return self._hookups(path, found, phrase, where)
             case "unhook":

@@ -76,6 +76,7 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
     for interlock in yard.interlocks:
         actors = (Actor("interlock", interlock.machine, interlock.name),)
         table[interlock.name] = table[interlock.name.replace(".", " ", 1)] = actors
+    table |= {lift: (Actor("lift", lift, lift),) for lift in yard.scene.lifts}
     table["wait"] = (Actor("none", "", "wait"),)
     return table
 

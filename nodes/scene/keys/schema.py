@@ -27,6 +27,7 @@ from .parts.rigging import Edge, Rigging, SlingType
 from .vessels import Vessel, Waves
 from .wind import Wind
 
+ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
 RESERVED = (  # no machine and no group has such a name
     *("world", "obstacles", "block", "all", "any", "hooks", "cranes", "loaders", "trolleys", "slings", "ropes"),
@@ -239,7 +240,7 @@ class Instance(Base):
     model_config = ConfigDict(extra="allow")
     extends: str  # a file beside the scene, or a bundled one
     at: tuple[u.Length, u.Length] = (0.0, 0.0)  # where the origin of its scene is, along x and y
-    start: u.Duration | None = None  # of its action list; left out: at once
+    start: u.Duration | Literal["ordered"] | None = None  # of its action list; left out: at once; ordered: by an action
 
 
 class Scene(Base):

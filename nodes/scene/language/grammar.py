@@ -155,11 +155,13 @@ def _test(r: Reader) -> Test:
     column = r.at
     if r.take("after"):
         return After(seconds=r.quantity(units.DURATION))
-    of = r.name("a block") if re.match(r"[\w-]+\s+(lifted|landed)\b", r.text[r.at :]) else ""
-    state = r.take("lifted", "landed")
+    moves = ("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
+    states = ("lifted", "landed") if r.next in moves else ("lifted", "landed", "done")
+    of = r.name("a block") if re.match(rf"[\w-]+\s+({'|'.join(states)})\b", r.text[r.at :]) else ""
+    state = r.take(*states)
     if state:
-        return GroundTest(cast(Literal["lifted", "landed"], state), column, of)
-    first = r.take("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
+        return GroundTest(cast(Literal["lifted", "landed", "done"], state), column, of)
+    first = r.take(*moves)
     if first:
         stopped = r.expect("done", "stopped", after=f"after '{first}'") == "stopped"
         return MovesDone(verbs=() if first == "moves" else (first,), stopped=stopped)

@@ -2,7 +2,7 @@
 
     order      = motion | turn | level | "hook" ["[" lug {"," lug} "]"] | "unhook" | "lock" | "unlock"
                | "engage" | "release" | "stop" ["ramp" acceleration] | "hold" ["height"]
-               | "bypass" | "restore" | "wait" time
+               | "bypass" | "restore" | "wait" time | "begin"
     motion     = ("travel" | "traverse" | "slew" | "luff" | "hoist" | "lower" | "drive") speed ["ramp" ramp]
                  ( "by" distance ["or" "until" condition]
                  | "to" (position ["of rope"] | "above" "[" lug {"," lug} "]") ["or" "until" condition]
@@ -12,7 +12,8 @@
     level      = "level" speed "within" angle ["at" angle] "with" hook {"," hook}
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
-               | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | "after" time
+               | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | lift "done"
+               | "after" time
                | quantity (">=" | "<=") value      (of "load of" and "tension of" also in %, of what is rated)
     state      = "taut" | "slack"
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
@@ -66,9 +67,10 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """A block stands on no support any more, or on all of one face; `of`: which, where there are several."""
+    """A block stands on no support any more, or on all of one face; `of`: which, where there are several.  The list of
+    a lift is done."""
 
-    state: Literal["lifted", "landed"]
+    state: Literal["lifted", "landed", "done"]
     column: int
     of: str = ""
 

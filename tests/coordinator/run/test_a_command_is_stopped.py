@@ -24,7 +24,7 @@ def test_a_run_ends_in_order(number, where, tmp_path, monkeypatch):
     processes = descendants(run.pid)
     run.send_signal(number)
     _, error = run.communicate(timeout=PATIENCE_s)
-    assert run.returncode == CODES[number]
+    assert run.returncode == CODES[number], error
     assert error.splitlines()[-1].startswith(f"heavylift: stopped by {number.name} at ")
     assert gone(processes)
     assert Recording(tmp_path / "lift.mcap").result["status"] == "failed"
@@ -122,6 +122,41 @@ def test_a_signal_waits_until_the_process_that_is_being_started_is_known():
     assert gone([int(started.removeprefix("the keeper runs as "))])
 
 
+PUT = """
+import os, signal
+from heavylift.coordinator.stopping import Stopping
+from heavylift.coordinator.transport.link import LocalLink
+from heavylift.coordinator.transport.local_hub import LocalHub
+
+def signalled(cls, name):
+    received = getattr(cls, name)
+
+    def in_the_middle(self, sample):
+        os.kill(os.getpid(), signal.SIGTERM)
+        received(self, sample)
+
+    setattr(cls, name, in_the_middle)
+
+signalled(LocalHub, "_arrived")
+signalled(LocalLink, "_enqueue")
+with LocalHub(["west"]) as hub:
+    link = hub.link("west")
+    for put in lambda: link.sample(b"a batch"), lambda: hub.send("west", b"a message"):
+        stopping = Stopping()
+        try:
+            put()
+        except KeyboardInterrupt as error:
+            print(error)
+        stopping.end()
+    print(hub.samples(), link.receive())
+"""
+
+
+def test_a_signal_in_the_middle_of_a_put_loses_no_message():
+    done = subprocess.run([sys.executable, "-c", PUT], capture_output=True, text=True, timeout=PATIENCE_s)
+    assert (done.stdout, done.stderr) == ("SIGTERM\nSIGTERM\n[('west', b'a batch')] b'a message'\n", "")
+
+
 def patched(patch: str, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
     """A run of `lift` in whose processes a patch was imported first."""
     (folder / "patch").mkdir()
@@ -140,7 +175,7 @@ FAILING = """\
 from heavylift.coordinator.run import scene
 
 def greet(self):
-    self.talk.welcome(next(iter(self._models)), b"")
+    self.talk.welcome(next(iter(self._models)), b"", "")
     raise MemoryError
 
 scene._Run.greet = greet

@@ -230,3 +230,18 @@ def test_a_pad_that_is_left_as_its_spring_relaxes_gives_way_a_few_times_only(def
         assert p[SupportAt.STICK] == 1.0
         times += 1
     assert times == max(0, ceil(log2(deflection / 1e-6))) + 1
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
+@pytest.mark.parametrize("beside", [1e-9, 1e-8, 3e-8])
+def test_a_pad_that_is_left_while_it_creeps_sideways_takes_no_turns_of_slip_and_stick(
+    beside: float, angle: float
+) -> None:
+    """Its spring is turned, not stretched: that the limit is passed is the limit's doing, which falls."""
+    mu, k, d, normal = 0.4, 4e7, 5e5, 645.0
+    along, across = np.array([cos(angle), sin(angle)]), np.array([-sin(angle), cos(angle)])
+    pad, velocity = Support("pad", Point("block"), 0.0, k, d, mu, k, d), 1e-10 * along + beside * across
+    p = np.array([0.0, 0.0, 0.0, 0.0, k, d, mu, k, d, 1.0, 1.0, *(-mu * normal / k * along), 0.0, 0.0])
+    assert SupportLaw().switch(pad, p, "rub", np.array([normal, 0.0, 0.0, *velocity]))[0] == "slip"
+    assert p[SupportAt.STICK] == 1.0
+    assert hypot(*(d * velocity - k * p[SupportAt.ANCHOR])) < 0.6 * mu * normal

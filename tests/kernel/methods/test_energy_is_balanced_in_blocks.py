@@ -29,7 +29,7 @@ def test_blocks_are_fine_where_each_reading_is(seed, implicit):
     readings = kinetic, parts, np.full(READINGS, 1e-9), held
     block, single = Balance(1e-6, implicit), Balance(1e-6, implicit)
     for balance in (block, single):
-        balance.begin(kinetic[:1], parts[:1])
+        balance.begin(float(kinetic[0]), parts[0])
     fine = block.fine(*readings)
     said, _ = one_by_one(single, readings)
     assert fine == (not said and not single.lost)

@@ -51,6 +51,12 @@ class Conditions:
     def _term(self, path: Path, test: phrases.Test) -> actions.Condition:
         named = {"where": self.source.where(path), "text": test.text}
         match test:
+            case phrases.GroundTest(state="done"):
+                lifts = self.yard.scene.lifts
+                if test.of not in lifts:
+                    told = f"there is no lift '{test.of}' that could be done"
+                    self.source.fault(path, told, closest(test.of, lifts), column=test.column)
+                return actions.Ended(lift=test.of, **named)
             case phrases.GroundTest():
                 kind = actions.Lifted if test.state == "lifted" else actions.Landed
                 return kind(model=self._standing(path, test), **named)

@@ -1,0 +1,44 @@
+"""A node gets of a plan what its models need, however many others there are, and builds of it what all would give."""
+
+from __future__ import annotations
+
+import pytest
+from heavylift.coordinator.participants.configuration import wiring
+from heavylift.nodes.models import build, divided, subscriptions
+from heavylift.nodes.plan.plan import Plan, decode, encode
+from heavylift.nodes.scene import load, parse
+
+YARD = "heavylift: 1\nname: yard\nlifts:\n"
+
+
+def yard(lifts: int) -> Plan:
+    """So many lifts of one scene side by side."""
+    rows = [f"  l{i}: {{extends: hall, at: [0 m, {40 * i} m]}}\n" for i in range(lifts)]
+    return parse(YARD + "".join(rows), overrides=["samples=5 Hz"]).plan
+
+
+@pytest.mark.parametrize("scene", ["turnover", "damper", "crawler", "yard"])
+def test_of_its_part_a_node_builds_what_it_would_of_all(scene: str) -> None:
+    plan = load(scene).plan
+    models, wires = build(plan), wiring(plan).all
+    for name, part in zip(models, divided(plan, [[name] for name in models]), strict=True):
+        told = decode(encode(part))
+        own = build(told, [name])
+        assert own[name].declare() == models[name].declare()
+        assert subscriptions(told, own) == subscriptions(plan, {name: models[name]})
+        assert {*own[name].ports} == {*models[name].ports}
+        theirs = [x for x in wiring(told).all if name in (x.source, x.target)]
+        assert theirs == [x for x in wires if name in (x.source, x.target)]
+
+
+def test_what_a_machine_is_told_does_not_grow_with_the_yard() -> None:
+    told = {n: len(encode(next(divided(yard(n), [["l0-hall"]])))) for n in (1, 9)}
+    assert told[9] == told[1] < 12_000
+
+
+def test_a_commander_of_one_list_knows_that_lift_alone() -> None:
+    lists = build(yard(9))["commander"].children
+    assert {len(lists[f"l{i}"].plan.mechanisms) for i in range(9)} == {2}
+    assert [lists[f"l{i}"].plan.first for i in range(3)] == [0, 7, 14]
+    assert [action.stage for action in lists["l8"].plan.actions][:2] == ["l8: take up", "l8: lift off"]
+    assert {*lists["l8"].owners.values()} == {"l8-hall"}

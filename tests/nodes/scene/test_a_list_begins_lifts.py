@@ -1,0 +1,128 @@
+"""The list of a scene of several lifts begins those that are `start: ordered`, by conditions over the others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.transport.placement import Placement
+from heavylift.kernel.errors import ModelError, SceneError
+from heavylift.nodes.models import KERNEL, build
+from heavylift.nodes.models.parts.messages import Begun, Ended, Stage
+from heavylift.nodes.scene import load, parse
+from heavylift.recordings import Recording
+
+SLEDGE = """\
+heavylift: 1
+name: sledge
+samples: 2 Hz
+mechanism:
+  name: sledge
+  bodies: {cart: {mass: 4 t}}
+  joints: {rail: {type: prismatic, child: cart, axis: [1, 0, 0]}}
+  drives:
+    pusher: {joint: rail, type: servo, stiffness: 10 MN/m, damping: 0.4 MN s/m, ramp: 0.5 m/s2, range: [-9 m, 9 m]}
+actions:
+  - stage: out
+    pusher: drive 1 m/s by 4 m
+"""
+LIFTS = """\
+heavylift: 1
+name: three
+samples: 2 Hz
+lifts:
+  a: {extends: sledge.yaml}
+  b: {extends: sledge.yaml, at: [0 m, 5 m], start: ordered}
+  c: {extends: sledge.yaml, at: [0 m, 9 m], start: ordered}
+actions:
+"""
+LIST = """\
+  - stage: second
+    when: position of a-rail >= 1.25 m
+    b: begin
+  - stage: third
+    when: b done and after 1 s
+    c: begin
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """With the scene of one lift."""
+    (tmp_path / "sledge.yaml").write_text(SLEDGE)
+    return tmp_path
+
+
+def of(folder: Path, listed: str = LIST, old: str = "", new: str = "") -> Path:
+    """The scene of three lifts with this list."""
+    assert old in LIFTS + listed
+    (folder / "three.yaml").write_text((LIFTS + listed).replace(old, new) if old else LIFTS + listed)
+    return folder / "three.yaml"
+
+
+def test_a_lift_begins_where_another_has_come_and_one_when_that_is_done(folder: Path) -> None:
+    """A way of 4 m with ramps of 2 s takes 6 s; its reference is 1.25 m after 2.25 s, which the cart follows within
+    what its drive gives way; a list that has begun goes on at once."""
+    events = play(load(of(folder)).plan).events
+    stages = {e.value.name: e.t * 1e-9 for e in events if e.type == Stage.__name__}
+    assert [*stages] == ["a: out", "second", "b: out", "third", "c: out"]
+    assert stages["a: out"] == 0.0
+    assert stages["second"] == stages["b: out"] == pytest.approx(2.25, abs=0.01)
+    assert stages["third"] == stages["c: out"] == stages["b: out"] + 6.0
+    assert events[-1].t * 1e-9 >= stages["c: out"] + 6.0
+
+
+def test_each_moves_as_it_does_alone_but_later(folder: Path, tmp_path: Path) -> None:
+    played = play(load(of(folder)).plan)
+    names = {e.type for e in played.events}
+    assert not names & {Begun.__name__, Ended.__name__}, "lists talk to each other inside their node"
+    scene = load(of(folder))
+    found = run(scene, tmp_path / "apart.mcap", placement=Placement.spread([*build(scene.plan), KERNEL], 4))
+    assert found.digest == played.digest
+    a, b = (Recording(tmp_path / "apart.mcap")[f"joint/position/{x}-rail.travel"] for x in "ab")
+    assert b.values[-1, 0] == pytest.approx(a.values[-1, 0], abs=1e-9) == pytest.approx(4.0, abs=1e-6)
+
+
+def test_with_an_end_a_lift_that_is_done_is_told_once(folder: Path) -> None:
+    played = play(load(of(folder), ["end=20 s"]).plan)
+    stages = {e.value.name: e.t * 1e-9 for e in played.events if e.type == Stage.__name__}
+    assert stages["third"] == stages["b: out"] + 6.0
+    assert not played.unfinished
+
+
+def test_a_run_says_what_its_lists_wait_for(folder: Path) -> None:
+    scene = load(of(folder, old=">= 1.25 m", new=">= 5 m"))
+    with pytest.raises(ModelError) as told:
+        play(scene.plan)
+    assert "still waiting for position of a-rail >= 5 m since 0 s, three.yaml:10:5" in str(told.value)
+    assert "still waiting for the list of the whole scene to begin b since 0 s" in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("b: begin", "d: begin", "there is no 'd' to give an order to"),
+        ("b: begin", "a: begin", "a begins by itself: write `start: ordered` there"),
+        ("b: begin", "b-pusher: drive 1 m/s by 1 m", "this list begins lifts (`b: begin`)"),
+        ("b: begin", "b-pusher: begin", "'b-pusher' cannot begin"),
+        ("b: begin", "b: begin now", "'begin' stands alone, without 'now'"),
+        ("b: begin", "wait: 1 s", "nothing begins b: write an action `b: begin` in this scene"),
+        ("c: begin", "b: begin", "b is begun twice"),
+        ("b done", "d done", "there is no lift 'd' that could be done"),
+        ("position of a-rail", "position of d-rail", "'d-rail'"),
+        ("start: ordered", "start: order", "lifts.b.start"),
+        ("  a: {", "  all: {", "a lift cannot be called 'all'"),
+    ],
+)
+def test_what_cannot_begin_is_told_with_its_line(folder: Path, old: str, new: str, sentence: str) -> None:
+    with pytest.raises(SceneError) as told:
+        load(of(folder, old=old, new=new))
+    assert sentence in str(told.value)
+    assert "three.yaml:" in str(told.value).splitlines()[0]
+
+
+def test_a_scene_of_one_lift_has_none_to_begin() -> None:
+    with pytest.raises(SceneError, match="cannot begin"):
+        parse(SLEDGE.replace("drive 1 m/s by 4 m", "begin"))
