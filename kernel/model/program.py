@@ -272,10 +272,6 @@ class Program:
             a, b, axis = turns
         return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
 
-    def sharing(self, tree: Tree) -> str:
-        """Trees for which this is equal share their functions."""
-        return tree.kind
-
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
         bodies = [p.body for x in s.laws for p in x.points] + [m.of for m in s.measured if m.kind == "angle"]
@@ -287,7 +283,7 @@ class Program:
         for t in trees:
             ends = tuple(i for i in range(len(t.bodies)) if t.first + i in used)
             held = tuple(i for i in ends if t.first + i in self.constraints.bodies)
-            key = self.sharing(t) + str(ends) + str(held)
+            key = t.kind + str(ends) + str(held)  # trees for which this is equal share their functions
             if key not in kinds:
                 made = len(kinds), self.formulation, key
                 found = _shared.pop(made, None)
