@@ -50,7 +50,8 @@ class Subjects:
         self.points |= {loader: (loader, Point(f"{loader}.upper")) for loader in yard.hooks}
         self.ropes = {s.name: s.loader for s in yard.slings} | {r.name: r.crane for r in yard.ropes}
         self.ropes |= {rope.name: m.name for m in mechanisms for rope in m.system.all_ropes}
-        self.straight = [rope for rope in self.ropes if rope not in _reeved(mechanisms)]
+        bent = {rope.name for m in mechanisms for rope in m.system.reevings} | {s.name for s in yard.slings if s.over}
+        self.straight = [rope for rope in self.ropes if rope not in bent]
         self.boxes = _boxes(yard, mechanisms)
         self.winds = [(m.name, f) for m in mechanisms for f in m.system.forces if isinstance(f, Wind)]
 
@@ -152,7 +153,3 @@ def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[
 
 def _half(size: Vector) -> Vector:
     return size[0] / 2, size[1] / 2, size[2] / 2
-
-
-def _reeved(mechanisms: Sequence[plan.Mechanism]) -> set[str]:
-    return {rope.name for m in mechanisms for rope in m.system.reevings}
