@@ -25,11 +25,11 @@ speed up and to slow down; `check` tells the accelerations.  A ramp in two pulse
 overlap, each has half of the acceleration.
 
 Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
-middle of these lugs, where the block rests as the move begins.  `level` hoists, then lowers these hooks until the block
+middle of these lugs, where the block rests as the move begins.  `level` hoists, then lowers these hooks until a block
 lies as level as at the start, or turned by an angle, that of the last turn unless it is written, along the way on which
-they are apart from the others.  What is to `hold` stops; then the brakes of its joint engage, if there
-are any.  A winch that is to `hold height` winds and pays out as its boom luffs by an order of the same action, so that
-its hook stays as high.
+they are apart from the others, also through spreaders and beams.  What is to `hold` stops; then the brakes of its joint
+engage, if there are any.  A winch that is to `hold height` winds and pays out as its boom luffs by an order of the same
+action, so that its hook stays as high.
 
 What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` or `any sling` an interlock
 watches each.
