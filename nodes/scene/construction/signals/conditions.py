@@ -150,8 +150,19 @@ class Conditions:
         return None
 
     def _share(self, path: Path, test: phrases.CrossTest) -> tuple[str, Signal] | None:
-        """A load or tension over what its subject is rated for."""
+        """A load or tension over what its subject is rated for; of a set, the largest of them."""
         rows, word = self.subjects.ratings[test.quantity], ".".join(test.of.split())
+        *front, noun = test.of.split() or [""]
+        if test.quantity == "tension" and noun in ("slings", "ropes"):
+            ropes = self._ropes(path, " ".join(front), noun, test.column)
+            limits = [row.value if (row := rows.get(rope)) else None for rope in ropes]
+            for rope, value in zip(ropes, limits, strict=True):
+                if value is None:
+                    told = f"'{test.of}' are not all rated: no tension of {rope} is known"
+                    self.source.fault(path, told, "write an absolute value", column=test.column)
+                    return None
+            uses = tuple(1.0 / value for value in limits if value)
+            return (self._watching(ropes), Signal("use", ropes=ropes, numbers=uses)) if ropes else None
         row = rows.get(word)
         if row is None:
             told = f"there is no '{test.of}' with a rated {test.quantity}"
@@ -169,8 +180,12 @@ class Conditions:
         *front, last = test.of.split() or [""]
         noun = last if last in {"slings", "ropes"} else "one"
         ropes = self._ropes(path, " ".join(front) if noun != "one" else test.of, noun, test.column)
-        models = {self.subjects.ropes[rope] for rope in ropes}
-        return (models.pop() if len(models) == 1 else "block", Signal(kind, ropes=ropes)) if ropes else None
+        return (self._watching(ropes), Signal(kind, ropes=ropes)) if ropes else None
+
+    def _watching(self, ropes: Sequence[str]) -> str:
+        """The model that watches over ropes: theirs, or the block's of several."""
+        models = sorted({self.subjects.ropes[rope] for rope in ropes})
+        return "block" if len(models) > 1 and self.yard.block else models[0]
 
 
 def wrong_units(*, turns: bool) -> str:

@@ -100,6 +100,13 @@ class Subjects:
         """The load or tension of a row over its limit, as `check` judges it; None if no number limits it."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
+        if row.over == "trolley":
+            rope = next(r for r in self.yard.ropes if r.name == row.elements[0])
+            chart = [x for place, mass in row.chart for x in (place, mass)]
+            numbers = 1.0 / self.gravity, self._blocks(row), *chart
+            return rope.crane, Signal(
+                "use by place", ropes=row.elements, point=Point(rope.lines[0].a.body), numbers=numbers
+            )
         if row.value is None:
             return None
         own = self.gravity * row.value, self._blocks(row) / row.value
