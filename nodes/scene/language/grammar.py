@@ -158,7 +158,8 @@ def _test(r: Reader) -> Test:
     of = r.name("a block") if re.match(r"[\w-]+\s+(lifted|landed)\b", r.text[r.at :]) else ""
     state = r.take("lifted", "landed")
     if state:
-        return GroundTest(cast(Literal["lifted", "landed"], state), column, of)
+        on = r.name("what it lands on") if state == "landed" and r.take("on") else ""
+        return GroundTest(cast(Literal["lifted", "landed"], state), column, of, on)
     first = r.take("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
     if first:
         stopped = r.expect("done", "stopped", after=f"after '{first}'") == "stopped"

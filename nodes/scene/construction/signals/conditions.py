@@ -10,7 +10,7 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Point, System
+from heavylift.kernel.description.mechanics import WORLD, Point, System
 from heavylift.kernel.description.signals import Signal, guard_of
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.scene.construction.yard import Yard
@@ -20,6 +20,8 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .subjects import Subjects
+
+LANDS = 1e-3  # [m] between a block and what it has landed on
 
 
 class Conditions:
@@ -51,6 +53,9 @@ class Conditions:
     def _term(self, path: Path, test: phrases.Test) -> actions.Condition:
         named = {"where": self.source.where(path), "text": test.text}
         match test:
+            case phrases.GroundTest() if test.on:
+                model, signal = self._lands(path, test)
+                return self.crossing(path, signal, model, LANDS, False, test.text)
             case phrases.GroundTest():
                 kind = actions.Lifted if test.state == "lifted" else actions.Landed
                 return kind(model=self._standing(path, test), **named)
@@ -107,6 +112,19 @@ class Conditions:
         missing = f"nothing in this scene can be {test.state}: it has no supports or contacts"
         self.source.fault(path, missing, column=test.column)
         return ""
+
+    def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, Signal]:
+        """The gap between a block and what it lands on, which it must meet by a contact."""
+        blocks = ["block"] if self.yard.block else [*self.yard.scene.blocks]
+        block = test.of or (blocks[0] if len(blocks) == 1 else "")
+        pairs = [(c.a.body, c.b.body) for m in self.mechanisms for c in m.system.contacts]
+        met = {a if b == block else b for a, b in pairs if block in (a, b)}
+        known = {*(met & {*self.subjects.boxes}), *(["floor"] if WORLD in met and self.yard.scene.floor else [])}
+        if test.on in known and (found := self.subjects.signal("gap", f"{block} {test.on}")):
+            return found
+        told = f"'{block}' meets no '{test.on}' on which it could land" if block else "which block? write its name"
+        self.source.fault(path, told, closest(test.on, known) if block else "", column=test.column)
+        return "", Signal("height")
 
     def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, Signal] | None:
         """The model that watches a quantity, and its signal; a fault if there is none."""

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import cast
 
 from heavylift.kernel.description.forces import Wind
-from heavylift.kernel.description.mechanics import Point, Vector
+from heavylift.kernel.description.mechanics import WORLD, Point, Vector
 from heavylift.kernel.description.signals import Quantity, Signal
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
@@ -20,6 +20,7 @@ RATINGS = {
     "load": ("hook load", "trolley load", "crane load", "tandem load", "loader load", "frame load", "shackle load"),
     "tension": ("sling tension", "rope tension"),
 }  # rows of the table of limits that a share is of
+WIDE = 1e4  # [m] half edges of the floor
 EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as in `limits.reading`
 
 
@@ -144,13 +145,15 @@ def _hooks(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> list[Hooked]:
 
 
 def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
-    """Boxes of the block, of portals of goliaths, of bodies of machines: model, middle and half edges."""
+    """Boxes of the block, of portals of goliaths, of the floor and of bodies of machines: model, middle, half edges."""
     found: dict[str, tuple[str, Point, Vector]] = {}
     if yard.block and any(yard.block.size):
         found["block"] = "block", Point("block"), _half(yard.block.size)
     for crane in yard.cranes:
         x, y, z = parts_of(yard.scene.cranes[crane.name]).bodies.main.box
         found[crane.name] = crane.name, Point(f"{crane.name}.main", (0.0, y / 2, z / 2)), _half((x, y, z))
+    if floor := yard.scene.floor:
+        found["floor"] = "obstacles", Point(WORLD, (0.0, 0.0, floor.height - WIDE)), (WIDE, WIDE, WIDE)
     for m in mechanisms:
         for body in dict.fromkeys(shape.body for shape in m.shapes):
             centre, size = around([(x.centre, x.size) for x in m.shapes if x.body == body])
