@@ -22,6 +22,7 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Poses, Setting, Shown
+from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.rope_mass import with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
 from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
@@ -129,6 +130,8 @@ class Program:
         self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
         traced = [merged(tree) for tree in self.trees] if self.formulation == "recursive" else self.trees
         self.poses_at_start = _poses_at_start(self.graph, traced)
+        for rope in self.system.reevings:
+            check_parallel(rope, self.graph, self.poses_at_start)
         self.contacts = ContactRows(self.system, self.graph)
         self.constraints = Constraints(self.graph, self.system.rigid_ropes, self.contacts)
         self.instances = self._share(traced)

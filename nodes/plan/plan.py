@@ -21,6 +21,7 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
+from heavylift.kernel.description.forces import Sheave
 from heavylift.kernel.description.mechanics import Line, Matrix, MethodName, Point, Support, Vector
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
@@ -129,8 +130,8 @@ class Crane(Item, frozen=True, kw_only=True):
 class Loader(Item, frozen=True, kw_only=True):
     """A block loader: upper body on a free joint (frame at the hook eye), lower body on a hinge about y.
 
-    `pose` x y z qx qy qz qw of the upper body at the start; `hinge` in the upper body's frame; the lower
-    body's frame is at the hinge.  The lock holds the hinge while no sling of the loader is hooked.
+    `pose` x y z qx qy qz qw of the upper body at the start; `hinge` in its frame, the lower body's frame is there.  The
+    lock holds the hinge while no sling of the loader is hooked.
     """
 
     name: str
@@ -209,6 +210,7 @@ class Sling(Item, frozen=True, kw_only=True):
     EA: float
     damping: float
     taut: bool = False
+    over: tuple[Sheave, ...] = ()  # edges that it may bend over
     rated: float = 0.0  # tension that counts as 100 % of use [N]; 0: none given
 
 

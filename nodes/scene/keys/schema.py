@@ -174,6 +174,7 @@ class Loader(Base):
     hook: str  # "west H1"
     sling: u.Extent
     lugs: tuple[str, str] | None = None  # hooked at the start
+    over_edges: list[str] = Field(default_factory=list)  # that its slings bend over where they meet them
     rope: u.Extent | None = None  # unstretched rope length at the start; left out: the rig's slack
     upper_mass: u.Mass = u.MASS.read("10 t")  # besides the hook block
     lower_mass: u.Mass = u.MASS.read("10 t")
