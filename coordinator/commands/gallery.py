@@ -98,4 +98,4 @@ def _shrunk(drawn: Path, out: BinaryIO) -> None:
     with Image.open(drawn) as picture:
         small = picture.convert("RGB")
         small.thumbnail((WIDTH, WIDTH))
-        small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(out, "png", optimize=True, pnginfo=told)
+        small.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=1).save(out, "png", optimize=True, pnginfo=told)

@@ -40,8 +40,9 @@ def wiring(plan: Plan) -> Wiring:
 
 def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable[System]) -> KernelConfig:
     """Of a plan, its models and the mechanics that they declare."""
+    declared = dict(zip(models, systems, strict=True))
     return KernelConfig(
-        list(systems),
+        [*declared.values()],
         plan.gravity,
         plan.tolerance,
         round(1e9 / plan.samples_hz),
@@ -53,7 +54,7 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
         plan.tensions_only,
         {own.name: Listening(own.period, own.signals) for own in plan.models},
         {
-            x.name: [b.name for m in plan.mechanisms if m.name in x.machines for b in m.system.bodies]
+            x.name: [b.name for machine in x.machines for b in declared[machine].bodies]
             for x in plan.lists
             if x.machines
         },

@@ -40,9 +40,10 @@ def boxes(plan: Plan) -> list[Box]:
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
     """Middle and radius [m] of what is to be seen of a plan at its start."""
     if plan.cranes:
-        x = sum(c.gantry.start for c in plan.cranes) / len(plan.cranes)
-        y = sum(c.main.com[1] for c in plan.cranes) / len(plan.cranes)
-        return (x, y, 0.6 * y), 1.3 * y
+        n, r = len(plan.cranes), sum(c.main.com[1] for c in plan.cranes) / len(plan.cranes)
+        x, y = sum(c.at[0] + c.gantry.start for c in plan.cranes) / n, r + sum(c.at[1] for c in plan.cranes) / n
+        far = max(max(abs(c.at[0] + c.gantry.start - x), abs(c.at[1] + r - y)) for c in plan.cranes)
+        return (x, y, 0.6 * r), 1.3 * r + (far if plan.lists else 0.0)
     arms = [p for m in plan.mechanisms for p in (*(b.com for b in m.system.bodies), *(j.p_PJ for j in m.system.joints))]
     reach = sum(hypot(*p) for p in arms) / max(1, len(plan.mechanisms))
     return (0.0, 0.0, 0.0), max(reach, 1.0)
@@ -52,9 +53,9 @@ def _rails(plan: Plan) -> list[Box]:
     """Two rails along x, as far as a crane can go."""
     if not plan.cranes:
         return []
-    low = min(c.gantry.lower for c in plan.cranes) - OVERHANG
-    high = max(c.gantry.upper for c in plan.cranes) + OVERHANG
-    spans = sorted({2.0 * c.main.com[1] for c in plan.cranes} | {0.0})
+    low = min(c.at[0] + c.gantry.lower for c in plan.cranes) - OVERHANG
+    high = max(c.at[0] + c.gantry.upper for c in plan.cranes) + OVERHANG
+    spans = sorted({c.at[1] + y for c in plan.cranes for y in (2.0 * c.main.com[1], 0.0)})
     return [Box("world", ((low + high) / 2, y, RAIL / 4), (high - low, RAIL, RAIL / 2), GREY) for y in spans]
 
 

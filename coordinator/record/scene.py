@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
+from heavylift.coordinator import verdict as verdicts
 from heavylift.coordinator.live.pace import Lateness
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport.placement import Placement
-from heavylift.coordinator.verdict import judge
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.cache import remembered
@@ -237,7 +237,7 @@ class Record(FileTape):
         said = self._conduct
         said.notes = [(note.t_ns * 1e-9, note.sentence) for note in self.recorder.notes]
         try:
-            return judge(self._plan, self._collector, said)
+            return verdicts.judge(self._plan, self._collector, said)
         except Exception as error:
             told = f"red: no verdict could be made, which is a defect of heavylift ({type(error).__name__}: {error})"
             return Judged(red=True, line=told)
@@ -278,7 +278,7 @@ def _asked(scene: LoadedScene) -> dict[str, object]:
 
 def supports(plan: Plan) -> list[dict[str, object]]:
     """Where bodies can stand: name, body, point of it, height of the pad [m]."""
-    found = [pad.support for pad in plan.block.pads] if plan.block else []
+    found = [pad.support for block in plan.all_blocks for pad in block.pads]
     found += [support for mechanism in plan.mechanisms for support in mechanism.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
 

@@ -68,7 +68,7 @@ def cast_of(rec: Recording) -> Cast:
 def _of_plan(plan: Plan) -> Cast:
     kinds = (("crane", plan.cranes), ("loader", plan.loaders), ("mechanism", plan.mechanisms), ("model", plan.models))
     found = {f"{kind}/{x.name}": x.name for kind, some in kinds for x in some}
-    found |= {plan.block.name: plan.block.name} if plan.block else {}
+    found |= {x.name: x.name for x in plan.all_blocks}
 
     def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
         if name == KERNEL:

@@ -17,16 +17,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from heavylift.recordings import Recording
-from heavylift.recordings.read.verdict import Judged
+from heavylift.kernel.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import Plan
-
-    from .conduct import Conduct
-    from .history import Past
+    from .judging import judge, verdict_of
 
 __all__ = ["judge", "prepare", "verdict_of"]
+__getattr__ = on_demand(__name__, dict.fromkeys(("judge", "verdict_of"), ".judging"))  # with the library of collisions
 
 
 def prepare() -> None:
@@ -34,17 +31,3 @@ def prepare() -> None:
     import coal  # noqa: F401
 
     from . import judging  # noqa: F401
-
-
-def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
-    """The verdict of a run."""
-    from .judging import judge as made  # with the library of collisions: not before it is needed
-
-    return made(plan, history, conduct)
-
-
-def verdict_of(rec: Recording) -> Judged | None:
-    """The verdict that a recording has, or made of what it holds; None if it is not of a scene of this version."""
-    from .judging import verdict_of as found
-
-    return found(rec)

@@ -10,6 +10,8 @@ import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.geometry import geometry_findings
+from heavylift.nodes.limits.judging import judge as limits_judged
+from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Use
@@ -22,7 +24,7 @@ from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing
 from .history import Past, blocks, history_of
-from .limits import judged, signals_of_run, table
+from .limits import signals_of_run, table
 
 RESOLVED = "resolved.json"  # the plan in a recording
 SEVERITIES = ("red", "warning", "note")
@@ -62,9 +64,10 @@ def _limits(bench: Bench) -> None:
         )
         for part in blocks(shown)
     )  # fmt: skip
-    found = judged(plan, signals)
-    bench.findings += found.findings
-    bench.limits, bench.uses = table(found), found.uses
+    bench.uses = uses_of(plan, signals)
+    found = limits_judged(plan, bench.uses, dynamic=True)
+    bench.findings += found
+    bench.limits = table(plan, bench.uses, found)
 
 
 def _clearances(bench: Bench) -> None:

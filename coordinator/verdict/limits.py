@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from heavylift.nodes.limits.judging import judge, uses_of
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.signals import Signals, hooked_in
 from heavylift.nodes.limits.telling import HEAD, rows, unjudged
@@ -21,33 +19,15 @@ from .rotating import matrices
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Judged:
-    """The worst of each limit in a run, and what was found: red ones first."""
-
-    plan: Plan
-    uses: Sequence[Use]
-    findings: Sequence[Finding]
-
-
-def judged(plan: Plan, parts: Iterable[Signals]) -> Judged:
-    """The limits of a run, of which each part begins with the last instant of the one before it."""
-    uses = uses_of(plan, parts)
-    return Judged(plan, uses, judge(plan, uses, dynamic=True))
-
-
-def table(found: Judged) -> LimitTable:
-    """The rows as the report shows them."""
-    plan = found.plan
-    red = {f.subject + f.kind for f in found.findings if f.severity == "red"}
-    foreseen = dynamics_foreseen(plan)
+def table(plan: Plan, uses: Sequence[Use], findings: Sequence[Finding]) -> LimitTable:
+    """The worst of each limit, and what was found, as the report shows them."""
     return LimitTable(
         head=HEAD,
-        rows=tuple(rows(found.uses)),
-        red=bool(red),
-        findings=tuple((f.severity, f.subject, f.sentence, f.t) for f in found.findings),
-        told=(*hoisting_foreseen(plan), *shared(plan), *unjudged(plan.limits, found.uses)),
-        dynamic=foreseen,
+        rows=tuple(rows(uses)),
+        red=any(f.severity == "red" for f in findings),
+        findings=tuple((f.severity, f.subject, f.sentence, f.t) for f in findings),
+        told=(*hoisting_foreseen(plan), *shared(plan), *unjudged(plan.limits, uses)),
+        dynamic=dynamics_foreseen(plan),
     )
 
 

@@ -242,6 +242,11 @@ class Reeving(Element, frozen=True, tag=True):
         return tuple(s for s in self.sheaves if s.edge)
 
     @property
+    def apart(self) -> bool:
+        """Whether its edges are on several bodies."""
+        return len({s.at.body for s in self.edges}) > 1
+
+    @property
     def lines(self) -> tuple[Line, ...]:
         """Its parts from centre to centre, for pictures."""
         return tuple(Line(a, b) for a, b in pairwise(self.points))

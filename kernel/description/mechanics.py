@@ -38,7 +38,7 @@ JointKind = Literal[
 ]  # fmt: skip
 Quantity = Literal[
     "height", "height difference", "tension", "load", "moment", "angle", "joint", "speed", "length", "wind",
-    "swing along", "swing across", "off-lead", "radius", "gap",
+    "swing along", "swing across", "off-lead", "radius", "gap", "use", "use by place",
 ]  # fmt: skip
 
 

@@ -19,6 +19,9 @@ class Signal:
     "load"          their tension times numbers[0], less numbers[1] [kg, or 1 as a share of what is rated]
     "moment"        their tension over what a chart by the radius of `point` allows: of the next longer radius;
                     `numbers`: the tension [N] up to which nothing hangs there, then radii [m] and tensions [N]
+    "use"           the largest of their tensions, each times its number [1, of what is rated]
+    "use by place"  their load over what a chart by the world y of `point` allows, interpolated; `numbers`: two as of
+                    "load", then places [m] and what is allowed there
     "angle"         of body `of` about `axis`, as Measured [rad]
     "joint", "speed": coordinate and velocity of joint `of`
     "wind"          speed of the wind force `of` [m/s], which blows on `point`

@@ -22,6 +22,7 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Poses, Setting, Shown
+from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.rope_mass import with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
 from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
@@ -129,6 +130,8 @@ class Program:
         self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
         traced = [merged(tree) for tree in self.trees] if self.formulation == "recursive" else self.trees
         self.poses_at_start = _poses_at_start(self.graph, traced)
+        for rope in self.system.reevings:
+            check_parallel(rope, self.graph, self.poses_at_start)
         self.contacts = ContactRows(self.system, self.graph)
         self.constraints = Constraints(self.graph, self.system.rigid_ropes, self.contacts)
         self.instances = self._share(traced)
@@ -272,10 +275,6 @@ class Program:
             a, b, axis = turns
         return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
 
-    def sharing(self, tree: Tree) -> str:
-        """Trees for which this is equal share their functions."""
-        return tree.kind
-
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
         bodies = [p.body for x in s.laws for p in x.points] + [m.of for m in s.measured if m.kind == "angle"]
@@ -287,7 +286,7 @@ class Program:
         for t in trees:
             ends = tuple(i for i in range(len(t.bodies)) if t.first + i in used)
             held = tuple(i for i in ends if t.first + i in self.constraints.bodies)
-            key = self.sharing(t) + str(ends) + str(held)
+            key = t.kind + str(ends) + str(held)  # trees for which this is equal share their functions
             if key not in kinds:
                 made = len(kinds), self.formulation, key
                 found = _shared.pop(made, None)

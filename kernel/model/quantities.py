@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 from heavylift.kernel.algebra.elementary import atan2
@@ -53,6 +54,26 @@ def _moment(x: Given) -> Any:
     for i in reversed(range(0, len(chart), 2)):
         allowed = select(radius <= chart[i], chart[i + 1], allowed)
     return select(tension > x.numbers[0], tension / allowed, 0.0)
+
+
+def _use(x: Given) -> Any:
+    found, *others = [tension * number for tension, number in zip(x.values, x.numbers, strict=True)]
+    for other in others:
+        found = maximum(found, other)
+    return found
+
+
+def _load(x: Given) -> Any:
+    return _sum(x) * x.numbers[0] - x.numbers[1]
+
+
+def _use_by_place(x: Given) -> Any:
+    y, chart = x.places[0][1], x.numbers[2:]
+    allowed = chart[-1]
+    for i in reversed(range(2, len(chart), 2)):
+        (a, low), (b, high) = chart[i - 2 : i], chart[i : i + 2]
+        allowed = select(y <= b, low + (high - low) * ((y - a) / (b - a)), allowed)
+    return _load(x) / select(y <= chart[0], chart[1], allowed)
 
 
 def _aside(x: Given, axis: int) -> tuple[Scalar, Scalar]:
@@ -139,7 +160,9 @@ ROWS: dict[str, Row] = {
     "gap": Row(_gap, ("point", "origin")),
     "tension": Row(_sum, ("rope",)),
     "length": Row(_one, ("rope",)),
-    "load": Row(lambda x: _sum(x) * x.numbers[0] - x.numbers[1], ("rope",)),
+    "load": Row(_load, ("rope",)),
+    "use": Row(_use, ("rope",)),
+    "use by place": Row(_use_by_place, ("rope", "point")),
     "moment": Row(_moment, ("rope", "point", "origin")),
     "swing along": Row(lambda x: atan2(*_aside(x, 0)), ("rope",)),
     "swing across": Row(lambda x: atan2(*_aside(x, 1)), ("rope",)),
@@ -175,7 +198,7 @@ def numbers(h: Watched, system: System) -> tuple[float, ...]:
 
 def names(h: Watched) -> tuple[str, ...]:
     """Of what its formula takes a value: ropes, or the one thing that it is of."""
-    if h.quantity in ("tension", "load", "moment"):
+    if h.quantity in ("tension", "load", "moment", "use", "use by place"):
         return h.ropes
     if h.quantity == "length":
         return h.ropes[:1]
@@ -195,6 +218,15 @@ def check_signal(h: Watched, system: System, label: str) -> None:
         raise KernelError(f"{label}: {a} needs {COUNTS[h.quantity]} numbers, not {len(h.numbers)}")
     if h.quantity == "moment" and (len(h.numbers) < 3 or len(h.numbers) % 2 == 0 or min(h.numbers[2::2]) <= 0.0):
         raise KernelError(f"{label}: a moment needs a chart: a tension, then radii and tensions greater than zero")
+    if h.quantity == "use" and len(h.numbers) != len(h.ropes):
+        raise KernelError(f"{label}: a use needs a number for each of {len(h.ropes)} ropes, not {len(h.numbers)}")
+    rising = all(a < b for a, b in pairwise(h.numbers[2::2]))
+    if h.quantity == "use by place" and (
+        len(h.numbers) < 4 or len(h.numbers) % 2 or min(h.numbers[3::2]) <= 0.0 or not rising
+    ):
+        raise KernelError(
+            f"{label}: a use by place needs a chart: two numbers, then rising places and loads above zero"
+        )
     if h.quantity == "wind" and h.of not in {x.name for x in system.forces}:
         raise KernelError(f"{label}: there is no wind '{h.of}'")
     if h.quantity in LINED:

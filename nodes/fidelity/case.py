@@ -1,7 +1,6 @@
 """The numbers of a lift that decide what of it must be modelled, from its plan and its static following.
 
-All hooks at once are one load case: forces at each hook's largest static load, lengths where it hangs longest, speeds
-and ramps the largest that the action list asks of it.
+All hooks at once are one load case: largest static loads, greatest lengths, largest speeds and ramps of the list.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from heavylift.nodes.plan.plan import Axis, Crane, HookRope, Loader, Plan, drive
 from heavylift.nodes.plan.verbs import VERBS
 
 from .hooks import Hook
-from .moving import Parting, askew, by_ways, lasts, lifting, turning
+from .moving import Parting, askew, by_ways, lasts, lifting, tilted, turning
 from .response import Swings, answer, frequencies
 from .rests import awaiting, begins, bouncing, changes, flies_up, recoils, swinging
 
@@ -45,6 +44,7 @@ class Case:
     mirrored: bool  # about the plane across the rails through its middle
     turns: bool  # the block, on its master
     askew: bool  # hooks that hold the block are moved sideways against each other
+    tilted: float  # how far winches wind against each other while it hangs [m]
     again: bool  # it may part from its stools once more after it has hung
     even: bool  # all winches that may lift the block go at one speed
     changes: bool  # a hook is taken from the block, or given to it, while it hangs
@@ -63,7 +63,7 @@ class Case:
     @property
     def reach(self) -> float:
         """Length of the slowest pendulum [m]."""
-        return max(hook.reach for hook in self.hooks)
+        return max(h.reach for h in self.hooks)
 
 
 def case_of(plan: Plan, followed: Following) -> Case | None:
@@ -107,6 +107,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         mirrored=_mirrored(plan, ordered, {rope.crane for rope in ropes}),
         turns=turns,
         askew=askew(plan, followed),
+        tilted=tilted(followed, [h.rope for h in hooks]),
         again=any(not x.before.grounded for p in partings for x in followed.acted[: p.action]),
         even=all(len({abs(m.speed) for m in x.moves if m.actuator in loads}) <= 1 for x in partings),
         changes=changes(plan, followed),

@@ -27,7 +27,7 @@ TWO, FOUR, WITHOUT = range(3)  # lumps of a rope
 SLOWER = 0.015, 0.003, 0.05  # times the square of a rope's part of its load: error of the frequency
 FASTER = 0.03, 0.006, 0.1  # the same of the block on its slings below hooks that swing the other way
 SHAKEN = (0.3, 0.5, 0.5), (0.1, 0.2, 0.15), (2.0, 1.0, 1.4)  # of what strings shake: swing, place, inclination
-SHAKEN_LIGHT = 0.4, 0.8, 0.15  # the same of four lumps on hooks that swing with their ropes
+SHAKEN_LIGHT = (0.5, 0.8, 0.5), (0.4, 1.2, 0.15), (2.0, 1.0, 1.4)  # the same on hooks that swing with their ropes
 LET_FREE = 0.3  # of the first, with the hook for the load: as a block is let go aside of its hooks
 PULLED = 0.5  # of the mass between rope and slings: a rope so heavy swings with its hook
 ROCKS = 0.045  # [m]
@@ -123,7 +123,7 @@ CAUSES = (
             "lift-off time": (0.0, 0.026, 0.0),
         },
     ),
-    Cause(_changes, {"rope tension": (5e-4, 5e-4, 0.05), "swing": (5e-3, 5e-3, 0.09)}),
+    Cause(_changes, {"rope tension": (5e-4, 5e-4, 0.05), "swing": (5e-3, 0.025, 0.09)}),
     Cause(
         _lands,
         {"rope tension": (0.0, 0.0, 2e-3), "lift-off time": (0.0, 5e-4, 0.0)},
@@ -142,14 +142,18 @@ CAUSES = (
     Cause(
         _bounces,
         {
-            "rope tension": (0.2, 0.1, 0.35),
+            "rope tension": (0.2, 0.13, 0.35),
             "swing": (0.0, 0.02, 0.1),
             "position": (0.01, 0.0, 0.04),
             "lift-off time": (0.0, 0.01, 0.15),
         },
         {"swing": (0.0, 3e-3, 0.0), "position": (0.0, 0.04, 0.0)},
     ),
-    Cause(_lands_bouncing, metres={"swing": (3e-4, 1e-4, 1.5e-3), "position": (0.0, 1e-3, 2e-3)}),
+    Cause(
+        _lands_bouncing,
+        {"rope tension": (0.0, 0.03, 0.0)},
+        {"swing": (3e-4, 1e-4, 1.5e-3), "position": (0.0, 1e-3, 2e-3)},
+    ),
     Cause(
         _awaits_bouncing,
         {"rope tension": (0.01, 0.01, 0.04), "lift-off time": (0.01, 0.01, 0.04)},
@@ -167,8 +171,7 @@ def between(case: Case, model: int) -> Errors:
     """What ropes of four lumps may be wrong by, or two and none besides: frequencies of swings, how strings shake the
     load, and what little decides."""
     errors = _slower(case, model)
-    light = model == FOUR and _swings_along(case)
-    inclined = _shaken(case, errors, SHAKEN_LIGHT if light else SHAKEN[model])
+    inclined = _shaken(case, errors, (SHAKEN_LIGHT if _swings_along(case) else SHAKEN)[model])
     errors["rope tension"] = tipped(case, errors["swing"]) + tipping(case.hooks) * inclined
     for cause in CAUSES:
         if amount := cause.amount(case):

@@ -167,7 +167,7 @@ def long_steps(name: str, case: Case, at: Fidelity, tolerance: float) -> Stepped
     why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
     if _bare(case) or case.recoils:
         able, why = False, DAMPS if _bare(case) else "they would damp away how a rope recoils"
-    able = able and m.least <= tolerance <= m.loosest
+    able = able and not case.swings.jumps and m.least <= tolerance <= m.loosest
     spent = m.evaluations * steps + 0.5 * n * jacobians  # by displacements alone
     linear = sdirk_algebra(n, jacobians + 0.5 * steps, (m.evaluations - 1.0) * steps)
     return Stepped(name, tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)

@@ -6,6 +6,7 @@ a move to a place has no known way, and any hoist may be the one that lifts.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
@@ -77,6 +78,17 @@ def askew(plan: Plan, followed: Following) -> bool:
         if any(max(abs(x - ways[0][0]), abs(y - ways[0][1])) > ASKEW for x, y in ways):
             return True
     return False
+
+
+def tilted(followed: Following, ropes: Sequence[str]) -> float:
+    """How far winches of hooks that hold the block wind against each other while it hangs [m]."""
+    most, begin = 0.0, None
+    for state in followed.path.states:
+        begin = None if state.grounded else begin or state
+        if begin is not None:
+            wound = [state.references[rope] - begin.references[rope] for rope in ropes]
+            most = max(most, max(wound) - min(wound))
+    return most
 
 
 def _place(state: State, crane: str, trolley: str) -> tuple[float, float]:

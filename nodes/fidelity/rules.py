@@ -23,6 +23,7 @@ COUPLED = 1.4  # of a coupling from straight pendulums of the longest ropes
 ONE_BY_ONE = 2.0  # of a load that comes aside as its corners part one after the other
 VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show
 PULLED_ALONG = 14.0  # of what a servo gives to a load that is let go aside: it was pulled by it, and damps the swing
+TILTS = 1.5  # of what such a servo would give if the block went aside as far as its hooks go up and down, measured
 TUGS, PARTS_SOONER = 10.0, 5.0  # of the stretch by which such a servo hoists a load that it lets nearer, measured
 SWAYED = 1.6  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
@@ -161,6 +162,9 @@ def idle_drives(case: Case, at: Fidelity) -> Choice:
     pulled = [j for j in idle if not j.endswith(".gantry") or swings]
     gives = max((m * case.gravity / case.reach / k for k, m in (case.drives[j] for j in pulled)), default=0.0)
     errors = swung(case, gives / 2.0) if gives else Errors()
+    if gives and case.tilted:  # its ropes lean, and not alike
+        errors["swing"] += TILTS * gives * case.tilted / case.swings.least
+        errors["position"] += TILTS * gives * case.tilted / case.way
     if gives and case.swings.jumps:
         along = PULLED_ALONG * gives * case.swings.jumps
         errors["swing"] += along / max(case.swings.least, case.swings.jumps)

@@ -159,6 +159,8 @@ def unruled(plan: Plan) -> str:
         return f"{'the wind' if only else 'its mechanism'} acts on the lift, which no rule looks at"
     if plan.block and plan.block.flexible:
         return "its block is flexible, which no rule looks at"
+    if any(sling.over for sling in plan.rig.slings):
+        return "its slings bend over edges, which no rule looks at"
     if any(parts(action) for action in plan.actions):
         return "a sling parts, which no rule looks at"
     return ""

@@ -48,8 +48,7 @@ def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
         eye, axis = place(signals, hook.eye), place(signals, hook.axis)
         return None if eye is None or axis is None else np.hypot(*(eye - axis)[:, :UP].T)
     rope = rope_of(plan, limit.elements[0])
-    trolley = signals.poses.get(rope.lines[0].a.body) if rope else None
-    return None if trolley is None else trolley[0][:, ACROSS]
+    return _along(plan, signals, rope.lines[0].a.body, ACROSS) if rope else None
 
 
 # loads
@@ -194,10 +193,16 @@ def _unwound(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 def _coordinate(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
     def reader(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
         """Where a crane stands on its rails, or a trolley on its girder [m]."""
-        body = signals.poses.get(limit.elements[0])
-        return None if body is None else Reading(body[0][:, axis])
+        values = _along(plan, signals, limit.elements[0], axis)
+        return None if values is None else Reading(values)
 
     return reader
+
+
+def _along(plan: Plan, signals: Signals, body: str, axis: int) -> Column | None:
+    """A coordinate of a part of a goliath, from where that counts its own [m]."""
+    origin = next((crane.at for crane in plan.cranes if body.startswith(f"{crane.name}.")), (0.0, 0.0))
+    return signals.poses[body][0][:, axis] - origin[axis] if body in signals.poses else None
 
 
 # air
@@ -284,8 +289,9 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
 
 
 def _lug(plan: Plan, signals: Signals, name: str) -> Column | None:
-    found = next((lug.p for lug in plan.block.lugs if lug.name == name), None) if plan.block else None
-    return None if plan.block is None or found is None else place(signals, Point(plan.block.name, found))
+    points = (Point(block.name, lug.p) for block in plan.all_blocks for lug in block.lugs if lug.name == name)
+    point = next(points, None)
+    return place(signals, point) if point else None
 
 
 def _near(signals: Signals, values: Column, t: float) -> float:

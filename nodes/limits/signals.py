@@ -109,8 +109,7 @@ def signals_of_peaks(peaks: Mapping[str, tuple[float, float]]) -> Signals:
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
     """Which sling hangs on which lug from when on [s], told by the rope lines that hang then."""
     slings = {sling.name for sling in plan.rig.slings}
-    block = plan.block
-    lugs = {(block.name, *lug.p): lug.name for lug in block.lugs} if block else {}
+    lugs = {(block.name, *lug.p): lug.name for block in plan.all_blocks for lug in block.lugs}
     found: list[Hooked] = []
     for start, lines in rigs:
         ends = ((line.rope, lugs.get((line.b_body, *line.b))) for line in lines if line.rope in slings)

@@ -8,13 +8,13 @@ and the Master of a turn.  Node names: "commander", cranes, loaders, block, mech
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import msgspec
 from heavylift.kernel.description.mechanics import WORLD, Master, Point, System, Threshold, assembled
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
-from heavylift.nodes.models.commander.actuator_registry import TURN, machines, turns
+from heavylift.nodes.models.commander.actuator_registry import machines, turns
 from heavylift.nodes.models.commander.commander import Commander
 from heavylift.nodes.models.commander.conditions import concerned, crossed, watched
 from heavylift.nodes.models.parts import messages as m
@@ -39,8 +39,8 @@ Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, t
 class Rig(Coupled):
     """The connections between machines."""
 
-    def __init__(self, plan: Plan) -> None:
-        super().__init__("rig")
+    def __init__(self, plan: Plan, name: str = "rig") -> None:
+        super().__init__(name)
         places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
         for rope in plan.rig.hook_ropes:
             self.add(RopeAtomic(rope.name.replace(".", "-"), hook_rope(plan, rope)))
@@ -98,12 +98,17 @@ class CommanderModel(Coupled):
             share(self, self.actions)
             for name in machines(plan):
                 self.connect(self.actions.to[name], self.add_out(f"order_{name}", m.Order))
-        self.rig = self.add(Rig(plan))
+            self._rig(self.actions, "rig")
+
+    def _rig(self, commander: Commander, name: str) -> None:
+        """The rig of a lift, and the actor of the Master of its turns."""
+        plan, master = commander.plan, commander.turn
+        self.add(Rig(plan, name))
         if turns(plan):
-            turn = self.add(DriveActor(TURN, TURN, System(masters=(Master(TURN),)), start=plan.start))
-            self.connect(self.actions.to[TURN], turn.order)
-            self.connect(turn.report, self.actions.report)
-            self.connect(turn.input, self.add_out("input", m.KernelInput))
+            turn = self.add(DriveActor(master, master, System(masters=(Master(master),)), start=plan.start))
+            self.connect(commander.to[master], turn.order)
+            self.connect(turn.report, commander.report)
+            self.connect(turn.input, self.ports.get("input") or self.add_out("input", m.KernelInput))
 
     def _lists(self, plan: Plan) -> None:
         """A commander for each action list, which hears and orders the machines of its own."""
@@ -112,11 +117,12 @@ class CommanderModel(Coupled):
         ends = [*(each.first for each in plan.lists[1:]), len(plan.actions)]
         for each, end in zip(plan.lists, ends, strict=True):
             led = tuple(own for own in plan.models if any(x.move.model in each.machines for x in own.leads))
-            known = each.machines or machines(plan)
-            own = _only(plan, known, models=led, actions=plan.actions[each.first : end], lists=(each,))
+            more = {"models": led, "actions": plan.actions[each.first : end], "lists": (each,)}
+            own = _of_lift(plan, each, **more) if each.machines else msgspec.structs.replace(plan, limits=(), **more)
             commander = self.add(Commander(each.name, own))
             if each.machines:
                 self.connect(self.add_in(f"report_{each.name}", m.Report), commander.report)
+                self._rig(commander, f"rig-{each.name}")
             else:
                 self._begin_others(commander, plan.lists)
             for out in ("stage", "skipped", "answer"):
@@ -125,9 +131,9 @@ class CommanderModel(Coupled):
             self.connect(self.command, commander.command)
             for port in commander.aims:
                 self.connect(self.add_in(port.name, m.SetPoint), port)
-            for name in commander.to:
+            for name in (name for name in commander.to if name != commander.turn):
                 out = f"order_{name}"
-                self.connect(commander.to[name], self.ports[out] if out in self.ports else self.add_out(out, m.Order))
+                self.connect(commander.to[name], self.ports.get(out) or self.add_out(out, m.Order))
 
     def _begin_others(self, whole: Commander, lists: tuple[ActionList, ...]) -> None:
         """The commander of the whole scene's list hears of the lifts that its conditions are about, and begins some."""
@@ -196,11 +202,24 @@ def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
         )
 
 
-def _only(plan: Plan, machines: Collection[str], **more: object) -> Plan:
-    """What these machines made of parts need of a plan, with `more` of it."""
-    mechanisms = tuple(each for each in plan.mechanisms if each.name in machines)
-    interlocks = tuple(each for each in plan.interlocks if each.machine in machines)
-    return msgspec.structs.replace(plan, mechanisms=mechanisms, interlocks=interlocks, limits=(), **more)
+def _only(plan: Plan, machines: Collection[str], **more: Any) -> Plan:
+    """What these machines need of a plan, with `more` of it: of goliaths and what hangs on them all of their lift."""
+    more["mechanisms"] = tuple(each for each in plan.mechanisms if each.name in machines)
+    more["interlocks"] = tuple(each for each in plan.interlocks if each.machine in machines)
+    if plan.lists and plan.cranes:
+        kin = {name for each in more["lists"] for name in each.machines}
+        ropes = tuple(rope for rope in plan.rig.hook_ropes if rope.crane in kin)
+        slings = tuple(sling for sling in plan.rig.slings if sling.loader in kin)
+        more |= {of: tuple(x for x in getattr(plan, of) if x.name in kin) for of in ("cranes", "loaders", "blocks")}
+        more["rig"] = msgspec.structs.replace(plan.rig, hook_ropes=ropes, slings=slings)
+    return msgspec.structs.replace(plan, limits=(), **more)
+
+
+def _of_lift(plan: Plan, of: ActionList, **more: Any) -> Plan:
+    """The plan of one of several lifts."""
+    block = next((block for block in plan.blocks if block.name in of.machines), None)
+    own = _only(plan, of.machines, lists=(of,), **{key: x for key, x in more.items() if key != "lists"})
+    return msgspec.structs.replace(own, block=block, blocks=(), fidelity=of.fidelity, start=of.start)
 
 
 def driving(plan: Plan) -> tuple[str, ...]:
@@ -232,6 +251,9 @@ def _built(
     if own := next((own for own in plan.models if own.name == name), None):
         return OwnModel(own)
     model: Machine
+    lift = next((each for each in plan.lists if name in each.machines), None)
+    if lift is not None and not isinstance(machine, Mechanism):
+        plan = _of_lift(plan, lift)
     match machine:
         case Crane():
             model = CraneModel(plan, machine)

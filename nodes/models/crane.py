@@ -54,7 +54,8 @@ class CraneModel(Machine):
 
     def _slide(self, name: str, element: str, parent: str, child: str, axis: Vector, motion: Axis) -> None:
         """A sliding joint with its servo; one that is locked has none."""
-        free = Joint(element, "prismatic", parent, child, axis=axis, q0=(motion.start,), v0=(0.0,))
+        at = (*self.crane.at, 0.0) if parent == WORLD else (0.0, 0.0, 0.0)
+        free = Joint(element, "prismatic", parent, child, at, axis=axis, q0=(motion.start,), v0=(0.0,))
         joint = modelled(free, self.plan.fidelity)
         if self.bends and axis == Y:
             joint = on_girder(self.plan, self.crane, joint, motion.start)

@@ -21,6 +21,7 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
+from heavylift.kernel.description.forces import Sheave
 from heavylift.kernel.description.mechanics import Line, Matrix, MethodName, Point, Support, Vector
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
@@ -123,13 +124,14 @@ class Crane(Item, frozen=True, kw_only=True):
     capacity: float  # [kg], already reduced where two cranes lift together
     girder: Girder = Girder()
     width: float = 34.0  # of the portal along x, over the buffers [m]
+    at: tuple[float, float] = (0.0, 0.0)  # x and y of the world from which its coordinates count [m]
 
 
 class Loader(Item, frozen=True, kw_only=True):
     """A block loader: upper body on a free joint (frame at the hook eye), lower body on a hinge about y.
 
-    `pose` x y z qx qy qz qw of the upper body at the start; `hinge` in the upper body's frame; the lower
-    body's frame is at the hinge.  The lock holds the hinge while no sling of the loader is hooked.
+    `pose` x y z qx qy qz qw of the upper body at the start; `hinge` in its frame, the lower body's frame is there.  The
+    lock holds the hinge while no sling of the loader is hooked.
     """
 
     name: str
@@ -208,6 +210,7 @@ class Sling(Item, frozen=True, kw_only=True):
     EA: float
     damping: float
     taut: bool = False
+    over: tuple[Sheave, ...] = ()  # edges that it may bend over
     rated: float = 0.0  # tension that counts as 100 % of use [N]; 0: none given
 
 
@@ -220,11 +223,13 @@ class Rig(Item, frozen=True, kw_only=True):
 
 class ActionList(Item, frozen=True, kw_only=True):
     """One of several action lists: it begins with the action of number `first`, and orders these machines; without
-    any it is that of the whole scene, which begins others."""
+    any it is that of the whole scene, which begins others.  `fidelity`, `start`: as those of a plan, of this lift."""
 
     name: str
     first: int
     machines: tuple[str, ...]
+    fidelity: Fidelity = Fidelity()
+    start: float = 0.0
 
 
 class Plan(Item, frozen=True, kw_only=True):
@@ -244,6 +249,7 @@ class Plan(Item, frozen=True, kw_only=True):
     cranes: tuple[Crane, ...] = ()
     loaders: tuple[Loader, ...] = ()
     block: Block | None = None
+    blocks: tuple[Block, ...] = ()  # of several lifts, in place of it
     mechanisms: tuple[Mechanism, ...] = ()
     rig: Rig = Rig()
     fidelity: Fidelity = Fidelity()
@@ -267,7 +273,12 @@ class Plan(Item, frozen=True, kw_only=True):
     @property
     def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:
         """All machines, in the order of their nodes."""
-        return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
+        return (*self.cranes, *self.loaders, *self.all_blocks, *self.mechanisms)
+
+    @property
+    def all_blocks(self) -> tuple[Block, ...]:
+        """The block of its lift, or those of several."""
+        return (self.block, *self.blocks) if self.block else self.blocks
 
     @property
     def first(self) -> int:

@@ -61,8 +61,8 @@ def solids(plan: Plan) -> tuple[Solid, ...]:
         found += [*_portal(crane, plan), *_trolleys(crane)]
     for loader in plan.loaders:
         found += _loader(loader, plan)
-    if plan.block:
-        found += [*_block(plan.block), *_stools(plan.block)]
+    for block in plan.all_blocks:
+        found += [*_block(block), *_stools(block)]
     return (*found, *(shape for mechanism in plan.mechanisms for shape in _contacts(mechanism)))
 
 
@@ -73,7 +73,7 @@ def strands(plan: Plan) -> dict[str, Strand]:
         ends = (rope.carries, f"{rope.crane} {rope.hook}")
         radius = wire_radius(rope.EA / max(1, len(rope.lines)))
         found[rope.name] = Strand(f"rope {rope.name}", "rope", rope.name, radius, ends)
-    for sling in plan.rig.slings:
+    for sling in (sling for sling in plan.rig.slings if not sling.over):
         found[sling.name] = Strand(sling.name, "sling", sling.name, wire_radius(sling.EA), (sling.loader,))
     return found
 
@@ -230,6 +230,8 @@ def untouched(plan: Plan) -> tuple[str, ...]:
         found.append("the block beside its stools, and near the ground while it is lifted off or set down")
     if plan.rig.slings:
         found.append("slings while they are slack")
+    if any(sling.over for sling in plan.rig.slings):
+        found.append("slings that bend over edges")
     shaped = {s.body for s in solids(plan)}
     for mechanism in plan.mechanisms:
         bare = [b.name for b in mechanism.system.bodies if b.name not in shaped]

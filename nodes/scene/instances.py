@@ -19,7 +19,7 @@ from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, Begun, Wait
 from heavylift.nodes.plan.own import Own
-from heavylift.nodes.plan.plan import ActionList, Plan
+from heavylift.nodes.plan.plan import ActionList, Block, Crane, Fidelity, Hook, Loader, Plan, Rig, Trolley
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.signals import build_interlocks
 from heavylift.nodes.scene.construction.yard import Yard
@@ -34,11 +34,18 @@ from .loaded_scene import LoadedScene
 
 COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "step", "seed", "gravity", "microsteps")
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
+SIDE_BY_SIDE = ("cranes", "loaders", "mechanisms", "models", "interlocks")  # of a plan
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
      "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together",
-     "master", "followers")
+     "master", "followers", "crane", "carries", "loader", "block", "locked")
 )  # fmt: skip
+WORDS = {  # fields that hold other words
+    Characteristic: ("of",),
+    Own: ("model",),
+    Hook | Trolley: ("name",),
+    Fidelity: ("ropes", "slings"),
+}
 MACHINES = (
     *("cranes", "block", "blocks", "rig", "rigging", "edges", "mechanism", "machines", "models", "limits"),
     *("wind", "waves", "vessels", "floor", "obstacles"),
@@ -60,10 +67,7 @@ def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> 
     values |= {(key,): whole.values[key,] for key in COMMON if (key,) in whole.values}
     found = over(Source(whole.name, data, keys, values, root=whole.root, files=(whole.name,)), path, whole.root)
     raise_faults(found, found.faults)
-    if "rig" in found.data:
-        whole.fault(base, "goliaths cannot be instances: take a crane made of parts", on_key=True)
-        raise_faults(whole, whole.faults)
-    block = found.data.pop("block", None)
+    block = found.data.pop("block", None) if "rig" not in found.data else None
     if block is not None:
         blocks = found.data.setdefault("blocks", {})
         if isinstance(blocks, dict):
@@ -104,15 +108,23 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         elif given.start:
             wait = (Action(orders=(Wait(seconds=given.start),)),)
         actions = (*wait, *(msgspec.structs.replace(x, stage=_named(name, x.stage)) for x in part.actions))
-        whole = msgspec.structs.replace(
-            whole,
-            mechanisms=whole.mechanisms + part.mechanisms,
-            models=whole.models + part.models,
-            interlocks=whole.interlocks + part.interlocks,
-            limits=whole.limits + tuple(x for x in part.limits if x.subject != EVERY or x.elements),
-            actions=whole.actions + actions,
-            lists=(*whole.lists, ActionList(name=name, first=first, machines=tuple(m.name for m in part.mechanisms))),
+        own_list = ActionList(
+            name=name,
+            first=first,
+            machines=tuple(machine.name for machine in part.machines),
+            fidelity=part.fidelity,
+            start=part.start,
         )
+        rigs = (whole.rig, part.rig)
+        more: dict[str, Any] = {of: getattr(whole, of) + getattr(part, of) for of in SIDE_BY_SIDE}
+        more["rig"] = Rig(
+            hook_ropes=tuple(rope for rig in rigs for rope in rig.hook_ropes),
+            slings=tuple(sling for rig in rigs for sling in rig.slings),
+        )
+        more["blocks"] = whole.blocks + part.all_blocks
+        more["limits"] = whole.limits + tuple(x for x in part.limits if x.subject != EVERY or x.elements)
+        more |= {"actions": whole.actions + actions, "lists": (*whole.lists, own_list)}
+        whole = msgspec.structs.replace(whole, **more)
         shift = first + len(wait)
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
@@ -121,9 +133,9 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     between, listed = build_interlocks(yard, whole.mechanisms), build_actions(yard, whole.mechanisms)
     _begins_each_once(source, scene, listed)
     raise_faults(source, source.faults)
-    own_list = (ActionList(name=EVERY, first=len(whole.actions), machines=()),) if listed else ()
+    lists = (*whole.lists, ActionList(name=EVERY, first=len(whole.actions), machines=())) if listed else whole.lists
     whole = msgspec.structs.replace(
-        whole, interlocks=whole.interlocks + between, actions=whole.actions + listed, lists=whole.lists + own_list
+        whole, interlocks=whole.interlocks + between, actions=whole.actions + listed, lists=lists
     )
     why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")
     notes = tuple((t, f"{name}: {told}") for name, x in lifts for t, told in x.statics.notes)
@@ -172,7 +184,7 @@ def _rests(loaded: LoadedScene, name: str, d: Vector) -> tuple[list[StaticState]
     return [here(x) for x in loaded.statics.states], [replace(x, before=here(x.before)) for x in loaded.statics.acted]
 
 
-PARTS = ("tensions", "supports", "poses", "coordinates", "references", "speeds")
+PARTS = ("tensions", "supports", "poses", "coordinates", "references", "speeds", "hooked", "modes")
 
 
 def _together(states: list[StaticState]) -> StaticState:
@@ -192,11 +204,15 @@ def moved(x: Any, prefix: str, d: Vector) -> Any:
         return {key: moved(each, prefix, d) for key, each in x.items()}
     if not (names := field_names(x.__class__)):
         return x
-    words = ("of",) if isinstance(x, Characteristic) else ("model",) if isinstance(x, Own) else ()
+    words = next((words for kinds, words in WORDS.items() if isinstance(x, kinds)), ())
     fields = ((name, getattr(x, name)) for name in names)
     changed = {name: value if name in words else _changed(name, value, prefix, d) for name, value in fields}
     if isinstance(x, Point | Ball | Box | Plane) and x.body == WORLD:
         changed["p"] = _sum(x.p, d)
+    if isinstance(x, Crane):
+        changed["at"] = _sum((*x.at, 0.0), d)[:2]
+    if isinstance(x, Loader | Block):
+        changed["pose"] = (*_sum(x.pose[:3], d), *x.pose[3:])
     if isinstance(x, Joint) and x.parent == WORLD:
         free = x.kind == "free" and x.q0
         changed |= {"q0": (*_sum(x.q0[:3], d), *x.q0[3:])} if free else {"p_PJ": _sum(x.p_PJ, d)}
@@ -229,5 +245,6 @@ def _moved_state(x: StaticState, prefix: str, d: Vector) -> StaticState:
         return {f"{prefix}{key}": value for key, value in given.items()}
 
     poses = {f"{prefix}{body}": (_sum(p, d), R) for body, (p, R) in x.poses.items()}
-    parts: dict[str, Any] = {name: named(getattr(x, name)) for name in PARTS if name != "poses"}
-    return replace(x, poses=poses, **parts)
+    parts: dict[str, Any] = {name: named(getattr(x, name)) for name in PARTS if name not in ("poses", "hooked")}
+    hooked = {f"{prefix}{sling}": _renamed(lug, prefix) for sling, lug in x.hooked.items()}
+    return replace(x, poses=poses, hooked=hooked, **parts)

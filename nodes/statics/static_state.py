@@ -126,11 +126,19 @@ def world(x: StaticState, body: str, p: Place) -> Place:
 
 
 def loads_of(built: plan.Plan, x: StaticState) -> dict[str, float]:
-    """What the block weighs on each loader: the vertical part of its slings' tensions [kg]."""
+    """What the block weighs on each loader [kg]: the vertical part of its slings' tensions, or what is on its hook rope
+    where these bend over edges."""
     assert built.block is not None
     lugs = {lug.name: lug.p for lug in built.block.lugs}
     found = {loader.name: 0.0 for loader in built.loaders}
-    for sling in built.rig.slings:
+    own = {loader.name: loader.upper.mass + loader.lower.mass for loader in built.loaders}
+    bent = {sling.loader for sling in built.rig.slings if sling.over}
+    for rope in (rope for rope in built.rig.hook_ropes if rope.carries in bent):
+        ends = [(world(x, n.a.body, n.a.p), world(x, n.b.body, n.b.p)) for n in rope.lines]
+        way = [sum(a[i] - b[i] for a, b in ends) for i in range(3)]
+        lifted = x.tensions[rope.name] * way[2] / sqrt(sum(d * d for d in way)) / built.gravity
+        found[rope.carries] = max(0.0, lifted - own[rope.carries])
+    for sling in (sling for sling in built.rig.slings if not sling.over):
         lug = x.hooked.get(sling.name)
         tension = x.tensions[sling.name]
         if lug is None or tension <= 0.0:

@@ -115,13 +115,64 @@ def lean(made: LoadedScene, action: int) -> float:
     return degrees(atan2(w[1], w[2]))
 
 
+WEST = 16.0 / 12.0  # a spreader's end rises by so much of what its hook does, 4 m farther in; the other one sinks
+FRONT, REAR = {"F1": (-10.0, 8.0), "F2": (10.0, 8.0)}, {"R1": (-4.0, -8.0), "R2": (4.0, -8.0)}
+RISES = {
+    "crane H1": {"F1": WEST, "F2": 1.0 - WEST, "R1": 0.0, "R2": 0.0},
+    "crane H2": {"F1": 1.0 - WEST, "F2": WEST, "R1": 0.0, "R2": 0.0},
+    "crane H3": {"F1": 0.0, "F2": 0.0, "R1": 1.0, "R2": 1.0},
+}
+
+
+@pytest.mark.parametrize(("hook", "verb"), [("crane H3", "hoist"), ("crane H1", "lower"), ("crane H2", "hoist")])
+def test_a_hook_levels_through_a_spreader(hook: str, verb: str) -> None:
+    """Along the way from what stays to what rises with it: by its lever on the spreader, or with its equalised pair."""
+    up = ("all hooks: hoist 0.5 m/min until all slings taut", "all hooks: hoist 0.5 m/min until lifted")
+    level, off = f"block: level 0.3 m/min within 0.1 deg with {hook}", f"{hook}: {verb} 1 m/min by 0.5 m"
+    made = scene("spreader", *up, "all hooks: hoist 3 m/min by 2 m", off, level, "wait: 1 s")
+    lugs, rises = {**FRONT, **REAR}, RISES[hook]
+    own, others = (
+        sum(np.array(lugs[x]) * w for x, w in part.items()) / sum(part.values())
+        for part in (rises, {x: 1.0 - w for x, w in rises.items()})
+    )
+    before, after = (next(s for s in reversed(made.statics.states) if s.action <= n) for n in (4, 7))
+    along = (own - others) / np.linalg.norm(own - others)
+    tilts = [degrees(asin(np.dot(state.poses["block"][1][2][:2], along))) for state in (before, after)]
+    assert abs(tilts[0]) > 1.0
+    assert abs(tilts[1]) == pytest.approx(0.1, abs=3e-3), "less what the winch still runs as it stops"
+
+
+def test_each_block_is_levelled_by_its_name() -> None:
+    """Its own slings are what counts; the other one stands where it stood."""
+    lugs = "lugs: {A: [-6 m, 0 m, 2 m], B: [6 m, 0 m, 2 m]}"
+    stools = "supports: {height: 1 m, at: [[-6 m, -2 m], [6 m, -2 m], [-6 m, 2 m], [6 m, 2 m]]}"
+    text = f"""\
+heavylift: 1
+name: two
+blocks:
+  first: {{mass: 60 t, size: [14 m, 5 m, 4 m], at: [0 m, 65 m, 3 m], {lugs}, {stools}}}
+  second: {{mass: 80 t, size: [14 m, 5 m, 4 m], at: [0 m, 45 m, 3 m], {lugs}, {stools}}}
+cranes: {{crane: {{type: twin-hook-600, upper: 45 m, lower: 20 m}}}}
+rigging: {{legs: {{on: [crane H1, crane H2], to: [second.A, second.B], length: 5 m, sling: {{EA: 120 MN}}}}}}
+actions:
+  - {{crane H1: hoist 0.5 m/min until second lifted, crane H2: hoist 0.5 m/min until second lifted}}
+  - crane H2: hoist 1 m/min by 1 m
+  - NAME: level 0.3 m/min within 0.2 deg with crane H1
+"""
+    states = parse(text.replace("NAME", "second"), "scene.yaml", passing=True).statics.states
+    tilts = [degrees(asin(x.poses["second"][1][2][0])) for x in states if x.action >= 2]
+    assert max(tilts) > 3.0
+    assert tilts[-1] == pytest.approx(0.2, abs=3e-3)
+    with pytest.raises(SceneError, match="crane H1 cannot level the block: name hooks that hold it beside others"):
+        parse(text.replace("NAME", "first"), passing=True)
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_what_levels_counts_the_tilt_of_any_block(seed: int) -> None:
     """However the block is turned and slews, the places differ in height by the sine of its tilt."""
     rng = np.random.default_rng(seed)
     u, v, turned, slews, tilt = (*rng.uniform(2.0, 9.0, 2), *rng.uniform(-pi, pi, 2), rng.uniform(-0.3, 0.3))
-    own, others = [(u, 1.0, 4.0), (u, 3.0, 5.0)], [(-2.0, -v, 4.0)]
-    places = apart(own, others, turned)
+    places = apart([((u, 1.0, 4.0), 1.0), ((u, 3.0, 5.0), 1.0), ((-2.0, -v, 4.0), 0.0)], turned)
     assert places
     R0 = np.array([[1, 0, 0], [0, cos(turned), sin(turned)], [0, -sin(turned), cos(turned)]])
     way = np.subtract(*places)

@@ -41,7 +41,7 @@ def once(what: str) -> bool:
 def hit(number: int) -> None:
     """Send this process a signal, and note when."""
     note()
-    os.kill(os.getpid(), number)
+    signal.raise_signal(number)
 
 
 def note() -> None:

@@ -1,4 +1,4 @@
-"""Geometry of a rope over parallel edges of one body, along which it slides without friction: an unrolled helix.
+"""Geometry of a rope over edges that stay parallel, along which it slides without friction: an unrolled helix.
 
 Projected along the edges it is a rope over sheaves in their plane (`sheaves`), of length F.  Unrolled, it is a straight
 line that rises by h along the edges: slope s = h/F, length F sqrt(1 + s^2), and a wrap theta in the plane turns the
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
@@ -21,8 +22,14 @@ class Unrolled:
     """A rope from end to end over edges; the arguments and what it shows are those of a `Way`."""
 
     def __init__(
-        self, nodes: Sequence[Node], turning: Sequence[bool], on: Sequence[Scalar | None], counted: Array | None = None
+        self,
+        nodes: Sequence[Node],
+        turning: Sequence[bool],
+        on: Sequence[Scalar | None],
+        counted: Array | None = None,
+        apart: bool = False,
     ) -> None:
+        """`apart`: the edges are on several bodies, which slide along one another."""
         self._on, edge = on, nodes[1]
         n = edge.axis
         dn = cross(edge.w, n)
@@ -49,7 +56,7 @@ class Unrolled:
         }  # by how much the rope turns [rad], and the rate of that
         self.slides = [
             shorter * (dx + slope * rise) - rate
-            for dx, rise, rate in zip(plane.rates, _rises(rates), self.rates, strict=True)
+            for dx, rise, rate in zip(plane.rates, _rises(rates, apart), self.rates, strict=True)
         ]
         """Of each part the rate of its material line less that of its length [m/s]."""
         self.spans: list[tuple[Scalar, Scalar]] = []
@@ -80,6 +87,8 @@ class Unrolled:
         return out
 
 
-def _rises(rates: list[Scalar]) -> list[Scalar]:
-    """By how much each part's material rises along the edges [m/s], which stand still there."""
+def _rises(rates: list[Scalar], apart: bool) -> list[Scalar]:
+    """By how much each part's material rises along the edges [m/s], which stand still there unless they are `apart`."""
+    if apart:
+        return [b - a for a, b in pairwise(rates)]
     return [-rates[0], *(0.0 for _ in rates[3:]), rates[-1]]

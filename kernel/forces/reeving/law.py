@@ -65,8 +65,6 @@ class ReevingLaw(ForceLaw[Reeving]):
         if f.edges:
             whole = len(f.edges) == len(f.sheaves)
             self.demand(f, "edges", whole, "and sheaves are mixed; a rope runs over either")
-            alike = len({s.at.body for s in f.edges}) == 1
-            self.demand(f, "edges", alike, "are on several bodies; name those of one")
         for s in f.edges:
             what = f"edge '{s.edge}'"
             self.demand(f, what, s.radius > 0.0, "has no radius; it must be positive")
@@ -77,7 +75,8 @@ class ReevingLaw(ForceLaw[Reeving]):
         return f.signal
 
     def shape(self, f: Reeving) -> Hashable:
-        return tuple((s.radius > 0.0, s.friction > 0.0, s.efficiency < 1.0, bool(s.edge)) for s in f.sheaves)
+        kinds = tuple((s.radius > 0.0, s.friction > 0.0, s.efficiency < 1.0, bool(s.edge)) for s in f.sheaves)
+        return (*kinds, "apart") if f.apart else kinds
 
     def numbers(self, f: Reeving, poses: Poses) -> list[float]:
         n = len(f.sheaves)

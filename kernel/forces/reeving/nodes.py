@@ -53,7 +53,9 @@ def way_over(
     f: Reeving, nodes: Sequence[Node], on: Sequence[Scalar | None], counted: Array | None = None
 ) -> Way | Unrolled:
     """Over sheaves in a plane each, or along edges."""
-    return (Unrolled if f.edges else Way)(nodes, turning(f), on, counted)
+    if f.edges:
+        return Unrolled(nodes, turning(f), on, counted, f.apart)
+    return Way(nodes, turning(f), on, counted)
 
 
 def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], list[Node]]:

@@ -23,6 +23,11 @@ def turns(plan: Plan) -> bool:
     return any(isinstance(order, Turn) for action in plan.actions for order in action.orders)
 
 
+def turn_of(plan: Plan) -> str:
+    """The Master of the turns of a plan, which has the name of its lift where there are several."""
+    return f"{plan.lists[0].name}-{TURN}" if plan.lists else TURN
+
+
 def hooked_later(plan: Plan) -> list[str]:
     """Ropes that the action list hooks."""
     orders = [order for action in plan.actions for order in action.orders]
@@ -51,7 +56,7 @@ def first_picture(plan: Plan) -> Picture:
     picture = Picture()
     picture.ropes |= {rope.name: "taut" for rope in plan.rig.hook_ropes}
     picture.ropes |= {s.name: OFF if not s.lug else "taut" if s.taut else "slack" for s in plan.rig.slings}
-    if (block := plan.block) is not None:
+    for block in plan.all_blocks:
         picture.bodies[block.name] = (block.name,)
         faces: dict[str, list[bool]] = {}
         for pad in block.pads:

@@ -17,7 +17,7 @@ from heavylift.nodes.plan.own import Led
 from heavylift.nodes.plan.places import ASIDE, LED, numbered
 from heavylift.nodes.plan.plan import Plan
 
-from .actuator_registry import TURN, first_lugs, first_picture, machines, owners, turns
+from .actuator_registry import first_lugs, first_picture, machines, owners, turn_of, turns
 from .conditions import Moment, crossings, holds, watched
 from .jobs import Job, barred, make_way, partners, still_open
 from .order_checks import check, check_led
@@ -44,7 +44,8 @@ class Orders(Atomic):
         self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
         self.lists = self.add_out("lists", m.Report) if plan.lists else None  # to other lists
         targets = dict.fromkeys([*(self.own if plan.lists else machines(plan)), *watched(plan)])
-        targets |= {TURN: None} if turns(plan) else {}
+        self.turn = turn_of(plan)
+        targets |= {self.turn: None} if turns(plan) else {}
         self.aims = {
             self.add_in(aim_port(own.name, led.port), m.SetPoint): led
             for own in plan.models
@@ -106,11 +107,11 @@ class Orders(Atomic):
                 found = followers(self.plan, self.lugs)
                 for f in found:
                     make_way(self.jobs, f.actuator)
-                job = self._job(at, "turn", TURN, order.until, followers=tuple(found))
+                job = self._job(at, "turn", self.turn, order.until, followers=tuple(found))
                 for f in found:
-                    follow = m.Follow(f.actuator, job.id, at, TURN, self.theta, f.kc, f.ks)
+                    follow = m.Follow(f.actuator, job.id, at, self.turn, self.theta, f.kc, f.ks)
                     self._send(f.actuator, follow)
-                self._send(TURN, m.Run(TURN, job.id, at, order.rate, order.accel, to=order.to))
+                self._send(self.turn, m.Run(self.turn, job.id, at, order.rate, order.accel, to=order.to))
             case scene.Hookup():
                 job = self._job(at, "hook", order.sling)
                 lug = self.lug_places.get(order.lug)
@@ -206,7 +207,7 @@ class Orders(Atomic):
         self.jobs.remove(job)
         if job.until is not None:
             self._forget(job.until, job.at)
-        if job.actor == TURN:
+        if job.actor == self.turn:
             self.theta = position
         self._release(job, position)
 
@@ -226,7 +227,7 @@ class Orders(Atomic):
                 self.outbox.append((self.to[c.model], m.UnwatchOrder(c.threshold.name, 0, (*at, i))))
 
     def _send(self, actor: str, order: m.Order) -> None:
-        self.outbox.append((self.to[TURN if actor == TURN else self.owners[actor]], order))
+        self.outbox.append((self.to[self.turn if actor == self.turn else self.owners[actor]], order))
 
     def _holds(self, condition: scene.Condition, action: int, since_ns: int) -> bool:
         try:

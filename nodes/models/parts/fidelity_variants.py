@@ -7,6 +7,7 @@ as it hangs at the start; one with mass is a chain of lumps (`chains`), or its e
 from __future__ import annotations
 
 from heavylift.kernel.algebra.elementary import atan2
+from heavylift.kernel.description.forces import Reeving, Signal
 from heavylift.kernel.description.mechanics import Joint, Line, Point, RigidRope, Rope, System, Vector
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.plan.plan import Fidelity, HookRope, Plan, Sling
@@ -63,6 +64,11 @@ def hook_rope(plan: Plan, rope: HookRope) -> System:
 def sling(plan: Plan, given: Sling, lug: Point) -> System:
     """A sling as it is declared."""
     lines, hooked = (Line(given.beam, lug),), bool(given.lug)
+    if given.over:
+        length = Signal(given.L0)
+        return System(
+            forces=(Reeving(given.name, given.beam, given.over, lug, given.EA, length, given.damping, hooked),)
+        )
     if plan.fidelity.slings == "rigid":
         return System(rigid_ropes=(RigidRope(given.name, lines, given.L0, hooked=hooked),))
     return System(ropes=(Rope(given.name, lines, given.EA, given.L0, given.damping, hooked=hooked),))

@@ -166,7 +166,7 @@ def _slings_reach(given: schema.Block, block: plan.Block, built: plan.Plan) -> V
     u, v, w = (max(0.0, side / 2 - SURFACE) for side in given.size)
     x, y, z = given.at  # as slack is counted: before the block sinks into its stools
     for sling in built.rig.slings:
-        if not sling.lug:
+        if not sling.lug or sling.over:
             continue
         eye, hinge, own, lug = loaders[sling.loader].pose, loaders[sling.loader].hinge, sling.beam.p, lugs[sling.lug]
         beam = (eye[0] + hinge[0] + own[0], eye[1] + hinge[1] + own[1], eye[2] + hinge[2] + own[2])

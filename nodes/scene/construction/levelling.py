@@ -1,81 +1,106 @@
-"""The verb `level`: hooks that are hoisted, then lowered, until the block lies level.
+"""The verb `level`: hooks that are hoisted, then lowered, until a block lies level.
 
 Level is what the block's places on these hooks and on the others are at, along the way on which they are apart in the
-attitude that the block is to have: the angle of the order or of the last turn before it, however it slews.
+attitude that the block is to have: the angle of the order or of the last turn before it, however it slews.  Below a
+frame a place rises with the hooks above as a lever does.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import degrees
 
-from heavylift.kernel.algebra.dense import dot, norm
+from heavylift.kernel.algebra.dense import dot, least_norm, norm
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import Point, Vector
 from heavylift.kernel.description.signals import Signal
-from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.plan import actions
+from heavylift.nodes.scene.keys.parts.rigging import Frame
 from heavylift.nodes.scene.language.phrases import OrderPhrase
 from heavylift.nodes.scene.text.source import Path
 
+from .rigging.slings import lugs_of, slings_of
 from .signals import Conditions
 from .targets import Actor
 from .yard import Yard
 
 Pair = tuple[actions.Order, ...]
 APART = 1e-3  # [m], level, of two places that one can be hoisted about the other
+IN_LINE = 1e-9  # of the largest singular value: what holds a frame tells nothing beside its line
 
 
 class Levelling:
     """What each hook does: it hoists what is low on its side, lowers what is high; one of the two has nothing to do.
 
-    `held`: where slings hold the block as the list is read, by hook rope and sling [m]; `turned`: its angle [rad].
+    `hangs`: what each sling hangs on, the rope of a hook or a point of a frame, and what it holds; `held`: the slings
+    that are hooked as the list is read; `turned`: the angle of `block` [rad].
     """
 
-    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism], conditions: Conditions) -> None:
+    def __init__(self, yard: Yard, conditions: Conditions) -> None:
         self.yard, self.conditions, self.turned = yard, conditions, 0.0
-        self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
+        scene, lugs = yard.scene, lugs_of(yard.scene)
         ropes = {rope.carries: rope.name for rope in yard.ropes}
-        self.on = {sling.name: ropes[sling.loader] for sling in yard.slings}
-        self.ends = {sling.name: self.lugs[sling.lug] for sling in yard.slings if sling.lug}
-        self.held = dict(self.ends)
-        for machine in mechanisms:
-            lines = {rope.name: rope for rope in machine.system.all_ropes if rope.lines[-1].b.body == "block"}
-            for hook in machine.hooks:
-                slings = [sling for slings in hook.slings.values() for sling in slings if sling in lines]
-                self.on |= dict.fromkeys(slings, hook.rope)
-                self.ends |= {sling: lines[sling].lines[-1].b.p for sling in slings}
-                self.held |= {sling: self.ends[sling] for sling in slings if lines[sling].hooked}
+        self.lugs = {lug.name: Point("block", lug.p) for lug in yard.block.lugs} if yard.block else {}
+        self.hangs: dict[str, tuple[str | Point, Point]] = {
+            s.name: (ropes[s.loader], self.lugs.get(s.lug, Point("block"))) for s in yard.slings
+        }
+        self.held = {s.name for s in yard.slings if s.lug}
+        frames = {name: frame for name, frame in scene.rigging.items() if isinstance(frame, Frame)}
+        points = {name: Point(name) for name in frames}
+        points |= {f"{name}.{at}": Point(name, p) for name, frame in frames.items() for at, p in frame.points.items()}
+        for name, given in scene.rigging.items():
+            for rope, sling in slings_of(scene, name).items():
+                assert not isinstance(given, Frame)
+                holder = " ".join(given.holders[sling.number].split())
+                ends = given.to if given.type == "equaliser" else [sling.holds]
+                for i, word in enumerate(ends):
+                    if end := lugs.get(word) or points.get(word):
+                        own = f"{rope}/{i}" if i else rope  # the second end of an equaliser
+                        self.hangs[own] = points.get(holder) or holder.replace(" ", ".", 1), end
+                        self.held |= {own} if sling.hooked else set()
 
     def follow(self, orders: Sequence[actions.Order]) -> None:
         """What an action changes: slings that are hooked and taken off, and the angle."""
         for order in orders:
             match order:
-                case actions.Hookup() if order.sling in self.on:
-                    self.held[order.sling] = self.lugs[order.lug] if order.lug else self.ends[order.sling]
+                case actions.Hookup() if order.sling in self.hangs:
+                    on, end = self.hangs[order.sling]
+                    self.hangs[order.sling] = on, self.lugs.get(order.lug, end)
+                    self.held |= {order.sling, f"{order.sling}/1"} & {*self.hangs}
                 case actions.Unhook():
-                    self.held.pop(order.sling, None)
+                    self.held -= {order.sling, f"{order.sling}/1"}
                 case actions.Turn():
                     self.turned = order.to
 
-    def moves(self, path: Path, phrase: OrderPhrase, found: Sequence[Actor]) -> list[Pair]:
+    def _rises(self, on: str | Point, hooks: Collection[str]) -> float:
+        """By how much what a sling hangs on rises with hooks, of what these do."""
+        if isinstance(on, str):
+            return float(on in hooks)
+        above = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == on.body]
+        rows = [[1.0 for _ in above], *([end.p[i] for _, end in above] for i in (0, 1))]
+        shares = least_norm(rows, [1.0, on.p[0], on.p[1]], IN_LINE) if above else []
+        return sum(share * self._rises(x, hooks) for share, (x, _) in zip(shares, above, strict=True))
+
+    def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[Actor]) -> list[Pair]:
         """What the hooks hoist, then what they lower; a fault if they hold nothing, or everything."""
         actors = {actor.name: actor for actor in found}
-        own = [p for sling, p in self.held.items() if self.on[sling] in actors]
-        others = [p for sling, p in self.held.items() if self.on[sling] not in actors]
-        places = apart(own, others, self.turned if phrase.to is None else phrase.to) if own and others else None
-        if places is None:
+        holds = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == block]
+        places = [(end.p, self._rises(on, actors)) for on, end in holds]
+        turned = (self.turned if block == "block" else 0.0) if phrase.to is None else phrase.to
+        ends = apart(places, turned)
+        if ends is None:
             told = f"{', '.join(phrase.hooks)} cannot level the block: name hooks that hold it beside others"
             self.yard.source.fault(path, told)
             return []
-        signal = Signal("height difference", point=Point("block", places[0]), origin=Point("block", places[1]))
-        way = norm([a - b for a, b in zip(*places, strict=True)])
+        signal = Signal("height difference", point=Point(block, ends[0]), origin=Point(block, ends[1]))
+        way = norm([a - b for a, b in zip(*ends, strict=True)])
         least, words = way * float(sin(phrase.within)), f"level within {degrees(phrase.within):g} deg"
-        holding = {rope: actor for rope, actor in actors.items() if rope in self.on.values()}
+        holding = {rope: x for rope, x in actors.items() if any(self._rises(on, [rope]) for on, _ in holds)}
         return [
             tuple(
                 actions.Move(
                     verb=verb, model=actor.model, actuator=rope, speed=sign * phrase.speed, accel=actor.accel,
-                    until=self.conditions.crossing(path, signal, "block", sign * least, sign < 0.0, words), trims=True,
+                    until=self.conditions.crossing(path, signal, block, sign * least, sign < 0.0, words), trims=True,
                     where=self.yard.source.where(path),
                 )
                 for rope, actor in holding.items()
@@ -84,12 +109,17 @@ class Levelling:
         ]  # fmt: skip
 
 
-def apart(own: list[Vector], others: list[Vector], turned: float) -> tuple[Vector, Vector] | None:
-    """The middles of two sets of places, the first one moved upright to where both are level in a block that is turned
-    by an angle [rad]; None if they are above one another.
+def apart(places: Sequence[tuple[Vector, float]], turned: float) -> tuple[Vector, Vector] | None:
+    """The middles of what rises with hooks and of what stays, the first one moved upright to where both are level in a
+    block that is turned by an angle [rad]; None if they are above one another.  `places`: each with the part of what
+    the hooks rise that it rises by.
     """
+    parts = sum(part for _, part in places), sum(1.0 - part for _, part in places)
+    if min(parts) < IN_LINE:
+        return None
     up = (0.0, -float(sin(turned)), float(cos(turned)))  # in the block
-    a, b = ([sum(p[i] for p in places) / len(places) for i in range(3)] for places in (own, others))
+    a = [sum(p[i] * part for p, part in places) / parts[0] for i in range(3)]
+    b = [sum(p[i] * (1.0 - part) for p, part in places) / parts[1] for i in range(3)]
     above = dot([x - y for x, y in zip(a, b, strict=True)], list(up))
     p = (a[0] - above * up[0], a[1] - above * up[1], a[2] - above * up[2])
     way = norm([x - y for x, y in zip(p, b, strict=True)])

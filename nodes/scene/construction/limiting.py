@@ -219,6 +219,10 @@ def _rig(yard: Yard) -> Iterator[Limit]:
     for sling in yard.slings:
         name, where, one = sling.name, sling.where, (sling.name,)
         yield from sling_limits(given, name, where)
+        if sling.over:
+            note = "it bends over an edge, where no angle to the vertical counts"
+            yield Limit(subject=name, quantity="bridle angle", unit="rad", elements=one, note=note, where=where)
+            continue
         yield Limit(
             subject=name, quantity="bridle angle", unit="rad", value=limits.bridle, warning=limits.bridle_warning,
             elements=one, source=own, where=where,

@@ -1,20 +1,27 @@
 """Loaders, hook ropes and slings of a scene file as their part of the plan.
 
-Each loader hangs at rest below its trolley on its stretched rope, its slings slack by the rig's `slack`.
+Each loader hangs at rest below its trolley on its stretched rope, its slings slack by the rig's `slack`, straight or
+over edges.
 """
 
 from __future__ import annotations
 
 import math
 
-from heavylift.kernel.description.mechanics import Line, Point
+import numpy as np
+from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.kernel.description.mechanics import WORLD, Line, Point
 from heavylift.nodes.limits.reeving import lead_factor
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.text.source import Path
 
 from .limiting import reeving, rope_factor
+from .rigging.edges import along_edges
+from .rigging.reeved import SPREAD, height_of
 from .yard import Yard, box, by_beam, parts_of, trolley_start
+
+Place = tuple[float, float, float]
 
 
 def add_loader(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader) -> None:
@@ -27,6 +34,7 @@ def add_loader(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader) ->
     mass = crane.hook_block + loader.upper_mass + loader.lower_mass
     block = yard.scene.block
     lugs = [lug for lug in loader.lugs or () if block and lug in block.lugs]
+    lugs = by_beam(lugs, {lug: block.lugs[lug][0] for lug in lugs}) if block else []
     strain = mass * gravity / (crane.falls * crane.fall_EA)
     if loader.rope is not None:
         hangs = loader.rope * (1 + strain)
@@ -37,6 +45,9 @@ def add_loader(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader) ->
         hangs = top - crane.highest_hook
     x = crane.at + given.at[0]
     y = trolley_start(yard, name=crane_name, crane=crane, trolley=given.on)
+    over: list[tuple[Sheave, ...]] = [(), ()]
+    if loader.over_edges:
+        over, hangs = _over(yard, rig, name, loader, lugs, (x, y, top), hangs)
     frame, beam = loader.upper_mass + crane.hook_block, loader.height - loader.hinge
     yard.loaders.append(
         plan.Loader(
@@ -66,7 +77,51 @@ def add_loader(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader) ->
         )
     )
     _rope(yard, name, loader, hangs / (1 + strain))
-    _slings(yard, rig, name, loader, lugs)
+    _slings(yard, rig, name, loader, lugs, over)
+
+
+def _over(
+    yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader, lugs: list[str], exit_: Place, hangs: float
+) -> tuple[list[tuple[Sheave, ...]], float]:
+    """The edges of each sling, and how far below its trolley the loader hangs, for which `hangs` is a guess [m]."""
+    block, path = yard.scene.block, ("rig", "loaders", name)
+    if block is None or len(lugs) < 2:
+        yard.source.fault((*path, "over edges"), "slings bend over edges from the start: hook them to 'lugs' then")
+        return [(), ()], hangs
+    ends = [(_beam(name, loader, i), Point("block", block.lugs[lug])) for i, lug in enumerate(lugs)]
+    x, y, top = exit_
+    R, up = np.eye(3), top - hangs - loader.hinge
+    at = {WORLD: (np.zeros(3), R), "block": (np.array(block.at), R), f"{name}.lower": (np.array([x, y, up]), R)}
+    over = [
+        along_edges(yard.source, path, loader.over_edges, yard.scene.edges, pair, {"block": block.com}, lambda: at)
+        for pair in ends
+    ]
+    if len({edge.at.body for edge in over[0]}) > 1:
+        told = "the block turns freely, so its slings bend over edges of one body only"
+        yard.source.fault((*path, "over edges"), told)
+    if yard.source.faults or loader.rope is not None:
+        return over, hangs
+
+    def height(i: int) -> float:
+        (dx, dy, dz), lug = ends[i][0].p, ends[i][1]
+
+        def rope(z: float) -> Reeving:
+            beam = Point(WORLD, (x + dx, y + dy, z - loader.hinge + dz))
+            return Reeving(f"{name}.sling-{i + 1}", beam, over[i], lug, rig.sling.EA, Signal(loader.sling))
+
+        low = block.at[2] + lug.p[2] + loader.hinge - dz + SPREAD
+        return height_of(rope, low, loader.sling, rig.slack, at, "over its edges")
+
+    try:
+        return over, top - min(height(0), height(1))
+    except ValueError as error:
+        yard.source.fault((*path, "sling"), str(error))
+        return over, hangs
+
+
+def _beam(name: str, loader: schema.Loader, i: int) -> Point:
+    """The end of a loader's beam at which a sling hangs."""
+    return Point(f"{name}.lower", ((-1, 1)[i] * loader.beam / 2, 0.0, -(loader.height - loader.hinge)))
 
 
 def _rope(yard: Yard, name: str, loader: schema.Loader, L0: float) -> None:
@@ -105,18 +160,17 @@ def _rope(yard: Yard, name: str, loader: schema.Loader, L0: float) -> None:
     )
 
 
-def _slings(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader, lugs: list[str]) -> None:
-    block = yard.scene.block
-    if block:
-        lugs = by_beam(lugs, {lug: block.lugs[lug][0] for lug in lugs})
-    bottom = -(loader.height - loader.hinge)
+def _slings(
+    yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader, lugs: list[str], over: list[tuple[Sheave, ...]]
+) -> None:
     half_mass = (yard.loaders[-1].upper.mass + loader.lower_mass) / 2
-    for i, side in enumerate((-1, 1)):
+    for i in (0, 1):
         yard.slings.append(
             plan.Sling(
                 name=f"{name}.sling-{i + 1}",
                 loader=name,
-                beam=Point(f"{name}.lower", (side * loader.beam / 2, 0.0, bottom)),
+                beam=_beam(name, loader, i),
+                over=over[i],
                 lug=lugs[i] if i < len(lugs) else "",
                 L0=loader.sling,
                 EA=rig.sling.EA,

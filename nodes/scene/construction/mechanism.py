@@ -7,6 +7,7 @@ become one description for the kernel, with the actuators that orders can move a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path as FilePath
 
 from heavylift.kernel.constraints.contact.pairs import check_contact
@@ -15,8 +16,10 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.flexible_checks import check_flexible
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.table import check_force
 from heavylift.kernel.model.checks import check_inertia, check_joint
+from heavylift.kernel.multibody.graph import build_graph
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.forces import Characteristic
@@ -89,6 +92,8 @@ class _Assembly(Checking):
             own = k.System(tuple(hung.bodies), tuple(hung.joints), ropes=tuple(hung.ropes), forces=tuple(hung.reevings))
             system = k.merge([system, own], gravity)
             whole = k.merge([self.lift, system], gravity)
+        for rope in system.reevings if not self.source.faults else ():
+            self.checked((*self.base, "ropes", rope.name), partial(self._parallel, whole), rope)
         if not self.source.faults:
             self.checked(self.base, self._resisting, whole)
         taut, closed = self._carrying(system, kinematics.poses(whole)) if not self.source.faults else ((), ())
@@ -143,6 +148,12 @@ class _Assembly(Checking):
         closed = (s.name for s in system.supports if kinematics.place(s.point, at)[2] < s.height - TOUCH)
         touching = (c.name for c in system.contacts if contacts.touches(c, at, TOUCH))
         return (*taut, *reeved), (*closed, *touching)
+
+    def _parallel(self, whole: k.System, rope: forces.Reeving) -> None:
+        """Edges of several bodies that one rope bends over stay parallel."""
+        if rope.apart:
+            at = kinematics.poses(whole)
+            check_parallel(rope, build_graph(whole), lambda body: (at[body][1], at[body][0]))
 
     def _overstretched(self, rope: k.Rope | forces.Reeving, stretch: float) -> None:
         """No wire rope begins beyond the strain at which it breaks; softer ones may be of anything."""

@@ -53,7 +53,7 @@ class _Resolver:
         self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
         self.conditions = Conditions(yard, mechanisms)
         self.condition = self.conditions.read
-        self.levelling = Levelling(yard, mechanisms, self.conditions)
+        self.levelling = Levelling(yard, self.conditions)
         self.rigged = {x: slings for name in yard.scene.rigging for x, slings in self._entries(name).items()}
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
@@ -63,9 +63,9 @@ class _Resolver:
         for target, phrase in action.orders.items():
             path: Path = ("actions", index, target)
             match VERBS[phrase.verb].becomes:
-                case "level" if self._actors(path, target, phrase):
+                case "level" if found := self._actors(path, target, phrase):
                     hooks = [actor for hook in phrase.hooks for actor in self.targets.get(hook, ())]
-                    now, *later = self.levelling.moves(path, phrase, hooks) or [()]
+                    now, *later = self.levelling.moves(path, phrase, found[0].model, hooks) or [()]
                     first = msgspec.structs.replace(first, orders=(*first.orders, *now))
                     after += later
                 case "stop" if phrase.height:

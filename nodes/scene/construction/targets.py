@@ -69,8 +69,8 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
         table[sling.name] = (Actor("sling", sling.loader, sling.name, loader=sling.loader),)
     if yard.block and yard.cranes:
         table["block"] = (Actor("block", "block", "turn"),)
-    elif yard.block:
-        table["block"] = (Actor("load", "block", "level"),)
+    for name in [*(["block"] if yard.block and not yard.cranes else []), *yard.scene.blocks]:
+        table[name] = (Actor("load", name, "level"),)
     for mechanism in mechanisms:
         _of_machine(table, mechanism)
     for interlock in yard.interlocks:

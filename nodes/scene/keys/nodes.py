@@ -53,7 +53,9 @@ class OwnModel(Base):
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
     period: u.Duration  # of samples; of a unit of FMI its step
     delay: u.Delay = 0.0  # 0: the mechanics wait for it at each sample
-    signals: dict[Name, str] = Field(default_factory=dict)  # in port: what it hears, such as `height of block`
+    signals: dict[Name, str] = Field(
+        default_factory=dict
+    )  # in port: what it hears, such as `height of block`, `load of crane H1 in %`
     orders: dict[Name, str] = Field(default_factory=dict)  # out port: the drive or winch that its set-points lead
     parameters: dict[str, Parameter] = Field(default_factory=dict)  # quantities arrive in SI units
 

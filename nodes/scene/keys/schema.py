@@ -174,6 +174,7 @@ class Loader(Base):
     hook: str  # "west H1"
     sling: u.Extent
     lugs: tuple[str, str] | None = None  # hooked at the start
+    over_edges: list[str] = Field(default_factory=list)  # that its slings bend over where they meet them
     rope: u.Extent | None = None  # unstretched rope length at the start; left out: the rig's slack
     upper_mass: u.Mass = u.MASS.read("10 t")  # besides the hook block
     lower_mass: u.Mass = u.MASS.read("10 t")
@@ -274,7 +275,7 @@ class Scene(Base):
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
     edges: dict[Name, Edge] = Field(default_factory=dict)  # that ropes bend over
-    lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side, of machines in parts
+    lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes

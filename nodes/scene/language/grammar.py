@@ -160,7 +160,8 @@ def _test(r: Reader) -> Test:
     of = r.name("a block") if re.match(rf"[\w-]+\s+({'|'.join(states)})\b", r.text[r.at :]) else ""
     state = r.take(*states)
     if state:
-        return GroundTest(cast(Literal["lifted", "landed", "done"], state), column, of)
+        on = r.name("what it lands on") if state == "landed" and r.take("on") else ""
+        return GroundTest(cast(Literal["lifted", "landed", "done"], state), column, of, on)
     first = r.take(*moves)
     if first:
         stopped = r.expect("done", "stopped", after=f"after '{first}'") == "stopped"

@@ -12,7 +12,8 @@
     level      = "level" speed "within" angle ["at" angle] "with" hook {"," hook}
     condition  = test {"and" test}
     test       = ["all" | "any"] [set] ("slings" | "ropes") state | rope-or-sling state
-               | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" | lift "done"
+               | ("moves" | verb) ("done" | "stopped") | [block] "lifted" | [block] "landed" ["on" name]
+               | lift "done"
                | "after" time
                | quantity (">=" | "<=") value      (of "load of" and "tension of" also in %, of what is rated)
     state      = "taut" | "slack"
@@ -26,11 +27,14 @@ speed up and to slow down; `check` tells the accelerations.  A ramp in two pulse
 overlap, each has half of the acceleration.
 
 Of moves `together` none goes on when another one of them is stopped.  `to above [A, B]` ends with the ropes above the
-middle of these lugs, where the block rests as the move begins.  `level` hoists, then lowers these hooks until the block
+middle of these lugs, where the block rests as the move begins.  `level` hoists, then lowers these hooks until a block
 lies as level as at the start, or turned by an angle, that of the last turn unless it is written, along the way on which
-they are apart from the others.  What is to `hold` stops; then the brakes of its joint engage, if there
-are any.  A winch that is to `hold height` winds and pays out as its boom luffs by an order of the same action, so that
-its hook stays as high.
+they are apart from the others, also through spreaders and beams.  What is to `hold` stops; then the brakes of its joint
+engage, if there are any.  A winch that is to `hold height` winds and pays out as its boom luffs by an order of the same
+action, so that its hook stays as high.
+
+`landed` is a block on its stools, `landed on` something (floor, obstacle, other block, a body that it meets by a
+contact) a block that is within a millimetre of it.
 
 What an interlock or a limit switch has stopped is `stopped`, and not done.  Of `any hook` or `any sling` an interlock
 watches each.
@@ -67,12 +71,13 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """A block stands on no support any more, or on all of one face; `of`: which, where there are several.  The list of
-    a lift is done."""
+    """A block stands on no support any more, or on all of one face; `of`: which, where there are several; `on`: what it
+    has come to instead.  The list of a lift is done."""
 
     state: Literal["lifted", "landed", "done"]
     column: int
     of: str = ""
+    on: str = ""
 
 
 class CrossTest(Term, frozen=True):

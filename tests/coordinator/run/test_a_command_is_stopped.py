@@ -36,7 +36,7 @@ import os, signal
 from heavylift.coordinator.stopping import Stopping
 signal.signal(signal.SIGHUP, signal.SIG_IGN)
 Stopping()
-os.kill(os.getpid(), signal.SIGHUP)
+signal.raise_signal(signal.SIGHUP)
 """
 
 
@@ -51,7 +51,7 @@ from heavylift.coordinator.stopping import Stopping
 Stopping()
 
 def signalled(*_):
-    os.kill(os.getpid(), signal.SIGTERM)
+    signal.raise_signal(signal.SIGTERM)
     return 0
 
 class Dying:
@@ -102,7 +102,7 @@ from heavylift.coordinator.supervision.processes import Processes
 class Signalled(subprocess.Popen):
     def __init__(self, *arguments, **options):
         super().__init__(*arguments, **options)
-        os.kill(os.getpid(), signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
         print("the keeper runs as", self.pid)
 
 subprocess.Popen = Signalled
@@ -132,7 +132,7 @@ def signalled(cls, name):
     received = getattr(cls, name)
 
     def in_the_middle(self, sample):
-        os.kill(os.getpid(), signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
         received(self, sample)
 
     setattr(cls, name, in_the_middle)
@@ -196,7 +196,7 @@ from heavylift.coordinator.run.conversation import Conversation
 
 class Dying:
     def __del__(self):
-        os.kill(os.getpid(), signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
 
 def play(self, before=Conversation.play):
     Dying()

@@ -1,6 +1,5 @@
 """A signal that comes while samples go on record waits until they stand there: none is lost between hub and tape."""
 
-import os
 import signal
 from types import SimpleNamespace
 
@@ -25,7 +24,7 @@ class Struck(Tape):
         if batch == b"gap":
             raise RecordingError("samples are missing")
         if len(self.kept) == 1:
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
         self.kept.append(batch)
         return len(self.kept)
 

@@ -32,7 +32,7 @@ def strike():
     global point
     sys.settrace(None)
     point = ""
-    os.kill(os.getpid(), number)
+    signal.raise_signal(number)
 
 
 def here(frame, event, argument):

@@ -138,6 +138,39 @@ def test_a_moment_jumps_to_the_next_longer_radius_and_is_never_interpolated(load
     assert when == pytest.approx(reached - 5.0 + 0.5e-3, abs=1e-8)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_use_by_place_is_of_what_numpy_interpolates(seed):
+    """Before the first place and beyond the last one that of the nearest counts."""
+    rng = np.random.default_rng(seed)
+    places, allowed = np.cumsum(rng.uniform(1.0, 9.0, seed + 1)), rng.uniform(1e4, 5e4, seed + 1)
+    chart = [x for pair in zip(places, allowed, strict=True) for x in pair]
+    signal = Signal("use by place", ropes=("a", "b"), point=Point("load"), numbers=(1.0 / G, 300.0, *chart))
+    for y in (*rng.uniform(-5.0, places[-1] + 5.0, 20), *places):
+        pulls = rng.uniform(1e4, 9e4, 2)
+        use = scalar(signal, [[7.0, y, 3.0]], signal.numbers, pulls)
+        assert use == pytest.approx((pulls.sum() / G - 300.0) / np.interp(y, places, allowed), rel=1e-12)
+
+
+def test_the_use_of_several_ropes_is_that_of_the_most_used_one():
+    rated = np.array([3e5, 1e5, 2e5])
+    signal = Signal("use", ropes=("a", "b", "c"), numbers=tuple(1.0 / rated))
+    for pulls in np.random.default_rng(1).uniform(0.0, 3e5, (20, 3)):
+        assert scalar(signal, [], signal.numbers, pulls) == pytest.approx((pulls / rated).max(), rel=1e-14)
+
+
+def test_a_load_that_runs_in_along_its_chart_trips_where_that_falls():
+    """5 t that go along y at 1 m/s, where the chart falls by a tonne a metre from 9 t at 2 m: at 6 m it is used."""
+    scene = jib(5e3)
+    joints = tuple(
+        replace(j, axis=(0.0, 1.0, 0.0), p_PJ=(0.0, 0.0, 20.0)) if j.name == "beam" else j for j in scene.joints
+    )
+    signal = Signal(
+        "use by place", ropes=("fall",), point=Point("trolley"), numbers=(1.0 / G, 0.0, 2.0, 9e3, 10.0, 1e3)
+    )
+    when = fired(replace(scene, joints=joints), signal, 1.0, out=(1.0, 1e3))
+    assert when == pytest.approx(6.0 + 0.5e-3, abs=1e-6)
+
+
 def test_a_gust_is_waited_for():
     wind = Wind("gust", Point("cart"), 1.0, 1.0, (0.0, 1.0, 0.0), Driven(0.0, (0.0, 10.0), (5.0, 25.0)))
     scene = replace(cart(0.0), forces=(wind,))
@@ -171,9 +204,11 @@ def test_samples_are_what_guards_see():
         (Signal("gap", point=Point("cart"), origin=Point("world")), "a gap needs 6 numbers, not 0"),
         (Signal("wind", of="breeze"), "there is no wind 'breeze'"),
         (Signal("moment", ropes=("fall",), point=Point("load"), origin=Point("world")), "a moment needs a chart"),
+        (Signal("use", ropes=("fall",)), "a use needs a number for each of 1 ropes, not 0"),
+        (Signal("use by place", ropes=("fall",), point=Point("load"), numbers=(1.0, 0.0, 2.0, 0.0)), "needs a chart"),
     ],
 )
 def test_what_cannot_be_guarded_is_told(signal, message):
-    scene = jib(1e3) if signal.quantity == "moment" else cart(1.0)
+    scene = jib(1e3) if "fall" in signal.ropes else cart(1.0)
     with pytest.raises(KernelError, match=message):
         started(replace(scene, thresholds=(guard_of("it", signal),)))

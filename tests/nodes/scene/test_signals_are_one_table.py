@@ -130,21 +130,74 @@ def test_limits_are_over_the_same_signals():
 def test_a_share_is_the_use_of_a_row():
     """What `check` tells of a load in per cent is what a condition compares."""
     subjects = ("east H2", "east upper", "east", "loader-1", "loader-1.sling-1")
-    scene = limited(*(f"{'tension' if 'sling' in x else 'load'} of {x} <= 30 %" for x in subjects))
+    sets = {"all slings": "", "loader-1 slings": "loader-1."}
+    told = [f"{'tension' if 'sling' in x else 'load'} of {x} <= 30 %" for x in (*subjects, *sets)]
+    scene = limited(*told)
     uses = {use.limit.subject: use for use in scene.uses if use.limit.quantity == "signal"}
     kinds = ("hook load", "trolley load", "tandem load", "loader load", "sling tension")
     for x, kind in zip(subjects, kinds, strict=True):
         (row,) = (u for u in scene.uses if u.limit.quantity == kind and u.limit.subject in (x, x.replace(" ", ".")))
         found = uses[f"{'tension' if 'sling' in x else 'load'} of {x}"]
         assert found.value == pytest.approx(row.use, rel=1e-12)
+    slings = {u.limit.subject: u.use for u in scene.uses if u.limit.quantity == "sling tension"}
+    for words, front in sets.items():
+        most = max(use for sling, use in slings.items() if sling.startswith(front))
+        assert uses[f"tension of {words}"].value == pytest.approx(most, rel=1e-12), "of a set, the most used one"
     told = [f.sentence for f in scene.findings if f.kind == "signal"]
     assert "load of east H2 would be 38 %, at most 30 % is allowed" in told
+
+
+CHART = "[[60 m, 400 t], [82 m, 300 t], [140 m, 120 t]]"
+
+
+def test_a_share_by_a_chart_is_of_what_it_allows_where_the_trolley_stands():
+    """The load is the same in every place of the trolley; what it may be there, the chart interpolates."""
+    scene = parse(
+        f"extends: lift\nname: charted\ncranes: {{crane: {{capacity chart: {CHART}}}}}\n"
+        "limits: {signals: [load of crane H3 <= 90 %]}\n",
+        "scene.yaml",
+        passing=True,
+    )
+    (row,) = (u for u in scene.uses if (u.limit.quantity, u.limit.subject) == ("hook load", "crane.H3"))
+    (use,) = (u for u in scene.uses if u.limit.quantity == "signal")
+    assert use.value == pytest.approx(row.use, rel=1e-12)
+    last = scene.statics.states[-1]
+    load = last.tensions["crane.H3"] / 9.80665 - 25e3
+    y = last.poses["crane.lower"][0][1]
+    allowed = 300e3 - 180e3 * (y - 82.0) / 58.0
+    assert y == pytest.approx(83.0)
+    assert max(use.value, load / allowed) == pytest.approx(use.value, rel=1e-9)
+    assert use.value == pytest.approx(load / allowed, rel=0.02), "lifting off differs little"
+
+
+@pytest.mark.parametrize(
+    ("words", "quantity"),
+    [
+        ("load of crane H1 in %", "load"),
+        ("load of crane H3 in %", "use by place"),
+        ("tension of all slings in %", "use"),
+    ],
+)
+def test_a_model_of_your_own_hears_shares(words, quantity):
+    """What a condition with the same words and a value in % compares."""
+    chart = f"cranes: {{crane: {{capacity chart: {CHART}}}}}\n" if "H3" in words else ""
+    text = (
+        f"extends: lift\nname: heard\n{chart}" + "actions: [{wait: 1 s, when: WORDS >= 90 %}]\nmodels: {own: {model: "
+    )
+    text += "heavylift.nodes.zoo.anti_sway:Damper, period: 1 s, signals: {swing: WORDS in %}, "
+    text += "orders: {speed: crane lower trolley}, parameters: {distance: 1 m, speed: 1 m/s, ramp: 1 m/s2}}}\n"
+    plan = parse(text.replace("WORDS", words.removesuffix(" in %")), "scene.yaml", passing=True, followed=False).plan
+    heard, guard = plan.models[0].signals["swing"], plan.actions[0].when.threshold
+    assert heard.quantity == guard.quantity == quantity
+    assert (heard.ropes, heard.numbers, heard.point) == (guard.ropes, guard.numbers, guard.point)
 
 
 def test_an_interlock_takes_the_share_of_each_hook():
     """Of its own rated load, 420 t, less its hook block of 25 t."""
     interlock = "interlocks: {share: {when: load of any hook >= 95 %, stops: [hoist], on: west}}"
-    (found,) = parse(f"extends: wind-tandem\nname: share\n{interlock}\n", "scene.yaml", passing=True).plan.interlocks
+    (found,) = parse(
+        f"extends: wind-tandem\nname: share\n{interlock}\n", "scene.yaml", passing=True, followed=False
+    ).plan.interlocks
     assert found.value == 0.95
     g = 9.80665
     assert {guard.numbers for guard in found.guards} == {(1.0 / (g * 420e3), 25e3 / 420e3)}
@@ -154,7 +207,7 @@ def test_an_interlock_takes_the_share_of_each_hook():
 def test_an_interlock_watches_each_sling(value, number):
     """By what it may carry at rest, its breaking force over its design factor, or by one force for all."""
     interlock = f"interlocks: {{snatch: {{when: tension of any sling >= {value}, stops: [hoist], on: west}}}}"
-    plan = parse(f"extends: wind-tandem\nname: share\n{interlock}\n", "scene.yaml", passing=True).plan
+    plan = parse(f"extends: wind-tandem\nname: share\n{interlock}\n", "scene.yaml", passing=True, followed=False).plan
     (found,) = plan.interlocks
     assert sorted(guard.ropes[0] for guard in found.guards) == sorted(sling.name for sling in plan.rig.slings)
     assert {guard.quantity for guard in found.guards} == {"load" if number else "tension"}
@@ -167,6 +220,7 @@ def test_an_interlock_watches_each_sling(value, number):
         ("angle <= 3 deg", "a limit is one of places, ropes, hooks or the wind"),
         ("all slings taut", "a limit is one of places, ropes, hooks or the wind"),
         ("gap west nord >= 1 m", "there is no 'nord' with gap"),
+        ("tension of all ropes <= 80 %", "'ropes' are not all rated: no tension of west.H1 is known"),
         ("load of west H1 <= 3 m", "'3 m' is no mass"),
     ],
 )

@@ -8,6 +8,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import bundled, parse
+from heavylift.nodes.statics.static_state import loads_of
 from heavylift.recordings import Recording
 
 G = 9.80665
@@ -21,10 +22,10 @@ def at(state, body: str, p) -> np.ndarray:
     return np.array(place) + np.array(R) @ np.array(p)
 
 
-def unrolled(hook: np.ndarray, lug: np.ndarray) -> tuple[float, np.ndarray]:
+def unrolled(hook: np.ndarray, lug: np.ndarray, axis=AXIS, RADIUS=RADIUS) -> tuple[float, np.ndarray]:
     """Length of a sling over the heel and how it leaves the hook, both by the block's axes: tangents, an arc between
     them, and a rise along the edge that is the same everywhere."""
-    p, q = (np.array([x[1] - AXIS[0], x[2] - AXIS[1]]) for x in (hook, lug))
+    p, q = (np.array([x[1] - axis[0], x[2] - axis[1]]) for x in (hook, lug))
     wrap = atan2(q[1], -q[0]) * -1.0 + atan2(p[1], -p[0]) - acos(RADIUS / hypot(*p)) - acos(RADIUS / hypot(*q))
     assert wrap > 0.0
     tangents = [sqrt(hypot(*x) ** 2 - RADIUS**2) for x in (p, q)]
@@ -54,6 +55,65 @@ def test_the_tilted_block_is_held_by_what_its_slings_pull_around_its_heel() -> N
         total, turning = total + force, turning + np.cross(lug - place, force)
     assert np.abs(total).max() < 1e-4 * 160e3 * G
     assert np.abs(turning).max() < 1e-4 * 160e3 * G * 10.0
+
+
+LIFT = (
+    bundled()["lift"]
+    .read_text(encoding="utf-8")
+    .replace("P1: [-8 m, -6 m, 4.3 m]", "P1: [-8 m, -8.3 m, 0 m]")
+    .replace("P2: [-4 m, -6 m, 4.3 m]", "P2: [-4 m, -8.3 m, 0 m]")
+    .replace("Q1: [4 m, -6 m, 4.3 m]", "Q1: [4 m, -8.3 m, 0 m]")
+    .replace("Q2: [8 m, -6 m, 4.3 m]", "Q2: [8 m, -8.3 m, 0 m]")
+    .replace("at: 40 m}  ", "at: 40 m, upper trolley: 70.5 m}  ")
+    .replace("sling: 10 m, lugs: [P1, P2]", "sling: 14 m, lugs: [P1, P2], over edges: [sheer]")
+    .replace("sling: 10 m, lugs: [Q1, Q2]", "sling: 14 m, lugs: [Q1, Q2], over edges: [sheer]")
+    .replace("end: 60 s", "limits: {off-lead: unknown}")
+    .replace("\nrig:", "\nedges:\n  sheer: {on: block, from: [-9 m, -8.5 m, 3.8 m], to: [9 m, -8.5 m, 3.8 m],"
+             " radius: 0.2 m}\n\nrig:")
+    .split("  - stage: sideways")[0]
+)  # fmt: skip
+
+
+def test_slings_of_loaders_bend_over_the_block() -> None:
+    """Those of a goliath's loaders: their slack at the start is that over the edge; in the air each is as long as plane
+    geometry says, and all forces on the block balance."""
+    scene = parse(LIFT, passing=True)
+    lugs, slings = {x.name: np.array(x.p) for x in scene.plan.block.lugs}, scene.plan.rig.slings
+    hangs = scene.plan.loaders[0].pose[:3] + np.array([-2.0, 0.0, -3.0]) - (40.0, 75.0, 6.0)
+    assert unrolled(hangs, lugs["P1"], (-8.5, 3.8), 0.2)[0] == pytest.approx(14.0 - 0.05, abs=1e-9)
+    up = scene.statics.states[-1]
+    place, R = (np.array(x) for x in up.poses["block"])
+    total, turning = np.array([0.0, 0.0, -300e3 * G]), np.zeros(3)
+    for sling in slings:
+        beam, lug = R.T @ (at(up, sling.beam.body, sling.beam.p) - place), lugs[sling.lug]
+        length, u = np.linalg.norm(beam - lug), (lug - beam) / np.linalg.norm(beam - lug)
+        if sling.over:
+            length, u = unrolled(beam, lug, (-8.5, 3.8), 0.2)
+        T = up.tensions[sling.name]
+        assert pytest.approx(sling.EA * (length / sling.L0 - 1.0), rel=1e-5) == T
+        total, turning = total - T * (R @ u), turning - T * (R @ np.cross(beam, u))
+    assert np.abs(total).max() < 1e-4 * 300e3 * G
+    assert np.abs(turning).max() < 1e-4 * 300e3 * G * 8.0
+    assert sum(loads_of(scene.plan, up).values()) == pytest.approx(300e3, rel=1e-4)
+
+
+def test_bent_slings_of_a_loader_are_taken_off_and_hooked_again(tmp_path: Path) -> None:
+    """What they ask is modelled as it is written: no rule looks at edges."""
+    text = LIFT.split("actions:")[0] + "actions:\n  - loader-1: unhook\n  - loader-1: hook [P1, P2]\n  - wait: 1 s\n"
+    scene = parse(f"{text}ask: [rope tension]\n", passing=True)
+    assert "its slings bend over edges, which no rule looks at" in str(scene.verdict)
+    run(scene, tmp_path / "run.mcap", in_process=True)
+    events = Recording(tmp_path / "run.mcap").events()
+    assert [e.type for e in events if e.type in ("Unhooked", "Hooked")] == ["Unhooked"] * 2 + ["Hooked"] * 2
+
+
+def test_slings_over_edges_are_hooked_from_the_start_and_bend_over_one_body() -> None:
+    with pytest.raises(SceneError, match="slings bend over edges from the start: hook them to 'lugs' then"):
+        parse(LIFT.replace("lugs: [P1, P2], ", ""), passing=True)
+    quay = "quay: {on: world, from: [9 m, 66 m, 9 m], to: [60 m, 66 m, 9 m], radius: 0.2 m, inside: [40 m, 68 m, 8 m]}"
+    text = LIFT.replace("\nedges:\n", f"\nedges:\n  {quay}\n").replace("edges: [sheer]", "edges: [sheer, quay]")
+    with pytest.raises(SceneError, match="the block turns freely, so its slings bend over edges of one body only"):
+        parse(text, passing=True)
 
 
 ROPE = """\
@@ -104,6 +164,31 @@ def test_an_edge_may_be_on_a_third_body(aside: float) -> None:
     third = third.replace("inside: [-1 m, 0, -1 m]", f"inside: [{-1 - aside} m, 0, -2 m]")
     assert tensions(third) == pytest.approx(tensions(own), rel=1e-9)
     assert min(tensions(own)) > 0.0
+
+
+PIER = """\
+  quay: {on: world, from: [-1 m, -1 m, 0], to: [-1 m, 1 m, 0], radius: 0.2 m, inside: [-2 m, 0, -1 m]}
+  pier: {on: pier, from: [0, -1 m, 0], to: [0, 1 m, 0], radius: 0.2 m, inside: [-1 m, 0, -1 m]}
+"""
+
+
+@pytest.mark.parametrize("joint", ["type: prismatic, axis: [0, 1, 0]", "type: spherical"])
+def test_edges_on_bodies_that_stay_parallel_bend_one_rope(joint: str) -> None:
+    """One that slides bears as the ground would; a body that turns anyhow is refused where it is written."""
+    text = ROPE.split("  quay:")[0] + PIER + "actions:\n  - fall: unhook\n"
+    text = text.replace("over edges: [quay]", "over edges: [quay, pier]")
+    text = text.replace("joints: {", f"joints: {{stands: {{{joint}, child: pier}}, ")
+    text = text.replace("bodies: {", "bodies: {pier: {mass: 9 t, inertia: [1 t m2, 1 t m2, 1 t m2]}, ")
+    text = text.replace("length: 10.04 m", "length: 10.03 m")
+    if "prismatic" in joint:
+        assert tensions(text) == pytest.approx(tensions(text.replace("{on: pier", "{on: world")), rel=1e-9)
+        shorter = ROPE.replace("friction: 0.1, ", "").replace("10.04", "10.03")
+        assert tensions(text) > tensions(shorter), "it takes the longer way"
+        return
+    with pytest.raises(SceneError) as told:
+        parse(text, passing=True)
+    assert "the joint 'stands' can turn the one on 'pier' out of parallel; name edges of one body" in str(told.value)
+    assert "scene.yaml:" in str(told.value)
 
 
 def test_a_rope_over_a_pier_that_gives_way_keeps_the_energy(tmp_path: Path) -> None:

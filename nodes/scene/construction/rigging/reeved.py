@@ -8,6 +8,7 @@ import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser
@@ -28,16 +29,22 @@ def equalising(
     return Reeving(name, ends[0], (over,), ends[1], given.sling.EA, Signal(given.length))
 
 
-def height_of(make: Callable[[float], Reeving], low: float, high: float, length: float, at: kinematics.Poses) -> float:
-    """The z, from low to high, at which a rope is so long; raises KernelError where it cannot run, ValueError if it is
-    too long at `low` already."""
+def height_of(
+    make: Callable[[float], Reeving], low: float, length: float, slack: float, at: kinematics.Poses, what: str
+) -> float:
+    """The z above `low` at which what holds a rope over something hangs if the rope has some slack [m]; raises
+    ValueError with a sentence where it cannot run, or does not reach `what`."""
 
     def long(z: float) -> float:
-        return ReevingLaw().start_length(make(z), lambda body: (at[body][1], at[body][0]))
+        try:
+            return ReevingLaw().start_length(make(z), lambda body: (at[body][1], at[body][0]))
+        except KernelError as error:
+            raise ValueError(str(error)) from None
 
-    if long(low) > length:
-        raise ValueError
+    if long(low) > length - slack:
+        raise ValueError(f"{length:g} m of rope with {slack:g} m of slack do not reach {what}")
+    high = low + length
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if long(middle) > length else (middle, high)
+        low, high = (low, middle) if long(middle) > length - slack else (middle, high)
     return low

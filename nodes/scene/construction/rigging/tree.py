@@ -15,7 +15,6 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.errors import KernelError
 from heavylift.nodes.scene.keys.base import End
 from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, Slings
@@ -242,13 +241,10 @@ class Tree:
         radius = given.radius if isinstance(given, Equaliser) else 0.0
         low = max(self._where(word)[2] for word in words) + radius - p[2] + SPREAD
         try:
-            return height_of(rope, low, low + length, length - given.slack, self.at)
-        except ValueError:
             what = "over the sheave" if isinstance(given, Equaliser) else "over its edges"
-            message = f"{length:g} m of rope with {given.slack:g} m of slack do not reach {what}"
-            self.source.fault(("rigging", name, "length"), message)
-        except KernelError as error:
-            self.source.fault(("rigging", name), str(error), on_key=True)
+            return height_of(rope, low, length, given.slack, self.at, what)
+        except ValueError as error:
+            self.source.fault(("rigging", name, "length"), str(error), on_key=True)
         return low
 
     def edges(self, name: str, i: int) -> tuple[Sheave, ...]:

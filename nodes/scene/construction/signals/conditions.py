@@ -10,7 +10,7 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Point, System
+from heavylift.kernel.description.mechanics import WORLD, Point, System
 from heavylift.kernel.description.signals import Signal, guard_of
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.scene.construction.yard import Yard
@@ -20,6 +20,8 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .subjects import Subjects
+
+LANDS = 1e-3  # [m] between a block and what it has landed on
 
 
 class Conditions:
@@ -57,6 +59,9 @@ class Conditions:
                     told = f"there is no lift '{test.of}' that could be done"
                     self.source.fault(path, told, closest(test.of, lifts), column=test.column)
                 return actions.Ended(lift=test.of, **named)
+            case phrases.GroundTest() if test.on:
+                model, signal = self._lands(path, test)
+                return self.crossing(path, signal, model, LANDS, False, test.text)
             case phrases.GroundTest():
                 kind = actions.Lifted if test.state == "lifted" else actions.Landed
                 return kind(model=self._standing(path, test), **named)
@@ -114,6 +119,19 @@ class Conditions:
         self.source.fault(path, missing, column=test.column)
         return ""
 
+    def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, Signal]:
+        """The gap between a block and what it lands on, which it must meet by a contact."""
+        blocks = ["block"] if self.yard.block else [*self.yard.scene.blocks]
+        block = test.of or (blocks[0] if len(blocks) == 1 else "")
+        pairs = [(c.a.body, c.b.body) for m in self.mechanisms for c in m.system.contacts]
+        met = {a if b == block else b for a, b in pairs if block in (a, b)}
+        known = {*(met & {*self.subjects.boxes}), *(["floor"] if WORLD in met and self.yard.scene.floor else [])}
+        if test.on in known and (found := self.subjects.signal("gap", f"{block} {test.on}")):
+            return found
+        told = f"'{block}' meets no '{test.on}' on which it could land" if block else "which block? write its name"
+        self.source.fault(path, told, closest(test.on, known) if block else "", column=test.column)
+        return "", Signal("height")
+
     def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, Signal] | None:
         """The model that watches a quantity, and its signal; a fault if there is none."""
         if test.share:
@@ -156,8 +174,19 @@ class Conditions:
         return None
 
     def _share(self, path: Path, test: phrases.CrossTest) -> tuple[str, Signal] | None:
-        """A load or tension over what its subject is rated for."""
+        """A load or tension over what its subject is rated for; of a set, the largest of them."""
         rows, word = self.subjects.ratings[test.quantity], ".".join(test.of.split())
+        *front, noun = test.of.split() or [""]
+        if test.quantity == "tension" and noun in ("slings", "ropes"):
+            ropes = self._ropes(path, " ".join(front), noun, test.column)
+            limits = [row.value if (row := rows.get(rope)) else None for rope in ropes]
+            for rope, value in zip(ropes, limits, strict=True):
+                if value is None:
+                    told = f"'{test.of}' are not all rated: no tension of {rope} is known"
+                    self.source.fault(path, told, "write an absolute value", column=test.column)
+                    return None
+            uses = tuple(1.0 / value for value in limits if value)
+            return (self._watching(ropes), Signal("use", ropes=ropes, numbers=uses)) if ropes else None
         row = rows.get(word)
         if row is None:
             told = f"there is no '{test.of}' with a rated {test.quantity}"
@@ -175,8 +204,12 @@ class Conditions:
         *front, last = test.of.split() or [""]
         noun = last if last in {"slings", "ropes"} else "one"
         ropes = self._ropes(path, " ".join(front) if noun != "one" else test.of, noun, test.column)
-        models = {self.subjects.ropes[rope] for rope in ropes}
-        return (models.pop() if len(models) == 1 else "block", Signal(kind, ropes=ropes)) if ropes else None
+        return (self._watching(ropes), Signal(kind, ropes=ropes)) if ropes else None
+
+    def _watching(self, ropes: Sequence[str]) -> str:
+        """The model that watches over ropes: theirs, or the block's of several."""
+        models = sorted({self.subjects.ropes[rope] for rope in ropes})
+        return "block" if len(models) > 1 and self.yard.block else models[0]
 
 
 def wrong_units(*, turns: bool) -> str:

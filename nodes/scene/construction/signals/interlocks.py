@@ -74,7 +74,9 @@ class _Builder:
             guards = tuple(
                 guard_of(own if len(signals) == 1 else f"{own}~{i}", signal) for i, (_, signal) in enumerate(signals, 1)
             )
-            watched = tuple(rope for _, x in signals if x.quantity in ("load", "moment") for rope in x.ropes)
+            watched = tuple(
+                rope for _, x in signals if x.quantity in ("load", "moment", "use by place") for rope in x.ropes
+            )
             found.append(
                 Interlock(
                     name=own,

@@ -96,13 +96,17 @@ class _Models:
             quantity = words.partition(" of ")[0]
             self.source.fault(path, f"there is no signal '{quantity}'", closest(quantity, QUANTITIES))
             return None
-        quantity, of = match[1], match[2] or ""
+        quantity, of = match[1], (match[2] or "").removesuffix(" in %").removeprefix("all ")
+        share = words.endswith(" in %")
+        if share and not QUANTITIES[quantity].rated:
+            self.source.fault(path, f"no {quantity} is rated: leave 'in %' away")
+            return None
         actor = next(iter(self.targets.get(of, ())), None)
         if quantity in ("position", "speed") and actor and (moved := self.moved(actor)):
             return Signal("joint" if quantity == "position" else "speed", of=moved[0], coordinate=moved[1])
-        roped = quantity in ("tension", "length", "swing along", "swing across")
+        roped = not share and quantity in ("tension", "length", "swing along", "swing across")
         of = actor.name if actor and actor.kind == "hook" and roped else of
-        test = CrossTest(quantity=quantity, of=of, rising=True, value=0.0, turning=False, column=0)
+        test = CrossTest(quantity=quantity, of=of, rising=True, value=0.0, turning=False, column=0, share=share)
         found = self.conditions.signal(path, test)
         return found[1] if found else None
 

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import cast
 
 from heavylift.kernel.description.forces import Wind
-from heavylift.kernel.description.mechanics import Point, Quantity, Vector
+from heavylift.kernel.description.mechanics import WORLD, Point, Quantity, Vector
 from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
@@ -20,6 +20,7 @@ RATINGS = {
     "load": ("hook load", "trolley load", "crane load", "tandem load", "loader load", "frame load", "shackle load"),
     "tension": ("sling tension", "rope tension"),
 }  # rows of the table of limits that a share is of
+WIDE = 1e4  # [m] half edges of the floor
 EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as in `limits.reading`
 
 
@@ -50,7 +51,8 @@ class Subjects:
         self.points |= {loader: (loader, Point(f"{loader}.upper")) for loader in yard.hooks}
         self.ropes = {s.name: s.loader for s in yard.slings} | {r.name: r.crane for r in yard.ropes}
         self.ropes |= {rope.name: m.name for m in mechanisms for rope in m.system.all_ropes}
-        self.straight = [rope for rope in self.ropes if rope not in _reeved(mechanisms)]
+        bent = {rope.name for m in mechanisms for rope in m.system.reevings} | {s.name for s in yard.slings if s.over}
+        self.straight = [rope for rope in self.ropes if rope not in bent]
         self.boxes = _boxes(yard, mechanisms)
         self.winds = [(m.name, f) for m in mechanisms for f in m.system.forces if isinstance(f, Wind)]
 
@@ -99,6 +101,13 @@ class Subjects:
         """The load or tension of a row over its limit, as `check` judges it; None if no number limits it."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
+        if row.over == "trolley":
+            rope = next(r for r in self.yard.ropes if r.name == row.elements[0])
+            chart = [x for place, mass in row.chart for x in (place, mass)]
+            numbers = 1.0 / self.gravity, self._blocks(row), *chart
+            return rope.crane, Signal(
+                "use by place", ropes=row.elements, point=Point(rope.lines[0].a.body), numbers=numbers
+            )
         if row.value is None:
             return None
         own = self.gravity * row.value, self._blocks(row) / row.value
@@ -136,13 +145,15 @@ def _hooks(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> list[Hooked]:
 
 
 def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
-    """Boxes of the block, of portals of goliaths, of bodies of machines: model, middle and half edges."""
+    """Boxes of the block, of portals of goliaths, of the floor and of bodies of machines: model, middle, half edges."""
     found: dict[str, tuple[str, Point, Vector]] = {}
     if yard.block and any(yard.block.size):
         found["block"] = "block", Point("block"), _half(yard.block.size)
     for crane in yard.cranes:
         x, y, z = parts_of(yard.scene.cranes[crane.name]).bodies.main.box
         found[crane.name] = crane.name, Point(f"{crane.name}.main", (0.0, y / 2, z / 2)), _half((x, y, z))
+    if floor := yard.scene.floor:
+        found["floor"] = "obstacles", Point(WORLD, (0.0, 0.0, floor.height - WIDE)), (WIDE, WIDE, WIDE)
     for m in mechanisms:
         for body in dict.fromkeys(shape.body for shape in m.shapes):
             centre, size = around([(x.centre, x.size) for x in m.shapes if x.body == body])
@@ -152,7 +163,3 @@ def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[
 
 def _half(size: Vector) -> Vector:
     return size[0] / 2, size[1] / 2, size[2] / 2
-
-
-def _reeved(mechanisms: Sequence[plan.Mechanism]) -> set[str]:
-    return {rope.name for m in mechanisms for rope in m.system.reevings}

@@ -116,8 +116,8 @@ class Over(End):
 class Rope(Base):
     """A tension-only elastic rope; `length` is unstretched.  `rigid`: it cannot stretch, and has no EA and damping.
 
-    From `start` to `end`, on its way perhaps `over` points and sheaves or `over edges` of the body of one of its ends,
-    or over separate `lines` of one tension.
+    From `start` to `end`, on its way perhaps `over` points and sheaves or `over edges`, or over separate `lines` of one
+    tension.
     """
 
     start: End | None = None
@@ -242,7 +242,7 @@ class Hook(Base):
     shortest: u.Extent  # rope at the hook, unstretched
     longest: u.Extent
     highest: u.Length | None = None  # z of the hook where the upper limit switch trips
-    over_edges: list[str] = Field(default_factory=list)  # of one body, that its rope bends over where it meets them
+    over_edges: list[str] = Field(default_factory=list)  # that its rope bends over where it meets them
     hangs: u.Extent | None = None  # below `at` at the start; left out: as its rigging asks, else as short as can be
 
     @property

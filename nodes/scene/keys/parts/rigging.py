@@ -16,7 +16,8 @@ from pydantic import Discriminator, Field, Tag
 class Edge(Base):
     """An edge of a body that ropes bend over where they meet it, from one end to the other: the axis of its rounding.
 
-    A rope slides along it freely; over it the tension grows against the sliding by exp(friction * wrap).
+    A rope slides along it freely; over it the tension grows against the sliding by exp(friction * wrap).  Edges of one
+    rope are parallel, and stay so: of one body, or of several that slide along one another or turn about the edges.
     """
 
     on: str
@@ -47,7 +48,7 @@ class Slings(Base):
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of the one that is tightest at the start; those that carry a frame: none
     sling: SlingType = SlingType()
     shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
-    over_edges: list[str] = Field(default_factory=list)  # of one body, the block or another, where they meet them
+    over_edges: list[str] = Field(default_factory=list)  # that they bend over where they meet them
 
     @property
     def holders(self) -> list[str]:

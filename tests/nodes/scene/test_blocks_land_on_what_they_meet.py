@@ -1,0 +1,99 @@
+"""`landed on`: a block is lowered until it has come to the floor, an obstacle, a deck or another block."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.errors import SceneError
+from heavylift.kernel.model.quantities import points, scalar
+from heavylift.nodes.scene import parse
+from heavylift.recordings import Recording
+from scipy.spatial.transform import Rotation
+
+LUGS = "lugs: {A: [-2 m, 2 m, 2 m], B: [2 m, 2 m, 2 m], C: [-2 m, -2 m, 2 m], D: [2 m, -2 m, 2 m]}"
+STOOLS = "supports: {height: 0.5 m, at: [[-2 m, -2 m], [2 m, -2 m], [-2 m, 2 m], [2 m, 2 m]]}"
+TEXT = f"""\
+heavylift: 1
+name: lands
+accuracy: 0.1 %
+block: {{mass: 40 t, size: [6 m, 5 m, 4 m], at: [0 m, 8 m, 2.5 m], {LUGS}, {STOOLS}}}
+cranes: {{hall: {{type: overhead-100, at: 0 m, trolley: 8 m}}}}
+rigging: {{legs: {{on: hall main, to: [A, B, C, D], length: 6 m, sling: {{EA: 120 MN}}}}}}
+obstacles: {{quay: {{box: [8 m, 8 m, 1 m], at: [0 m, 20 m, 0.5 m], meets: lower corners}}}}
+actions:
+  - hall: hoist 1 m/min until lifted
+  - hall: hoist 4 m/min by 1 m
+  - hall traversing: traverse 15 m/min ramp one swing by 12 m
+  - hall: lower 0.5 m/min until landed on quay
+  - wait: 1 s
+"""
+FLOOR = TEXT.replace("obstacles: {quay", "floor: {height: 0.2 m}\nobstacles: {quay").replace("on quay", "on floor")
+BARGE = "vessels: {barge: {mass: 9000 t, size: [90 m, 9 m, 6 m], at: [0 m, 20 m, 0 m], draught: 3 m, responses: {}}}"
+DECK = TEXT.replace("obstacles", f"{BARGE}\nobstacles").replace(
+    "[0 m, 20 m, 0.5 m], meets", "[0 m, 0 m, 0.5 m], on: barge, meets"
+)
+DECK = DECK.replace("[0 m, 20 m, 0.5 m]", "[0 m, 0 m, 0.5 m]")
+
+
+@pytest.mark.parametrize("text", [TEXT, DECK], ids=["quay", "deck"])
+def test_a_block_is_lowered_until_it_has_come_to_what_it_meets(text: str) -> None:
+    """At rest: the winch stops a millimetre above, less what it still runs: v^2 / 2a."""
+    scene = parse(text, passing=True)
+    last = scene.statics.states[-1]
+    assert not scene.statics.why
+    over = (0.5 / 60.0) ** 2 / (2.0 * 0.05)
+    assert last.poses["block"][0][2] - 2.0 - 1.0 == pytest.approx(1e-3, abs=over)
+
+
+def test_a_run_ends_on_the_quay(tmp_path: Path) -> None:
+    """It stands there, with slings that go slack as the hook comes after."""
+    text = TEXT.replace("landed on quay", "landed on quay and all slings slack")
+    run(parse(text, passing=True), tmp_path / "run.mcap", in_process=True)
+    block = Recording(tmp_path / "run.mcap")["pose/block"].values
+    assert block[-1, 1] == pytest.approx(20.0, abs=0.1)
+    assert block[-1, 2] == pytest.approx(3.0, abs=2e-3)
+
+
+def test_what_is_above_the_floor_is_the_lowest_corner() -> None:
+    """However the block is turned: the gap to the floor is that of the corner that comes to it first."""
+    it = parse(FLOOR, passing=True, followed=False).plan.actions[3].orders[0].until.threshold
+    for R in Rotation.random(5, random_state=1).as_matrix():
+        p = np.array([3.0, -7.0, 5.0])
+        places = [x.p if x.body == "world" else p + R @ x.p for x in points(it, System())]
+        corners = [p + R @ np.multiply((3.0, 2.5, 2.0), signs) for signs in product((-1.0, 1.0), repeat=3)]
+        lowest = min(z for _, _, z in corners)
+        assert scalar(it, places, it.numbers, []) == pytest.approx(lowest - 0.2, abs=1e-9)
+
+
+def test_a_block_lands_on_another_one() -> None:
+    """Each by its name; of several it must be said which."""
+    low = f"  low: {{mass: 40 t, size: [6 m, 6 m, 1 m], at: [0 m, 20 m, 1 m], {LUGS}, {STOOLS}}}"
+    blocks = TEXT.replace("block: {", "blocks:\n  own: {", 1).replace("cranes:", f"{low}\ncranes:")
+    blocks = blocks.replace("at: [0 m, 20 m, 0.5 m]", "at: [0 m, 30 m, 0.5 m]")
+    blocks = blocks.replace("to: [A, B, C, D]", "to: [own.A, own.B, own.C, own.D]")
+    text = blocks.replace("until lifted", "until own lifted").replace("landed on quay", "own landed on low")
+    crossing = parse(text, passing=True, followed=False).plan.actions[3].orders[0].until
+    assert (crossing.threshold.quantity, crossing.value, crossing.rising) == ("gap", 1e-3, False)
+    assert (crossing.threshold.point.body, crossing.threshold.origin.body) == ("own", "low")
+    with pytest.raises(SceneError, match="which block"):
+        parse(text.replace("own landed on", "landed on"), passing=True)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("landed on quai", "'block' meets no 'quai' on which it could land: did you mean 'quay'"),
+        ("landed on floor", "'block' meets no 'floor' on which it could land"),
+        ("landed on hall.main", "'block' meets no 'hall.main' on which it could land"),
+    ],
+)
+def test_what_it_cannot_land_on_is_told(words: str, told: str) -> None:
+    with pytest.raises(SceneError) as error:
+        parse(TEXT.replace("landed on quay", words), passing=True)
+    assert told.split(":")[0] in str(error.value)
+    assert "scene.yaml:12:" in str(error.value)

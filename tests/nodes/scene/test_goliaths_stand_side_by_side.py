@@ -1,0 +1,100 @@
+"""Lifts of goliaths among `lifts:`: each moves as it does alone, at its place, with its own rig, block and limits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.coordinator.transport.placement import Placement
+from heavylift.nodes.models import KERNEL, build, couplings
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene import LoadedScene, check, load, parse
+from heavylift.recordings import Recording
+
+SETS = ["accuracy=0.1 %", "samples=2 Hz", "end=30 s"]
+TEXT = """\
+heavylift: 1
+name: two
+lifts:
+  a: {extends: lift}
+  b: {extends: lift, at: [30 m, 400 m], start: 2 s}
+"""
+
+
+@pytest.fixture(scope="module")
+def two() -> LoadedScene:
+    """Two lifts."""
+    return parse(TEXT, overrides=SETS)
+
+
+@pytest.fixture(scope="module")
+def runs(two: LoadedScene, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
+    """Both in one run, and the first alone."""
+    folder: Path = tmp_path_factory.mktemp("runs")
+    run(two, folder / "two.mcap", in_process=True)
+    run(load("lift", SETS), folder / "one.mcap", in_process=True)
+    return {name: Recording(folder / f"{name}.mcap") for name in ("one", "two")}
+
+
+def test_the_plan_names_every_part_once(two: LoadedScene) -> None:
+    machines = [machine.name for machine in two.plan.machines]
+    own = ["crane", "loader-1", "loader-2", "loader-3", "block"]
+    assert sorted(machines) == sorted(f"{lift}-{name}" for lift in "ab" for name in own)
+    assert [(x.name, [*x.machines]) for x in two.plan.lists] == [
+        (lift, [f"{lift}-{name}" for name in own]) for lift in "ab"
+    ]
+    assert plan.decode(plan.encode(two.plan)) == two.plan
+    wires = couplings(two.plan)
+    assert ("commander", "order_b-crane", "b-crane", "order") in wires
+    assert ("b-loader-3", "report", "commander", "report_b") in wires
+
+
+def test_each_is_modelled_as_it_is_written(two: LoadedScene) -> None:
+    a, b = two.plan.lists
+    bending = msgspec.structs.replace(b, fidelity=plan.Fidelity(girder="elastic"))
+    models = build(msgspec.structs.replace(two.plan, lists=(a, bending)))
+    bodies = {name: {body.name for body in models[f"{name}-crane"].declare().bodies} for name in "ab"}
+    assert bodies["a"] == {"a-crane.main", "a-crane.upper", "a-crane.lower"}
+    assert bodies["b"] == {f"b-crane.{x}" for x in ("main", "girder", "upper", "lower")}
+    ropes = {rope.name for rope in models["commander"].declare().ropes}
+    assert {"a-crane.H1", "b-crane.H3", "a-loader-1.sling-1", "b-loader-3.sling-2"} < ropes
+    assert len(ropes) == 18
+
+
+def test_the_first_moves_to_the_bit_as_it_does_alone(runs: dict[str, Recording]) -> None:
+    alone, beside = runs["one"], runs["two"]
+    for name in ("rope/tension/{}crane.H3", "rope/tension/{}loader-2.sling-1", "pose/{}block/z"):
+        own, found = (
+            dict(zip(x.t.tolist(), x.values[:, 0].tolist(), strict=True))
+            for x in (alone[name.format("")], beside[name.format("a-")])
+        )
+        times = sorted({*own} & {*found})
+        assert len(times) >= 60
+        assert [found[t] for t in times] == [own[t] for t in times]
+
+
+def test_the_other_stands_at_its_place(runs: dict[str, Recording]) -> None:
+    beside = runs["two"]
+    for part in ("block", "crane.upper", "loader-2.lower"):
+        first, there = (beside[f"pose/{x}-{part}"].values[0, :3] for x in "ab")
+        assert there - first == pytest.approx((30.0, 400.0, 0.0), abs=1e-9)
+    assert {name for _, name in beside.stages()} >= {"a: lift off", "b: lift off"}
+
+
+def test_one_digest_in_any_placement(two: LoadedScene, runs: dict[str, Recording], tmp_path: Path) -> None:
+    placement = Placement.spread([*build(two.plan), KERNEL], 4)
+    found = run(two, tmp_path / "apart.mcap", placement=placement)
+    assert found.digest == runs["two"].result["digest"]
+
+
+def test_limits_count_from_where_a_lift_stands(two: LoadedScene) -> None:
+    """The lower trolley goes to y = 83 m of its girder, the crane stands at x = 40 m of its rails."""
+    most = {(use.limit.subject, use.limit.quantity): use.value for use in two.uses}
+    for lift in "ab":
+        assert most[f"{lift}-crane lower", "girder"] == pytest.approx(83.0, abs=0.01)
+        assert most[f"{lift}-crane", "rails"] == pytest.approx(40.0, abs=1e-3)
+        assert most[f"{lift}-loader-1.sling-1", "bridle angle"] == pytest.approx(0.0, abs=1e-3)
+    told = str(check(two))
+    assert "hook load        a-crane.H3 (of 6)" in told
