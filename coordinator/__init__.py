@@ -10,7 +10,7 @@ Lowest layer first
     trace, tradeoff         where the time of a run went; speed against accuracy, measured
     measured, uncertainty   a run beside the log of a real crane; how sure its figures are
     sweeps                  many runs of one scene on any engine
-    commands, cli           the command `heavylift`; reference: writes REFERENCE.md; stopping: by signals
+    commands, cli           the command `heavylift`; stopping: by signals
     face                    what `import heavylift` gives
 """
 

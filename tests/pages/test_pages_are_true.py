@@ -8,8 +8,8 @@ import shlex
 import pytest
 import typer
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.reference import page
 from page_blocks import ROOT
+from reference import page
 
 PAGES = sorted(
     str(path.relative_to(ROOT))
@@ -51,4 +51,4 @@ def test_files_named_in_commands_exist(name: str) -> None:
 
 def test_the_reference_is_what_the_sources_say() -> None:
     committed = (ROOT / "coordinator" / "REFERENCE.md").read_text()
-    assert committed == page(), "make it anew: python -m heavylift.coordinator.reference"
+    assert committed == page(), "make it anew: python tests/pages/reference.py"

@@ -13,29 +13,15 @@ from random import Random
 from typing import Any, NamedTuple
 from unittest.mock import patch
 
-import msgspec
+from cut_grants import Cut
 from heavylift.coordinator.protocol import core as core_module
 from heavylift.coordinator.protocol import node as node_module
 from heavylift.coordinator.protocol.core import Coordinator, Outcome
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.messages import AnyMessage, Bye, Grant, Stop
+from heavylift.coordinator.protocol.messages import Bye, Stop
 from heavylift.coordinator.protocol.node import Node
-from heavylift.nodes.devs import (
-    Atomic,
-    Bag,
-    Coupled,
-    Event,
-    In,
-    Message,
-    Model,
-    Port,
-    Simulator,
-    Tag,
-    Transition,
-    after,
-    succ,
-)  # fmt: skip
+from heavylift.nodes.devs import Atomic, Bag, Coupled, Event, In, Message, Model, Port, Simulator, Tag, Transition
 from heavylift.nodes.devs.execution.flatten import Wire
 
 END = 60  # [ns]
@@ -285,23 +271,6 @@ class Run(NamedTuple):
     outcome: Outcome
     end: Tag
     results: dict[str, Message]
-
-
-class Cut:
-    """A node whose grants end earlier at random, yet late enough to do one tag."""
-
-    def __init__(self, node: Node, chance: Random) -> None:
-        self._node, self._chance = node, chance
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._node, name)
-
-    def handle(self, message: AnyMessage) -> AnyMessage | None:
-        if isinstance(message, Grant):
-            tag = min([self._node.first, *(event.tag for event in message.inputs)])
-            end = self._chance.choice([message.until, succ(tag), after(tag, 1 + self._chance.randrange(5))])
-            message = msgspec.structs.replace(message, until=min(end, message.until))
-        return self._node.handle(message)
 
 
 def distributed(

@@ -1,7 +1,7 @@
 """Writes REFERENCE.md: commands, keys of scene files, public names of the rooms, all from their own docstrings.
 
-`python -m heavylift.coordinator.reference` in the repository makes the page anew; a test holds it against what it
-would be.  What a page should say is said where it is written: in docstrings, help texts and comments behind keys.
+`python tests/pages/reference.py` in the repository makes the page anew; a test holds it against what it would be.
+What a page should say is said where it is written: in docstrings, help texts and comments behind keys.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import typer
+from page_blocks import ROOT
 
 MODULES = (
     "heavylift",
@@ -37,7 +37,7 @@ MODULES = (
 )
 HEAD = """# Reference
 
-Made from docstrings, help texts and the models that read scenes, by `python -m heavylift.coordinator.reference`.
+Made from docstrings, help texts and the models that read scenes, by `python tests/pages/reference.py`.
 [Commands](#commands), [scene files](#scene-files), [Python](#python).
 """
 
@@ -200,4 +200,4 @@ def _row(*cells: str | None) -> str:
 
 
 if __name__ == "__main__":
-    Path(__file__).with_name("REFERENCE.md").write_text(page(), encoding="utf-8")
+    (ROOT / "coordinator" / "REFERENCE.md").write_text(page(), encoding="utf-8")
