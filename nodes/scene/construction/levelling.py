@@ -33,7 +33,7 @@ class Levelling:
 
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism], conditions: Conditions) -> None:
         self.yard, self.conditions, self.turned = yard, conditions, 0.0
-        self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
+        self.lugs = {lug.name: lug.p for block in yard.all_blocks for lug in block.lugs}
         ropes = {rope.carries: rope.name for rope in yard.ropes}
         self.on = {sling.name: ropes[sling.loader] for sling in yard.slings}
         self.ends = {sling.name: self.lugs[sling.lug] for sling in yard.slings if sling.lug}

@@ -96,8 +96,9 @@ class Conditions:
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
         if self.yard.block and test.of in ("", "block"):
             return "block"
-        standing = [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
-        blocks = [name for name in standing if name in self.yard.scene.blocks]
+        own = [block.name for block in self.yard.blocks]
+        standing = own + [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
+        blocks = own + [name for name in standing if name in self.yard.scene.blocks]
         if test.of in standing:
             return test.of
         if test.of:
@@ -122,9 +123,10 @@ class Conditions:
         known = self.subjects.known(quantity)
         if not of and QUANTITIES[quantity].of == "some" and len(self.yard.scene.blocks) == 1:
             (of,) = self.yard.scene.blocks  # as that of an instance is
-        if self.yard.block and quantity in ("angle", "height") and of in {"", "block"}:
+        blocks = {"": "block", "block": "block"} if self.yard.block else {x.name: x.name for x in self.yard.blocks}
+        if quantity in ("angle", "height") and of in blocks:
             kind: Literal["angle", "height"] = "angle" if quantity == "angle" else "height"
-            return "block", Signal(kind, of="block", point=None if kind == "angle" else Point("block"))
+            return blocks[of], Signal(kind, of=blocks[of], point=None if kind == "angle" else Point(blocks[of]))
         if quantity in ("tension", "length"):
             return self._rope_signal(path, test, "tension" if quantity == "tension" else "length")
         if quantity in ("position", "speed"):
@@ -176,7 +178,8 @@ class Conditions:
         noun = last if last in {"slings", "ropes"} else "one"
         ropes = self._ropes(path, " ".join(front) if noun != "one" else test.of, noun, test.column)
         models = {self.subjects.ropes[rope] for rope in ropes}
-        return (models.pop() if len(models) == 1 else "block", Signal(kind, ropes=ropes)) if ropes else None
+        several = "block" if self.yard.block else min(models, default="")
+        return (models.pop() if len(models) == 1 else several, Signal(kind, ropes=ropes)) if ropes else None
 
 
 def wrong_units(*, turns: bool) -> str:
