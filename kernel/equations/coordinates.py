@@ -45,7 +45,7 @@ class _Named(Program):
     """A program whose trees share nothing, so that each is printed under its own names."""
 
     def sharing(self, tree: Tree) -> str:
-        return " ".join(b.name for b in tree.bodies)
+        return f"{tree.kind} {' '.join(b.name for b in tree.bodies)}"
 
 
 def coordinates(system: System, formulation: str) -> Section:

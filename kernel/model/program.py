@@ -50,7 +50,7 @@ class _Cut(NamedTuple):
     """What the programs of a description share, of which and how it was made."""
 
     of: System
-    how: tuple[str, frozenset[str] | None]
+    how: tuple[type[Program], str, frozenset[str] | None]
     system: System
     graph: Graph
     locked: frozenset[str]
@@ -115,7 +115,7 @@ class Program:
         """Graph, trees with their functions, rows and poses at the start, which all programs of a description share;
         the trees as they are traced."""
         x = next(iter(_last), None)
-        if x is not None and x.of is system and x.how == (self.formulation, locked):
+        if x is not None and x.of is system and x.how == (type(self), self.formulation, locked):
             self.system, self.graph, self.locked = x.system, x.graph, x.locked
             self.trees, self.poses_at_start = x.trees, x.poses_at_start
             self.contacts, self.constraints, self.instances = x.contacts, x.constraints, x.instances
@@ -138,7 +138,7 @@ class Program:
         self.constraints.link(self.instances)
         own = self.system, self.graph, self.locked, self.trees, self.poses_at_start, traced
         rows = self.contacts, self.constraints, self.instances
-        _last[:] = [_Cut(system, (self.formulation, locked), *own, *rows)]
+        _last[:] = [_Cut(system, (type(self), self.formulation, locked), *own, *rows)]
         return traced
 
     def _label(self) -> None:
@@ -275,6 +275,10 @@ class Program:
             a, b, axis = turns
         return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
 
+    def sharing(self, tree: Tree) -> str:
+        """Trees for which this is equal share their functions."""
+        return tree.kind
+
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
         bodies = [p.body for x in s.laws for p in x.points] + [m.of for m in s.measured if m.kind == "angle"]
@@ -286,7 +290,7 @@ class Program:
         for t in trees:
             ends = tuple(i for i in range(len(t.bodies)) if t.first + i in used)
             held = tuple(i for i in ends if t.first + i in self.constraints.bodies)
-            key = t.kind + str(ends) + str(held)  # trees for which this is equal share their functions
+            key = self.sharing(t) + str(ends) + str(held)
             if key not in kinds:
                 made = len(kinds), self.formulation, key
                 found = _shared.pop(made, None)

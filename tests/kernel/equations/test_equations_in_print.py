@@ -9,6 +9,7 @@ import pytest
 from heavylift.kernel.description.forces import Bushing, Characteristic, Reeving, Sheave, Signal, Torsion, UserLaw
 from heavylift.kernel.description.mechanics import Body, Brake, Joint, JointSpring, Line, Point, Rope, System
 from heavylift.kernel.equations import equations
+from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.dynamics import composites, joint_space_inertia
 from heavylift.kernel.multibody.formulations import FORMULATIONS
 from heavylift.kernel.multibody.graph import build_graph
@@ -100,6 +101,15 @@ def test_every_body_and_every_law_is_there_under_its_own_name():
     ):
         assert f"{line}\n" in text, line
     assert re.search(r"\nsoft +a-rail +3 +0 +0\b", text)
+
+
+def test_what_has_been_made_of_a_description_before_gives_no_names():
+    """Programs of one description, and trees of one kind, are made once in a process."""
+    system = two_of_a_kind()
+    text = equations(system)
+    Program(system)
+    assert equations(system) == text
+    assert "  V(b).x = v(b-rail.speed)\n" in text
 
 
 def test_the_recursion_of_the_arm_is_the_paper_s_figure_6():
