@@ -1,8 +1,8 @@
 """One run of a plan in this process and thread: no file, no bus, no other process; the digest is that of `run`.
 
-The nodes are those of any run, and the protocol decides; what they say is kept in memory.  A run that takes longer than
-it may is cut; that it was, and whatever else ends it early, is a HeavyliftError with its sentence.  Outputs of the
-models are not watched for side effects: `run` does that.
+One node has commander and machines, another the kernel, and the protocol decides; what they say is kept in memory.
+A run that takes longer than it may is cut; that it was, and whatever else ends it early, is a HeavyliftError with its
+sentence.  Outputs of the models are not watched for side effects: `run` does that.
 """
 
 from __future__ import annotations

@@ -49,9 +49,9 @@ class Shown:
 
 @dataclass(frozen=True)
 class Played:
-    """A run: what it showed, seconds before it (of CPU time `start_s`) and in it, messages (events, GRANTs and DONEs),
-    energy that has come out of nothing relative to what was turned over, the largest violation of a rigid rope [m],
-    None without one, and what the kernel had to say."""
+    """A run: what it showed, seconds before it (of CPU time `start_s`) and in it, messages (events, GRANTs and DONEs)
+    between its models and the kernel, energy that has come out of nothing relative to what was turned over, the largest
+    violation of a rigid rope [m], None without one, and what the kernel had to say."""
 
     shown: Shown
     simulated_s: float

@@ -122,7 +122,7 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
     if _bare(case):
         able, why = False, DAMPS
-    able = able and not (case.swings.jumps and tolerance > LET_GO)
+    able = able and not ((case.swings.jumps or case.swings.lands) and tolerance > LET_GO)
     return Stepped("radau5", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 

@@ -40,7 +40,7 @@ class Levelling:
         self.yard, self.conditions, self.turned = yard, conditions, 0.0
         scene, lugs = yard.scene, lugs_of(yard.scene)
         ropes = {rope.carries: rope.name for rope in yard.ropes}
-        self.lugs = {lug.name: Point("block", lug.p) for lug in yard.block.lugs} if yard.block else {}
+        self.lugs = {lug.name: Point(block.name, lug.p) for block in yard.all_blocks for lug in block.lugs}
         self.hangs: dict[str, tuple[str | Point, Point]] = {
             s.name: (ropes[s.loader], self.lugs.get(s.lug, Point("block"))) for s in yard.slings
         }

@@ -35,6 +35,12 @@ class Yard:
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> loaders
     interlocks: tuple[plan.Interlock, ...] = ()
     limits: tuple[Limit, ...] = ()  # where they are known before: of several lifts
+    blocks: tuple[plan.Block, ...] = ()  # of several lifts of goliaths
+
+    @property
+    def all_blocks(self) -> tuple[plan.Block, ...]:
+        """The block of its goliaths, or those of several lifts."""
+        return (self.block, *self.blocks) if self.block else self.blocks
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:

@@ -98,3 +98,30 @@ def test_limits_count_from_where_a_lift_stands(two: LoadedScene) -> None:
         assert most[f"{lift}-loader-1.sling-1", "bridle angle"] == pytest.approx(0.0, abs=1e-3)
     told = str(check(two))
     assert "hook load        a-crane.H3 (of 6)" in told
+
+
+BETWEEN = """\
+heavylift: 1
+name: two
+lifts:
+  a: {extends: lift}
+  b: {extends: lift, at: [60 m, 0 m], start: ordered}
+interlocks:
+  apart: {when: gap a-crane b-crane <= 3 m, stops: [travel]}
+actions:
+  - when: a-block lifted and height of a-block >= 7 m and angle of a-block <= 1 deg
+    wait: 1 s
+  - when: tension of a-crane.H1 >= 500 kN and position of a-crane.lower-slide >= 82 m and load of a-crane.H3 >= 10 t
+    b: begin
+"""
+
+
+def test_conditions_and_interlocks_are_over_parts_of_all_lifts() -> None:
+    plan = parse(BETWEEN).plan
+    stops = [(x.machine, [stop.actuator for stop in x.stops]) for x in plan.interlocks]
+    assert stops == [(f"{lift}-crane", [f"{lift}-crane.gantry.drive"]) for lift in "ab"]
+    _, _, own = plan.lists
+    terms = [term for action in plan.actions[own.first :] for term in action.when.all]
+    assert [term.model for term in terms] == ["a-block"] * 3 + ["a-crane"] * 3
+    watched = {x.name for name in ("a-block", "a-crane") for x in build(plan)[name].declare().thresholds}
+    assert {term.threshold.name for term in terms[1:]} < watched

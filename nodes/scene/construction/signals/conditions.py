@@ -101,8 +101,9 @@ class Conditions:
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
         if self.yard.block and test.of in ("", "block"):
             return "block"
-        standing = [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
-        blocks = [name for name in standing if name in self.yard.scene.blocks]
+        own = [block.name for block in self.yard.blocks]
+        standing = own + [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
+        blocks = own + [name for name in standing if name in self.yard.scene.blocks]
         if test.of in standing:
             return test.of
         if test.of:
@@ -140,9 +141,10 @@ class Conditions:
         known = self.subjects.known(quantity)
         if not of and QUANTITIES[quantity].of == "some" and len(self.yard.scene.blocks) == 1:
             (of,) = self.yard.scene.blocks  # as that of an instance is
-        if self.yard.block and quantity in ("angle", "height") and of in {"", "block"}:
+        blocks = {"": "block", "block": "block"} if self.yard.block else {x.name: x.name for x in self.yard.blocks}
+        if quantity in ("angle", "height") and of in blocks:
             kind: Literal["angle", "height"] = "angle" if quantity == "angle" else "height"
-            return "block", Signal(kind, of="block", point=None if kind == "angle" else Point("block"))
+            return blocks[of], Signal(kind, of=blocks[of], point=None if kind == "angle" else Point(blocks[of]))
         if quantity in ("tension", "length"):
             return self._rope_signal(path, test, "tension" if quantity == "tension" else "length")
         if quantity in ("position", "speed"):

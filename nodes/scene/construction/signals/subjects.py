@@ -45,7 +45,7 @@ class Subjects:
         own = {loader: f"{crane}.{hook}" for loader, (crane, hook) in yard.hooks.items()}
         own |= {m.name: m.hooks[0].rope for m in mechanisms if len(m.hooks) == 1}
         self.hooks |= {name: self.hooks[rope] for name, rope in own.items() if rope in self.hooks}
-        self.points = {"block": ("block", Point("block"))} if yard.block else {}
+        self.points = {block.name: (block.name, Point(block.name)) for block in yard.all_blocks}
         self.points |= {body.name: (m.name, Point(body.name)) for m in mechanisms for body in m.system.bodies}
         self.points |= {name: (hook.model, hook.eye) for name, hook in self.hooks.items() if name not in self.points}
         self.points |= {loader: (loader, Point(f"{loader}.upper")) for loader in yard.hooks}
@@ -147,10 +147,12 @@ def _hooks(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> list[Hooked]:
 def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
     """Boxes of the block, of portals of goliaths, of the floor and of bodies of machines: model, middle, half edges."""
     found: dict[str, tuple[str, Point, Vector]] = {}
-    if yard.block and any(yard.block.size):
-        found["block"] = "block", Point("block"), _half(yard.block.size)
+    for block in (block for block in yard.all_blocks if any(block.size)):
+        found[block.name] = block.name, Point(block.name), _half(block.size)
     for crane in yard.cranes:
-        x, y, z = parts_of(yard.scene.cranes[crane.name]).bodies.main.box
+        keys = yard.scene.cranes.get(crane.name)
+        girder = crane.girder
+        x, y, z = parts_of(keys).bodies.main.box if keys else (crane.width, girder.span, girder.height)
         found[crane.name] = crane.name, Point(f"{crane.name}.main", (0.0, y / 2, z / 2)), _half((x, y, z))
     if floor := yard.scene.floor:
         found["floor"] = "obstacles", Point(WORLD, (0.0, 0.0, floor.height - WIDE)), (WIDE, WIDE, WIDE)
