@@ -16,11 +16,6 @@ from numbers import Integral
 
 from heavylift.kernel.errors import KernelError
 
-__all__ = [
-    "FIRED", "GOING", "NEW", "PAUSED", "SETTLED", "STOPPED",
-    "CallOrder", "check_present", "check_time", "passed_by",
-]  # fmt: skip
-
 NEW, SETTLED, GOING, PAUSED, FIRED, STOPPED = "new", "settled", "going on", "paused", "fired", "stopped"
 
 

@@ -13,8 +13,6 @@ from heavylift.kernel.model.switching import StateEvent
 from .commands import Commands
 from .native.native_functions import Stepping
 
-__all__ = ["Commanded", "OwnRows"]
-
 
 class OwnRows(Protocol):
     """Times [ns] and rows of one of several lifts, which `method` shows: what events have changed in it alone."""

@@ -29,8 +29,6 @@ from .call_order import CallOrder
 from .events import Events
 from .held_rows import HeldRows
 
-__all__ = ["Commands"]
-
 
 class Commands:
     """Switches, hooks, locks and leads the laws of a run, as `Commanded` says."""

@@ -15,7 +15,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Ended
 from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.model.switching import StateEvent, Switches
-from heavylift.kernel.simulation.impacts.active_sets import KINDS
+from heavylift.kernel.simulation.impacts.unilateral import KINDS
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NativeState
 from heavylift.kernel.simulation.safeguards.chatter import RESOLVED, Rattling, critical, moved_mass
 from heavylift.kernel.simulation.safeguards.deflection_check import bent, pass_limit
@@ -23,8 +23,6 @@ from heavylift.kernel.simulation.safeguards.progress_limit import Patience
 
 from .held_rows import HeldRows
 from .integrator import Integrator
-
-__all__ = ["Events"]
 
 CHATTER = 200  # events at one instant, after which the laws contradict each other
 

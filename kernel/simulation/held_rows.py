@@ -13,8 +13,6 @@ from heavylift.kernel.simulation.impacts.active_sets import Act, ContactSets
 from heavylift.kernel.simulation.impacts.rope_impacts import resolve
 from heavylift.kernel.simulation.native.native_state import NativeState
 
-__all__ = ["HeldRows"]
-
 APART = 1e-6  # [m, rad, m/s, rad/s] by which rows gape that drives tear
 TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 

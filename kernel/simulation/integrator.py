@@ -17,8 +17,6 @@ from heavylift.kernel.simulation.safeguards.progress_limit import Patience
 from .held_rows import HeldRows
 from .recorder import Recorder
 
-__all__ = ["Integrator"]
-
 HALVINGS = 20  # of a forced step that has no solution
 SHORTEST = 1e-9  # [s] of those that lead to an event in more than one
 

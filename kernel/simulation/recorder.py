@@ -15,8 +15,6 @@ from heavylift.kernel.simulation.safeguards.energy_check import EnergyCheck
 from heavylift.kernel.simulation.safeguards.failures import check_lengths, check_sliders, off_beams, wound_up
 from heavylift.kernel.simulation.safeguards.step_check import StepCheck
 
-__all__ = ["Recorder"]
-
 
 class Recorder:
     """`rows`: times [ns] and rows so far; `number`: of the next periodic sample; `steps`: the check of fixed ones;

@@ -13,8 +13,6 @@ from heavylift.kernel.description.notes import Note
 from heavylift.kernel.simulation.assembly.assembly import INDEPENDENT
 from heavylift.kernel.simulation.native.native_state import NativeState
 
-__all__ = ["note_shared_loads"]
-
 LOADED = 1e-6  # part of the largest reaction from which something is carried
 NAMED = 6
 

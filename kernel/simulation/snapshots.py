@@ -17,8 +17,6 @@ import numpy as np
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.native.native_state import NativeState
 
-__all__ = ["Snapshot", "back", "copied", "foreign", "go_on", "kept", "mark", "read", "write"]
-
 Snapshot = dict[str, Any]
 Table = Mapping[str, tuple[str, ...]]  # part of a run, by its path -> names of its state; (): all that it has
 

@@ -15,8 +15,6 @@ from heavylift.nodes.plan.plan import Plan
 
 from .rules import STATES, Choice
 
-__all__ = ["ALWAYS"]
-
 FREE = 6  # degrees of freedom of a body that nothing holds
 EFFICIENCY = 0.985  # of a sheave on roller bearings (DIN 15020)
 

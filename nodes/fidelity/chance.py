@@ -17,11 +17,6 @@ from heavylift.nodes.plan.question import Asked
 from .case import Case
 from .hooks import Hook, nodding, tipping
 
-__all__ = [
-    "AWAITED", "FARTHEST", "PULLED", "ROCKS", "TWO", "WITHOUT", "Errors",
-    "between", "chance", "overshoot", "swung", "tipped",
-]  # fmt: skip
-
 Errors = dict[Asked, float]
 TWO, FOUR, WITHOUT = range(3)  # lumps of a rope
 SLOWER = 0.015, 0.003, 0.05  # times the square of a rope's part of its load: error of the frequency

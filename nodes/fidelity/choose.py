@@ -23,16 +23,14 @@ from heavylift.nodes.plan.question import Asked, Question
 
 from .always import ALWAYS
 from .case import Case, case_of
-from .chance import FARTHEST, chance
+from .chance import FARTHEST, Errors, chance
 from .cost import cost
 from .method import METHODS, Stepped, stepped
-from .rules import RULES, Choice, Errors
+from .rules import RULES, Choice
 from .verdict import INTEGRATION, Decided, Verdict, left, percent, unruled
 
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following
-
-__all__ = ["choose", "unpromised"]
 
 RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
 PLAIN = 1e-6  # tolerance of a run without a question

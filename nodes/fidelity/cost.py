@@ -24,18 +24,6 @@ from heavylift.nodes.plan.plan import Fidelity
 
 from .case import Case
 
-__all__ = [
-    "LONGEST",
-    "Cost",
-    "attempts",
-    "cost",
-    "duration",
-    "radau_algebra",
-    "rosenbrock_algebra",
-    "sdirk_algebra",
-    "states",
-]
-
 STAGES = 6  # of a step of DOPRI5
 UNDAMPED, DAMPED = 1.5, 2.75  # w h of a step, near the imaginary and near the real axis
 LONGEST = 0.1  # step of the kernel [s]

@@ -13,8 +13,6 @@ from math import fsum, sqrt
 
 from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values, solve
 
-__all__ = ["Hook", "coupling", "leaning", "nodding", "redistribution", "tipping"]
-
 SINGULAR = 1e-9  # singular value, relative, of hooks in one line
 
 

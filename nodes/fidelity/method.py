@@ -24,8 +24,6 @@ from .case import Case
 from .chance import Errors, overshoot, tipped
 from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, sdirk_algebra, states
 
-__all__ = ["METHODS", "Stepped", "stepped"]
-
 PARTS = 1.0, sqrt(sqrt(10.0)), sqrt(10.0), sqrt(sqrt(1000.0))  # of a decade
 TOLERANCES = tuple(float(f"1e-{(k + 3) // 4}") * PARTS[-k % 4] for k in range(8, 49))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks

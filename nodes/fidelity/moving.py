@@ -21,8 +21,6 @@ from heavylift.nodes.plan.pulses import times
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following, State
 
-__all__ = ["Parting", "askew", "by_ways", "lasts", "lifting", "profile", "turning"]
-
 ASKEW = 0.005  # [m] that trolleys move against each other and nobody minds
 
 

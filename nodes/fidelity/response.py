@@ -20,8 +20,6 @@ from math import fsum, pi, sqrt
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import cos, exp, sin
 
-__all__ = ["Knot", "Swings", "answer", "frequencies", "moved", "together"]
-
 KNOWN = 0.05  # relative uncertainty of a frequency from lengths alone
 PLACES = 25  # at which it is tried
 STEP = 1e-3  # relative, of a frequency: for derivatives

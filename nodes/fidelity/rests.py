@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     Step = tuple[StaticState, StaticState, float]  # two states and the way of the block's rest between them [m]
 
-__all__ = ["awaiting", "begins", "bouncing", "changes", "flies_up", "recoils", "swinging"]
-
 ABRUPT = 1e-3  # [s] what takes less time is a jump
 ASIDE, STRAIGHT = 0.005, 0.02  # [m] way, and jump, that count as none: ropes that stretch differently lean a block so
 CLOSE = 0.01  # of the longest way that the load goes: a jump that does not count, if that is less

@@ -17,8 +17,6 @@ from .case import Case
 from .chance import AWAITED, PULLED, ROCKS, TWO, WITHOUT, Errors, between, overshoot, swung, tipped
 from .hooks import Hook, coupling, leaning, redistribution
 
-__all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "girder_states"]
-
 COUPLED = 1.4  # of a coupling from straight pendulums of the longest ropes
 ONE_BY_ONE = 2.0  # of a load that comes aside as its corners part one after the other
 VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show

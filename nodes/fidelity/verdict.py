@@ -13,11 +13,10 @@ from heavylift.nodes.plan.actions import parts
 from heavylift.nodes.plan.plan import Fidelity, Plan
 from heavylift.nodes.plan.question import Asked, Question
 
+from .chance import Errors
 from .cost import Cost
 from .method import Stepped
-from .rules import Choice, Errors
-
-__all__ = ["EXACT", "INTEGRATION", "Decided", "Verdict", "unruled"]
+from .rules import Choice
 
 EXACT = 2e-4  # to which the richest rung itself is right: what two lumps and four differ by in peaks
 INTEGRATION = 0.1  # part of the accuracy that is left to the steps in time

@@ -16,8 +16,6 @@ from heavylift.kernel.forces.force_law import Poses
 from heavylift.kernel.multibody.graph import Graph, Link
 from heavylift.kernel.multibody.motion import axes_of
 
-__all__ = ["check_parallel"]
-
 ALONG = 1e-9  # sine between the direction of edges and an axis that turns a body of theirs
 
 

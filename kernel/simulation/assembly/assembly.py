@@ -19,8 +19,6 @@ from heavylift.kernel.multibody.trees import Tree
 
 from .start_pose import fitting_speeds, keeping, told_changes
 
-__all__ = ["Step", "assemble", "locked", "lost", "torn"]
-
 CLOSED = 1e-9  # [m or rad, m/s or rad/s] what counts as closed at the start
 SHUT = 1e-11  # [m or rad] where Newton's method may end
 ITERATIONS = 200

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
     from heavylift.kernel.multibody.graph import Link
 
-__all__ = ["fitting_speeds", "keeping", "told_changes"]
-
 SHUT = 1e-11  # scaled residual of a closed pose
 NEVER_SHORTER = 1e-3  # part of a step below which it is given up
 FOLLOWING = 100  # steps of what follows

@@ -26,12 +26,10 @@ from .condensed import Condensed, part
 from .coulomb import Contacts, Friction, settle
 from .slip import mobile
 from .touching import check_start, touch
-from .unilateral import KINDS, Unilateral, first_guard, ropes_of, slots_of
+from .unilateral import Unilateral, first_guard, ropes_of, slots_of
 
 if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
-
-__all__ = ["KINDS", "Act", "ContactSets", "Outcome"]
 
 CAPTURE = 1e-4  # [m/s] slowest rebound
 LIGHT = 1e-7  # part of the largest normal force below which a contact only touches

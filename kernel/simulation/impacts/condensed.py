@@ -9,8 +9,6 @@ from __future__ import annotations
 import numpy as np
 from heavylift.kernel.constraints.complementarity.block_pivoting import eliminate
 
-__all__ = ["Condensed", "part"]
-
 SOFT = 1e-10  # regularisation of joints that close loops, relative
 
 

@@ -21,8 +21,6 @@ from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
 from .gauss_seidel import sweep
 from .regularised_friction import regularised
 
-__all__ = ["Contacts", "Friction", "settle"]
-
 ROUNDS = 30  # changes between stick and slip, and turns of the directions
 TOGETHER = 10  # rounds in which all contacts change at once, before they do one by one
 FARTHEST = 0.7  # [rad] that a direction is turned at once

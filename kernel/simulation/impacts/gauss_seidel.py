@@ -11,8 +11,6 @@ from math import sqrt
 
 import numpy as np
 
-__all__ = ["sweep"]
-
 SWEEPS = 3000
 SETTLED = 1e-12  # change of a sweep relative to the largest force
 ENOUGH = 1e-8  # change that is accepted after all sweeps

@@ -14,8 +14,6 @@ from math import sqrt
 import numpy as np
 from heavylift.kernel.algebra.dense import solve
 
-__all__ = ["regularised"]
-
 FIRST, LAST, FACTOR = 1.0, 1.1e-12, 0.03  # e, relative to the largest free acceleration
 SLIPS = 3e3  # times e that what slides is faster than; it is within 1 / (2 SLIPS^2) = 6e-8 of its limit
 DECIDED = 1e-2  # of e z^3, z = w_t / e, which is 1/2 at the limit: below it tells on which side of it the forces are

@@ -20,8 +20,6 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 
-__all__ = ["Outcome", "resolve"]
-
 RESTING = 1e-9  # [m/s] speed that is none
 RESOLVED = 5e-5  # [s] a rope that forces pull taut again within it after an impulse has not parted
 WIDE = 1e4  # ratio of what an impulse does in two rows, beyond which softness for both would drown one

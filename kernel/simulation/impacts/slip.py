@@ -12,8 +12,6 @@ from heavylift.kernel.constraints.complementarity.block_pivoting import eliminat
 
 from .coulomb import Friction
 
-__all__ = ["mobile"]
-
 SOFT = 1e-11  # regularisation of redundant rows, relative
 HELD = 1e-6  # part of its own mobility below which a place is held by others
 REST = 1e-2  # part of the largest acceleration of what slides below which a place is at rest beside it

@@ -16,8 +16,6 @@ from heavylift.kernel.errors import KernelError
 
 from .unilateral import Numbers, Slot
 
-__all__ = ["check_start", "touch"]
-
 TOUCH = 1e-8  # [m] gap of what touches in the same instant
 SAME = 1e-7  # [m] and [rad] between candidates that are one place
 INSIDE = 1e-6  # [m] by which shapes may overlap at the start

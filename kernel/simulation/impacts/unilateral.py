@@ -19,8 +19,6 @@ from heavylift.kernel.constraints.rigid_ropes import TOUCHING, RigidAt
 if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
 
-__all__ = ["KINDS", "Rope", "Slot", "Unilateral", "first_guard", "ropes_of", "slots_of"]
-
 KINDS = ("touch", "press", "grip", "leave")  # guards of contacts
 BEGIN = 1e-7  # [m/s] back against a slip that begins
 

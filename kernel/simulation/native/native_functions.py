@@ -24,8 +24,6 @@ from .row_functions import halted, kick, kicking, projection, survey, surveying
 from .sample_row import columns, row_layout
 from .steps import Row, bisect, close, commit, complete, look, refresh, sample, step
 
-__all__ = ["Stepping"]
-
 RARE = "sample", "look", "refresh", "slope", "climb"  # between steps
 
 

@@ -32,8 +32,6 @@ from .native_functions import Stepping
 from .options import Options
 from .oracle import Oracle
 
-__all__ = ["FOREVER_NS", "NEVER", "ROWS", "NativeState"]
-
 FOREVER_NS = 2**63 - 1
 ROWS = 512  # rows of the table that native code fills, besides those that one step may add
 NEVER = 1e15  # [s] local time that does not come

@@ -12,8 +12,6 @@ from heavylift.kernel.compiler.function import Function, Primitive, flatten
 
 from .native_functions import Stepping
 
-__all__ = ["Oracle"]
-
 
 class Oracle:
     """Stands in for `machine_code.Library`."""

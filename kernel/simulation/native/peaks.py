@@ -15,8 +15,6 @@ from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, se
 from heavylift.kernel.methods.method import Method, combine, inside
 from heavylift.kernel.methods.step_state import Rate, StepState
 
-__all__ = ["FLAGS", "POINTS", "begin", "climb", "remember", "slope", "watch"]
-
 POINTS = ("Ta", "Tb", "top")  # (n_ropes,) at the starts of the last two steps; highest so far
 FLAGS = ("ta", "steep", "hilly", "searched")  # start of the step before the last one; what that calls for; searches
 SLIGHT = 1e-4  # of the highest tension, at most: what is not looked for

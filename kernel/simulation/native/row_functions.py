@@ -18,8 +18,6 @@ from heavylift.kernel.model.evaluation import Evaluation, evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates
 
-__all__ = ["halted", "kick", "kicking", "projection", "survey", "surveying"]
-
 
 def projection(program: Program) -> Function:
     """t, y, P -> place: y on the constraints; gap, slip (n,) as they were before; pivot (n,) see `Rows.pivots`."""

@@ -16,8 +16,6 @@ from heavylift.kernel.methods.step_state import StepState
 from heavylift.kernel.model.evaluation import Evaluation
 from heavylift.kernel.model.program import Program
 
-__all__ = ["ROW", "Columns", "Label", "columns", "kept", "labels", "row_layout"]
-
 Label = tuple[str, str, int]  # group of columns, whose, which of its own
 
 

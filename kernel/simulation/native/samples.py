@@ -20,8 +20,6 @@ from heavylift.kernel.multibody.graph import Link, coordinate_names
 from .native_functions import Stepping
 from .sample_row import ROW
 
-__all__ = ["Channel", "channels", "published", "shown"]
-
 POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 UNITS = {c.name: c.unit for c in ROW}
 

@@ -13,8 +13,6 @@ from heavylift.kernel.model.quantities import check_signal, names, numbers, poin
 
 from .sample_row import row_layout
 
-__all__ = ["Reader", "reader"]
-
 Reader: TypeAlias = Callable[[Sequence[float]], float]  # of a raw row (columns,)
 
 

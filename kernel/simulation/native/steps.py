@@ -21,11 +21,6 @@ from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 from .peaks import begin, remember, watch
 from .sample_row import kept
 
-__all__ = [
-    "BREAK", "EVENT", "FAILED", "RUNNING", "STILL", "Project", "Row",
-    "bisect", "close", "commit", "complete", "look", "refresh", "sample", "step",
-]  # fmt: skip
-
 RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # why a native call returned
 LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
 

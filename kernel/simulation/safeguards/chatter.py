@@ -14,8 +14,6 @@ from math import sqrt
 import numpy as np
 from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE, RopeAt
 
-__all__ = ["MANY", "RESOLVED", "Rattling", "critical", "moved_mass"]
-
 RESOLVED = 5e-5  # [s] between two events, below which they are a rattle
 MANY = 50  # times in a row that a rope becomes taut
 

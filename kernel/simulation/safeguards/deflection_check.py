@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
     from heavylift.kernel.multibody.graph import Link
 
-__all__ = ["LASTING", "bent", "check_bending", "check_compression", "compressed", "pass_limit", "relieve"]
-
 SLENDER = 0.5  # of the buckling load, from which a body that knows of its compression is noted
 UNKNOWN = 0.05  # the same for one that does not: its deflections are so much too small
 LASTING = 0.1  # [s] that compression lasts in a row of samples before it counts: shocks bend nothing so soon

@@ -7,8 +7,6 @@ from heavylift.kernel.description.notes import Note
 from heavylift.kernel.methods.stability import Balance
 from heavylift.kernel.simulation.native.native_state import NativeState
 
-__all__ = ["EnergyCheck"]
-
 
 class EnergyCheck:
     """Compares the energies of a row with those at the last event; `step`: a fixed one [s], or None."""

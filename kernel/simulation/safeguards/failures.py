@@ -14,8 +14,6 @@ from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.model.poses import poses_of
 from heavylift.kernel.model.program import Program
 
-__all__ = ["check_lengths", "check_sliders", "off_beams", "too_slow", "too_small", "undefined", "unsolved", "wound_up"]
-
 OTHER = {"radau5": "choose a larger tolerance"}  # what is left to a method that is itself the remedy
 SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
 

@@ -15,8 +15,6 @@ from heavylift.kernel.model.evaluation import Evaluation, evaluate
 from heavylift.kernel.model.kinetic_energy import KineticShares
 from heavylift.kernel.simulation.native.native_state import NativeState
 
-__all__ = ["Fastest", "fastest", "told_fastest"]
-
 ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 

@@ -20,8 +20,6 @@ from heavylift.kernel.multibody.trees import Tree
 if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
 
-__all__ = ["check_resistance"]
-
 ROUND_OFF = 1e-14  # of a pivot, relative to the products whose sum it is
 FULL = 1e-12  # least principal moment of a full inertia, relative to the largest
 

@@ -6,8 +6,6 @@ a tenth of a second of the scene or less: nobody waits for that, and no law of a
 
 from __future__ import annotations
 
-__all__ = ["CROWD", "STEPS", "Patience"]
-
 STEPS = 1_000_000  # attempted for one second of the scene
 CROWD = 2000  # events in a row, each so close to the last that no rope or support could tell them apart, or in a spell
 SPELL_NS = 10_000_000  # of the scene

@@ -21,8 +21,6 @@ from heavylift.kernel.simulation.native.native_state import NativeState
 
 from .fastest_mode import told_fastest
 
-__all__ = ["StepCheck"]
-
 RADIANS = 30.0  # five swings
 WRONG = 0.25
 CALM = 1e-3  # [m/s] what moves no faster is at rest
