@@ -37,7 +37,7 @@ from .checks import check_description
 from .parameters import PROFILE, Parameters
 from .quantities import check_signal
 from .quantities import points as quantity_points
-from .traced_functions import SharedTree, profile, tree_functions
+from .traced_functions import SharedTree, profile, shared_tree
 
 if TYPE_CHECKING:
     from heavylift.kernel.multibody.flexible.modes import Modes
@@ -63,8 +63,6 @@ class _Cut(NamedTuple):
 
 
 _last: list[_Cut] = []  # the last one
-_shared: dict[tuple[int, str, str], SharedTree] = {}  # by number, formulation and kind of tree, the oldest first
-MOST_SHARED = 64
 
 
 class Program:
@@ -292,13 +290,8 @@ class Program:
             held = tuple(i for i in ends if t.first + i in self.constraints.bodies)
             key = self.sharing(t) + str(ends) + str(held)
             if key not in kinds:
-                made = len(kinds), self.formulation, key
-                found = _shared.pop(made, None)
-                kinds[key] = found or tree_functions(len(kinds), t, ends, held, self.formulation)
-                _shared[made] = kinds[key]
+                kinds[key] = shared_tree(key, len(kinds), t, ends, held, self.formulation)
             out.append((t, kinds[key]))
-        for old in list(_shared)[: max(0, len(_shared) - MOST_SHARED)]:
-            _shared.pop(old, None)
         return out
 
 

@@ -34,6 +34,22 @@ class SharedTree:
     opened: OpenTree | None
 
 
+_made: dict[tuple[int, str, str], SharedTree] = {}  # by number, formulation and what is equal, the oldest first
+MOST = 64
+
+
+def shared_tree(
+    key: str, k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str
+) -> SharedTree:
+    """The functions of trees for which `key` is equal, of any scene: the last ones are kept."""
+    made = k, formulation, key
+    found = _made.pop(made, None) or tree_functions(k, tree, ends, held, formulation)
+    _made[made] = found
+    for old in list(_made)[: max(0, len(_made) - MOST)]:
+        _made.pop(old, None)
+    return found
+
+
 def profile(t: Array, p: Array) -> Outputs:
     """Reference, its rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `kernel.profile`.
 
