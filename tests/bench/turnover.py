@@ -16,8 +16,9 @@ import tempfile
 import time
 from pathlib import Path
 from statistics import median
+from unittest.mock import patch
 
-from heavylift.coordinator.record import scene as recording
+from heavylift.coordinator import verdict
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.nodes.statics.rehearsal import Rehearsal
@@ -62,26 +63,21 @@ def path() -> float:
 
 def verdicts(folder: Path) -> tuple[float, float, float]:
     """Seconds of the verdict, of the kernel, and once of the imports."""
-    found, imports = [], []
-    judged = recording.judge
+    found = []
+    began = time.perf_counter()
+    verdict.prepare()
+    imported = time.perf_counter() - began
+    judge = verdict.judge
 
     def timed(*arguments):  # type: ignore[no-untyped-def]
         began = time.perf_counter()
-        import coal  # noqa: F401
-        import heavylift.coordinator.verdict.judging  # noqa: F401
+        judged = judge(*arguments)
+        found.append(time.perf_counter() - began)
+        return judged
 
-        ready = time.perf_counter()
-        verdict = judged(*arguments)
-        found.append(time.perf_counter() - ready)
-        imports.append(ready - began)
-        return verdict
-
-    recording.judge = timed
-    try:
+    with patch.object(verdict, "judge", timed):
         runs = [run(load(SCENE, END), folder / "run.mcap", in_process=True) for _ in range(TIMES)]
-    finally:
-        recording.judge = judged
-    return median(found), median(r.budget.kernel for r in runs), imports[0]
+    return median(found), median(r.budget.kernel for r in runs), imported
 
 
 def main() -> None:
@@ -94,9 +90,9 @@ def main() -> None:
             row(f"start to first grant, {what} cache", median(g for g, _ in found), "s", at_most=to_grant)
             row(f"{SCENE}, start to exit, {what} cache", median(e for _, e in found), "s", at_most=RUN_s)
         row(f"{SCENE}, equilibrium path", path(), "s", at_most=PATH_s)
-        verdict, kernel, imported = verdicts(folder)
+        judged, kernel, imported = verdicts(folder)
         name = f"{SCENE}, verdict and clearances"
-        row(name, verdict, "s", "kernel of the same run", kernel, at_most=VERDICT_s, absolute=True)
+        row(name, judged, "s", "kernel of the same run", kernel, at_most=VERDICT_s, absolute=True)
         row("import of the judges and their library", imported, "s")
 
 
