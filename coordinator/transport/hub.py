@@ -248,7 +248,8 @@ class Hub(Exchange):
     def close(self) -> None:
         """End the session and remove the run's directory."""
         self._lookout.excuse(*self.placement.processes)
-        Thread(target=self._drain, daemon=True).start()
+        drain = Thread(target=self._drain, daemon=True)
+        drain.start()
         deadline = time.monotonic() + LEAVE_s
         while any(self.present(process) for process in self.placement.awaited) and time.monotonic() < deadline:
             time.sleep(0.005)  # they close when all that they have said is here
@@ -259,6 +260,7 @@ class Hub(Exchange):
             )  # who has asked something closes when the answer is there; an earlier end would cut it off
         self._lookout.close()
         super().close()
+        drain.join(LEAVE_s)  # a thread that comes out of foreign code while Python ends would abort the process
         self.directory.remove()
 
     def _drain(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -81,3 +82,11 @@ def test_a_run_removes_what_others_have_left_that_were_killed_at_any_moment(tmp_
     for directory in (living, new):
         directory.remove()
     assert {path.name[-1] for path in tmp_path.iterdir()} == {*"abcd"}
+
+
+def test_no_thread_of_a_hub_outlives_it() -> None:
+    """One that comes out of foreign code while Python ends aborts the process: "exception not rethrown"."""
+    before = threading.enumerate()
+    for _ in range(RUNS):
+        apart()
+        assert threading.enumerate() == before
