@@ -111,11 +111,11 @@ def no_way_leads_from_model_to_model_within_a_node(patch: Patch) -> None:
 
 
 def only_the_first_model_of_a_node_hears(patch: Patch) -> None:
-    def reached(original: Callable[..., Any], begin: dict[int, Any], *more: Any) -> Any:
+    def nearest(original: Callable[..., Any], begin: dict[int, Any], *more: Any) -> Any:
         heard = begin and all(delay == distance.ZERO for delay in begin.values())
         return original({min(begin): distance.ZERO} if heard else begin, *more)
 
-    changed(patch, distance, "_reached", reached)
+    changed(patch, distance, "_nearest", nearest)
 
 
 def a_node_is_quiet_for_ever_if_its_next_tag_is(patch: Patch) -> None:

@@ -14,7 +14,7 @@ from command import PATIENCE_s
 
 POINTS = 40  # of each signal
 STARTED = """
-import os, subprocess, sys, tempfile
+import os, signal, subprocess, sys, tempfile
 from pathlib import Path
 from heavylift.coordinator import cli
 from heavylift.coordinator.run import joining, models
