@@ -191,7 +191,7 @@ PARTS = ("tensions", "supports", "poses", "coordinates", "references", "speeds",
 
 def _together(states: list[StaticState]) -> StaticState:
     """All that these states tell, the last one's words."""
-    whole = {part: dict(getattr(states[0], part)) for part in PARTS}  # copied at once: each lift has it at each instant
+    whole: dict[str, Any] = {part: dict(getattr(states[0], part)) for part in PARTS}  # one copy: that is often done
     for state in states[1:]:
         for part, known in whole.items():
             known.update(getattr(state, part))
