@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .symbol import RECORDING, Graph, Sym, is_sym, node
+from .symbol import RECORDING, Array, Graph, Sym, is_sym, node
 
 IDLE = ("in", "ret", "slice", "block")  # of nodes: they read what is there
 Outputs: TypeAlias = Mapping[str, Any]  # what a body returns: the numbers of each block
@@ -89,8 +89,8 @@ class Function:
 
     def __call__(self, **values: Any) -> SimpleNamespace:
         if not RECORDING.graphs or RECORDING.graphs[-1].opaque:
-            out = self.body(**{k: v if self.inputs[k] == OPAQUE else np.array(flatten(v)) for k, v in values.items()})
-            return SimpleNamespace(**{k: np.array(flatten(v)) for k, v in out.items()})
+            out = self.body(**{k: v if self.inputs[k] == OPAQUE else _exact(v) for k, v in values.items()})
+            return SimpleNamespace(**{k: _exact(v) for k, v in out.items()})
         call = node("call", self, *(tuple(flatten(values[k])) for k in self.inputs))
 
         def returned(k: str, v: list[Any]) -> Any:
@@ -129,6 +129,11 @@ def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
         out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))
         at += max(1, x.width) if is_sym(x) else 1
     return out
+
+
+def _exact(x: Any) -> Array:
+    """Numbers in order, of Python's floats: NumPy hands products of its own to BLAS, whose last bits differ."""
+    return np.array(flatten(x), dtype=object)
 
 
 def flatten(x: Any) -> list[Any]:
