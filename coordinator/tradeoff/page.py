@@ -9,16 +9,13 @@ from collections.abc import Sequence
 from html import escape
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from heavylift.recordings.format.html import Cell, bullets, document, table
 
 from .figure import inline
+from .measuring import Measured
 from .quantities import MEANT
 from .verdict import NOISE, Row, answers, percent
-
-if TYPE_CHECKING:
-    from .measuring import Measured
 
 STYLE = (Path(__file__).parent / "page.css").read_text()
 

@@ -16,18 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import ASKABLE
-from heavylift.nodes.plan.question import SHORTEST, USUAL
+from heavylift.nodes.plan.question import SHORTEST, USUAL, Asked
+from heavylift.nodes.scene import LoadedScene
 
 from .playing import Shown, Span
-
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.question import Asked
-    from heavylift.nodes.scene import LoadedScene
 
 MEANT: dict[Asked, str] = {
     "rope tension": "peak of each hook rope; a sample above the true peak counts as well",

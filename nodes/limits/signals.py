@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
+from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import Plan
 
 Column: TypeAlias = NDArray[np.float64]
 Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> lug
