@@ -26,7 +26,7 @@ from .yard import ramp_of
 
 LAWS: dict[str, Callable[[str, Any], object]] = {  # by the field of the kernel's `System`, from a name and its keys
     "springs": lambda n, x: k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest, x.coordinate),
-    "stops": lambda n, x: k.Stop(n, x.joint, *x.range, x.stiffness, x.damping, x.coordinate),
+    "stops": lambda n, x: k.Stop(n, x.joint, x.range[0], x.range[1], x.stiffness, x.damping, x.coordinate),
     "brakes": lambda n, x: k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged, x.coordinate),
     "locks": lambda n, x: k.Lock(n, x.joint, x.engaged),
     "drives": lambda n, x: k.Drive(n, x.joint, x.type, x.stiffness, x.damping, x.coordinate),

@@ -15,17 +15,14 @@ from heavylift.nodes.plan.question import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
-from .actions import Action, Condition
+from .actions import Action, Condition, Interlock
 from .base import Base, Name, Place, keys_of
-from .interlocks import Interlock
+from .environment import Floor, Obstacle, Vessel, Waves, Wind
 from .nodes import OwnModel, Process
-from .obstacles import Floor, Obstacle
 from .parts.flexible import Hull, Mode
 from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
 from .parts.rigging import Edge, Rigging, SlingType
-from .vessels import Vessel, Waves
-from .wind import Wind
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing

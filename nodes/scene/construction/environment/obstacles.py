@@ -15,7 +15,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.base import turned
-from heavylift.nodes.scene.keys.obstacles import Obstacle
+from heavylift.nodes.scene.keys.environment import Obstacle
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.contacts import touches
 from heavylift.nodes.scene.text.faults import closest

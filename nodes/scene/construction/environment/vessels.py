@@ -19,9 +19,9 @@ from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.construction.yard import Yard, box
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.environment import Floating, Vessel, Waves
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.rigging import Frame
-from heavylift.nodes.scene.keys.vessels import Floating, Vessel, Waves
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 

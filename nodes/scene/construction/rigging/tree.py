@@ -22,8 +22,7 @@ from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-from .edges import along_edges
-from .reeved import SPREAD, equalising, height_of
+from .edges import SPREAD, along_edges, equalising, height_of
 from .slings import lugs_of, slings_of
 
 NOWHERE = k.Point("")
