@@ -279,6 +279,11 @@ class Scene(Base):
     actions: list[Action] = Field(default_factory=list)
 
     @property
+    def all_blocks(self) -> dict[str, Block]:
+        """The block of the scene and its several, by name."""
+        return {**({"block": self.block} if self.block else {}), **self.blocks}
+
+    @property
     def wanted_accuracy(self) -> float:
         """Of each quantity that is asked, or of the rope tensions; as written or by default (0.01: 1 %)."""
         return self.accuracy or (USUAL if self.ask else OF_TENSIONS)

@@ -28,7 +28,7 @@ TOUCH = 1e-9  # [m]
 def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
     """All of them, beside blocks and vessels; what is wrong is added to the faults of the scene."""
     scene, source = yard.scene, yard.source
-    blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+    blocks = scene.all_blocks
     sizes = {name: block.size for name, block in blocks.items()}
     if not blocks:
         source.fault((OBSTACLES if scene.obstacles else "floor",), "there is no block that could meet it", on_key=True)

@@ -32,7 +32,7 @@ class Tree:
     """All rigging of a scene; what is wrong with it is added to the faults of its source."""
 
     def __init__(self, source: Source, scene: Scene, around: k.System) -> None:
-        blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+        blocks = scene.all_blocks
         for name in () if blocks else scene.rigging:
             source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
         self.source, self.scene, self.rigging, self.gravity = source, scene, scene.rigging, scene.gravity
