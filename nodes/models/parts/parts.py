@@ -58,16 +58,24 @@ class JointAtomic(Part):
     """Holds a joint: type, place and start."""
 
     def __init__(self, joint: Joint) -> None:
-        super().__init__("joint", System(joints=(joint,)))
+        super().__init__("joint")
         self.joint = joint
+
+    def declare(self) -> System:
+        """The joint."""
+        return System(joints=(self.joint,))
 
 
 class BodyAtomic(Part):
     """Holds a body: mass, centre of mass, inertia."""
 
     def __init__(self, body: Body) -> None:
-        super().__init__("body", System(bodies=(body,)))
+        super().__init__("body")
         self.body = body
+
+    def declare(self) -> System:
+        """The body."""
+        return System(bodies=(self.body,))
 
 
 class RopeAtomic(Part):
