@@ -8,7 +8,7 @@ lift-off time   |t - true t| / duration of the stage, or half a second if that i
 
 Rungs move the ends of stages by seconds, so places are compared stage by stage.
 
-Swing and position are not quite what `heavylift check` predicts (`nodes.fidelity.question`) but mostly stricter:
+Swing and position are not quite what `heavylift check` predicts (`nodes.plan.fidelity`) but mostly stricter:
 `MEANT` says to the reader of a report where they differ.
 """
 
@@ -20,7 +20,7 @@ from math import inf, pi
 import numpy as np
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import ASKABLE
-from heavylift.nodes.plan.question import SHORTEST, USUAL, Asked
+from heavylift.nodes.plan.fidelity import SHORTEST, USUAL, Asked
 from heavylift.nodes.scene import LoadedScene
 
 from .playing import Shown, Span

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import msgspec
 from heavylift.nodes.fidelity import Question, choose
+from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import TENSION_METHODS, Fidelity, Plan
 from heavylift.nodes.plan.planar import planar
-from heavylift.nodes.plan.question import Asked
 from heavylift.nodes.scene import LoadedScene
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)

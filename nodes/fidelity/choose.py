@@ -15,10 +15,9 @@ from itertools import combinations
 
 import msgspec
 from heavylift.nodes.models.assembly import system
-from heavylift.nodes.plan.fidelity import ALONG
+from heavylift.nodes.plan.fidelity import ALONG, Asked, Question
 from heavylift.nodes.plan.plan import Fidelity, Plan
 from heavylift.nodes.plan.planar import planar
-from heavylift.nodes.plan.question import Asked, Question
 from heavylift.nodes.statics.static_state import Following
 
 from .always import ALWAYS

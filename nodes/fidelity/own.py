@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import Fidelity, Plan
-from heavylift.nodes.plan.question import Asked
 from heavylift.nodes.statics.static_state import Following
 
 from .case import case_of

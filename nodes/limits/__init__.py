@@ -24,8 +24,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.on_demand import on_demand
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import Finding, Limit, Use
 
 if TYPE_CHECKING:
     from .judging import judge, uses_of, uses_on_path

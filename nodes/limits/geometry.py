@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import dist, hypot
 
 from heavylift.kernel.description.points import Vector
-from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
 
 REACH = 1.0  # of a lug from the plates of its block [m]

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import isfinite
 
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import Finding, Limit, Use
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace
 

@@ -17,8 +17,7 @@ from heavylift.nodes.limits.telling import rows as rows_of
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, Following
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from heavylift.kernel.description.mechanics import MethodName
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.question import USUAL, Asked
+from heavylift.nodes.plan.fidelity import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
