@@ -28,11 +28,11 @@ from heavylift.nodes.plan.limit import Finding, Limit, Use
 
 if TYPE_CHECKING:
     from .judging import judge, uses_of, uses_on_path
-    from .signals import Signals, signals_of, signals_of_peaks
+    from .signals import Signals, signals_of
     from .telling import rows
 
 __all__ = [
-    "Finding", "Limit", "Signals", "Use", "judge", "rows", "signals_of", "signals_of_peaks", "uses_of", "uses_on_path",
+    "Finding", "Limit", "Signals", "Use", "judge", "rows", "signals_of", "uses_of", "uses_on_path",
 ]  # fmt: skip
-SIGNALS = dict.fromkeys(("Signals", "signals_of", "signals_of_peaks"), ".signals")
+SIGNALS = dict.fromkeys(("Signals", "signals_of"), ".signals")
 __getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | {"rows": ".telling"})

@@ -99,11 +99,6 @@ class _Line(Protocol):
     def b(self) -> tuple[float, float, float]: ...
 
 
-def signals_of_peaks(peaks: Mapping[str, tuple[float, float]]) -> Signals:
-    """What the exact peaks of ropes and slings alone tell [N] and when [s]: single hooks, ropes and slings."""
-    return Signals(t=np.zeros(1), tensions={name: np.zeros(1) for name in peaks}, peaks=peaks, dynamic=True)
-
-
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
     """Which sling hangs on which lug from when on [s], told by the rope lines that hang then."""
     slings = {sling.name for sling in plan.rig.slings}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits import Limit, Signals, judge, signals_of_peaks, uses_of, uses_on_path
+from heavylift.nodes.limits import Finding, Limit, Signals, judge, uses_of, uses_on_path
 from heavylift.nodes.limits.sentences import percent
 from heavylift.nodes.limits.telling import likewise, rows, unjudged
 from heavylift.nodes.plan import plan
@@ -19,6 +19,15 @@ from heavylift.nodes.scene.keys.base import comments
 from heavylift.nodes.scene.keys.schema import Block, Crane, Loader, SlingType, Supports
 
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
+
+
+def peaks_alone(peaks: dict[str, tuple[float, float]]) -> Signals:
+    """Exact peaks [N] and when [s], and nothing else of a run."""
+    return Signals(t=np.zeros(1), tensions={name: np.zeros(1) for name in peaks}, peaks=peaks, dynamic=True)
+
+
+def judged(peaks: dict[str, tuple[float, float]], built: plan.Plan) -> list[Finding]:
+    return judge(built, uses_of(built, [peaks_alone(peaks)]), dynamic=True)
 
 
 @pytest.mark.parametrize("name", ["lift", "tandem", "turnover"])
@@ -104,12 +113,9 @@ def test_two_judgements_of_a_sling() -> None:
     built = load("lift", ["rig.sling={breaking: 6 MN, factor: 5, partial factor: 3}"]).plan
     cases = {1.19e6: [], 1.26e6: ["sling tension"], 1.99e6: ["sling tension"], 2.1e6: ["sling tension", "sling peak"]}
     for peak, beyond in cases.items():
-        uses = uses_of(built, [signals_of_peaks({"loader-1.sling-2": (peak, 12.5)})])
+        uses = uses_of(built, [peaks_alone({"loader-1.sling-2": (peak, 12.5)})])
         assert [use.limit.quantity for use in uses if use.beyond and "sling" in use.limit.quantity] == beyond
-    told = [
-        f.sentence
-        for f in judge(built, uses_of(built, [signals_of_peaks({"loader-1.sling-2": (2.1e6, 12.5)})]), dynamic=True)
-    ]
+    told = [f.sentence for f in judged({"loader-1.sling-2": (2.1e6, 12.5)}, built)]
     assert told == [
         (
             "the tension of the sling loader-1.sling-2 was 2100 kN, 175 % of its limit: 2.86 times below its breaking "
@@ -125,7 +131,7 @@ def test_two_judgements_of_a_sling() -> None:
 def test_the_first_that_is_beyond_is_told_and_the_others_named() -> None:
     built = load("lift").plan
     peaks = {f"loader-{i}.sling-1": (1.3e6, 5.0) for i in (1, 2, 3)}
-    (told,) = likewise(judge(built, uses_of(built, [signals_of_peaks(peaks)]), dynamic=True))
+    (told,) = likewise(judged(peaks, built))
     assert told.sentence.endswith("; likewise loader-2.sling-1, loader-3.sling-1")
     assert told.severity == "red"
 
@@ -169,9 +175,7 @@ def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
         ("fall-1", 400e3, 1.0, "the scene"),
         ("fall-2", 500e3, 4.0, "certificate 7"),
     ]
-    found = judge(
-        built, uses_of(built, [signals_of_peaks({"fall-1": (480e3, 3.0), "fall-2": (480e3, 3.0)})]), dynamic=True
-    )
+    found = judged({"fall-1": (480e3, 3.0), "fall-2": (480e3, 3.0)}, built)
     assert [f.sentence for f in found] == ["the rope fall-1 carried 480 kN, 120 % of its limit of 400 kN (the scene)"]
     assert unjudged(load("trolley", ["limits={ropes: {fall-1: {tension: 400 kN}}}"]).plan.limits) == [
         "rope tension of fall-2: not judged; give it under 'limits: {ropes: ...}'"
