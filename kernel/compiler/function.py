@@ -89,8 +89,8 @@ class Function:
 
     def __call__(self, **values: Any) -> SimpleNamespace:
         if not RECORDING.graphs or RECORDING.graphs[-1].opaque:
-            out = self.body(**{k: v if self.inputs[k] == OPAQUE else _exact(v) for k, v in values.items()})
-            return SimpleNamespace(**{k: _exact(v) for k, v in out.items()})
+            out = self.body(**{k: v if self.inputs[k] == OPAQUE else self._numbers(v) for k, v in values.items()})
+            return SimpleNamespace(**{k: np.array(flatten(v)) for k, v in out.items()})
         call = node("call", self, *(tuple(flatten(values[k])) for k in self.inputs))
 
         def returned(k: str, v: list[Any]) -> Any:
@@ -100,6 +100,10 @@ class Function:
             return np.array([node("ret", call, k, i) for i in range(width)] + [None], dtype=object)[:-1]
 
         return SimpleNamespace(**{k: returned(k, v) for k, v in self.outputs.items()})
+
+    def _numbers(self, x: Any) -> Array:
+        """Python's floats in order: NumPy hands products of its own to BLAS, whose last bits differ."""
+        return np.array(flatten(x), dtype=object)
 
 
 class Primitive(Function):
@@ -121,6 +125,9 @@ class Primitive(Function):
         self._nodes = []
         self._outputs = {k: [0.0] * n for k, n in outputs.items()}
 
+    def _numbers(self, x: Any) -> Array:
+        return np.array(flatten(x))  # whatever an oracle does, machine code does in a stated order
+
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
     """Each value written to a block, with whether it already stands at its place there."""
@@ -129,11 +136,6 @@ def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
         out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))
         at += max(1, x.width) if is_sym(x) else 1
     return out
-
-
-def _exact(x: Any) -> Array:
-    """Numbers in order, of Python's floats: NumPy hands products of its own to BLAS, whose last bits differ."""
-    return np.array(flatten(x), dtype=object)
 
 
 def flatten(x: Any) -> list[Any]:
