@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 from heavylift.coordinator.commands.common import completing
-from heavylift.coordinator.commands.common.app import File, Force, Json, app, written_to
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import RecordingError
 
 if TYPE_CHECKING:
@@ -15,9 +18,8 @@ if TYPE_CHECKING:
 
 
 @app.command()
-def info(file: File, as_json: Json = False) -> None:
+def info(file: o.File, as_json: o.Json = False) -> None:
     """Say what a recording holds.    heavylift info turnover.mcap"""
-    import msgspec
     from heavylift.recordings import info as describe
     from heavylift.recordings import info_data
 
@@ -27,14 +29,14 @@ def info(file: File, as_json: Json = False) -> None:
 
 @app.command()
 def plot(
-    file: File,
+    file: o.File,
     signals: Annotated[
         list[str] | None,
         typer.Argument(help="signals or patterns, such as 'rope/tension/west.*', default tensions; a second recording"),
     ] = None,
-    output: Annotated[Path | None, written_to("figure: .png, .svg, .html to zoom, or .gif of the lift")] = None,
+    output: Annotated[Path | None, o.written_to("figure: .png, .svg, .html to zoom, or .gif of the lift")] = None,
     lift: Annotated[bool, typer.Option("--lift", help="the lift itself at some instants; as .gif a film")] = False,
-    force: Force = False,
+    force: o.Force = False,
 ) -> None:
     """Draw signals, limits and stages.    heavylift plot turnover.mcap 'rope/tension/*' 'pose/block/?' -o x.html
 
@@ -61,13 +63,13 @@ def plot(
 
 @app.command()
 def view(
-    file: File,
+    file: o.File,
     other: Annotated[
         Path | None,
         typer.Argument(help="another recording, shown beside it", autocompletion=completing.recordings),
     ] = None,
-    output: Annotated[Path | None, written_to("page; default NAME.html")] = None,
-    force: Force = False,
+    output: Annotated[Path | None, o.written_to("page; default NAME.html")] = None,
+    force: o.Force = False,
 ) -> None:
     """Write one page with the lift in 3D, signals, stages, events.    heavylift view turnover.mcap
 
@@ -82,15 +84,14 @@ def view(
 
 @app.command()
 def report(
-    file: File,
-    output: Annotated[Path | None, written_to("document, .html, .pdf or .xlsx; default NAME-report.html")] = None,
+    file: o.File,
+    output: Annotated[Path | None, o.written_to("document, .html, .pdf or .xlsx; default NAME-report.html")] = None,
     revision: Annotated[str, typer.Option("--revision", help="revision of the document")] = "0",
     author: Annotated[str, typer.Option("--author", help="who prepared it")] = "",
-    force: Force = False,
-    as_json: Json = False,
+    force: o.Force = False,
+    as_json: o.Json = False,
 ) -> None:
     """Write the planner's document: verdict, limits, loads, stages.    heavylift report turnover.mcap -o run.pdf"""
-    import msgspec
     from heavylift.recordings import Recording
     from heavylift.recordings import report as write
     from heavylift.recordings.documents import Issue, facts
@@ -124,17 +125,16 @@ def _verdict(file: Path) -> Judged | None:
 
 @app.command()
 def compare(
-    a: File,
-    b: File,
+    a: o.File,
+    b: o.File,
     signals: Annotated[
         list[str] | None, typer.Argument(help="signals or patterns to draw; default those that differ most")
     ] = None,
-    output: Annotated[Path | None, written_to("figure of both over one another: .png, .svg, .html")] = None,
-    force: Force = False,
-    as_json: Json = False,
+    output: Annotated[Path | None, o.written_to("figure of both over one another: .png, .svg, .html")] = None,
+    force: o.Force = False,
+    as_json: o.Json = False,
 ) -> None:
     """Say whether two runs are equal (exit code 0) or where they part (1).    heavylift compare a.mcap b.mcap"""
-    import msgspec
     from heavylift.recordings import compare as side_by_side
     from heavylift.recordings import overlay
 
@@ -148,12 +148,12 @@ def compare(
 
 @app.command()
 def export(
-    file: File,
-    output: Annotated[Path, written_to("table, .csv or .parquet")],
+    file: o.File,
+    output: Annotated[Path, o.written_to("table, .csv or .parquet")],
     signals: Annotated[
         list[str] | None, typer.Option("--signal", help="signal or pattern, such as 'rope/tension/*'; default all")
     ] = None,
-    force: Force = False,
+    force: o.Force = False,
 ) -> None:
     """Write signals as a table, units in the names.    heavylift export turnover.mcap -o turnover.csv"""
     from heavylift.recordings import export as write
@@ -169,8 +169,8 @@ def recover(
             help="a cut-off or damaged recording (.mcap or .mcap.part)", autocompletion=completing.recordings
         ),
     ],
-    output: Annotated[Path | None, written_to("default NAME-recovered.mcap")] = None,
-    force: Force = False,
+    output: Annotated[Path | None, o.written_to("default NAME-recovered.mcap")] = None,
+    force: o.Force = False,
 ) -> None:
     """Save what a killed run has left.    heavylift recover turnover.mcap.part"""
     from heavylift.recordings import recover as save
@@ -181,14 +181,12 @@ def recover(
 
 @app.command()
 def trace(
-    file: File,
+    file: o.File,
     perfetto: Annotated[Path | None, typer.Option("--perfetto", help="file for ui.perfetto.dev, .json")] = None,
-    force: Force = False,
-    as_json: Json = False,
+    force: o.Force = False,
+    as_json: o.Json = False,
 ) -> None:
     """Show who worked and who waited for whom in a run.    heavylift trace turnover.mcap --perfetto trace.json"""
-    import json
-
     from heavylift.coordinator.trace import Timeline, data, text, trace_events
     from heavylift.recordings.write.partfile import written
 
@@ -202,9 +200,9 @@ def trace(
 
 @app.command()
 def layout(
-    file: File,
-    output: Annotated[Path | None, written_to("default NAME-lichtblick.json")] = None,
-    force: Force = False,
+    file: o.File,
+    output: Annotated[Path | None, o.written_to("default NAME-lichtblick.json")] = None,
+    force: o.Force = False,
 ) -> None:
     """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
     from heavylift.recordings import Recording

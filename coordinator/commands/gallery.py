@@ -10,16 +10,14 @@ import shlex
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import PartFile
-
-if TYPE_CHECKING:
-    from heavylift.nodes.scene import LoadedScene
 
 SEE = "See it:"
 WIDTH, COLOURS = 900, 255  # [px], and of the palette: a picture of some kB

@@ -6,6 +6,7 @@ recording that is read again.  What is only needed by some commands is `missing`
 
 from __future__ import annotations
 
+import json
 import os
 import platform
 import shutil
@@ -17,7 +18,8 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 import typer
-from heavylift.coordinator.commands.common.app import Json, app
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import HeavyliftError
 
 EXTRAS = {  # what some commands need, and what for
@@ -39,10 +41,8 @@ class Finding(NamedTuple):
 
 
 @app.command()
-def doctor(as_json: Json = False) -> None:
+def doctor(as_json: o.Json = False) -> None:
     """Check the installation: versions, rights, a short run in processes.    heavylift doctor"""
-    import json
-
     found = []
     for finding in findings():
         found.append(finding)

@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from heavylift.coordinator.commands.common.app import Sets, app
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
+from heavylift.kernel.errors import SceneError
 
 if TYPE_CHECKING:
     from heavylift.coordinator.hosts.door import Door
-
-Certificates = Annotated[
-    Path, typer.Option("--certificates", help="directory made by 'heavylift certificates'", show_default=True)
-]
 
 
 def open_door(
@@ -25,7 +23,6 @@ def open_door(
     """The door of a run with remote processes; None where there are none."""
     from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
     from heavylift.coordinator.hosts.door import Door
-    from heavylift.kernel.errors import SceneError
 
     names = ", ".join(sorted(remote))
     if in_process and (programs := ", ".join(sorted(external))):
@@ -63,10 +60,10 @@ def certificates(
 def node(
     name: Annotated[str, typer.Argument(help="process of the run, as the coordinator names it")],
     connect: Annotated[str, typer.Option("--connect", help="tls/HOST:PORT of the coordinator")],
-    keys: Certificates = Path("certificates"),
+    keys: o.Certificates = Path("certificates"),
     run: Annotated[str, typer.Option("--run", help="join this run and no other")] = "",
     scene: Annotated[str, typer.Option("--scene", help="join only if this scene is run")] = "",
-    sets: Sets = None,
+    sets: o.Sets = None,
 ) -> None:
     """Take part in a run on another host.    heavylift node east --connect tls/192.168.1.10:7447 --certificates keys"""
     from heavylift.coordinator.hosts.certificates import Credentials
@@ -77,9 +74,8 @@ def node(
     if scene:
         from heavylift.coordinator.participants.parts import fingerprint
         from heavylift.nodes.plan.plan import encode
-        from heavylift.nodes.scene import load
 
-        wanted = fingerprint(encode(load(scene, sets or []).plan))
+        wanted = fingerprint(encode(o.scene_of(scene, sets).plan))
     sys.path.append(os.getcwd())  # for a model's module; it runs only if its code is trusted here
     door = Door.at(connect, Credentials.load(keys, name))
     play(name, door, run, wanted, lambda told: typer.echo(told, err=True))

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from heavylift.coordinator.commands.common.app import Force, Json, Scene, Sets, app, quantity, written_to
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
+from heavylift.kernel.errors import SceneError
 
 if TYPE_CHECKING:
     from heavylift.coordinator.uncertainty.certificate import Certificate
@@ -14,15 +18,15 @@ if TYPE_CHECKING:
 
 @app.command()
 def limits(
-    scene: Scene,
+    scene: o.Scene,
     of: Annotated[list[str] | None, typer.Option("--of", help="'block.com.x', 'hoist accel', 'PATH=1..20 m'")] = None,
     every: Annotated[bool, typer.Option("--all", help="of all moves, usual and uncertain inputs")] = False,
-    output: Annotated[Path | None, written_to("page with table and figure: limits.html")] = None,
+    output: Annotated[Path | None, o.written_to("page with table and figure: limits.html")] = None,
     workers: Annotated[int, typer.Option("--workers", help="processes; default all cores")] = 0,
     limit: Annotated[str, typer.Option("--limit", help="wall time of a run")] = "60 s",
-    sets: Sets = None,
-    force: Force = False,
-    as_json: Json = False,
+    sets: o.Sets = None,
+    force: o.Force = False,
+    as_json: o.Json = False,
 ) -> None:
     """Find how far a number may go before the verdict is red.    heavylift limits lift --of 'block.mass=300..900 t'
 
@@ -30,18 +34,13 @@ def limits(
     --set takes, or 'hoist speed', 'trolley accel' and their like: of all such orders, in proportion. Exit code 1 where
     it is red at the start, never turns red, or is green again beyond; with --all only if it is red at the start.
     """
-    import json
-
     from heavylift.coordinator.sweeps.limiting import askable, limits_of_all
     from heavylift.coordinator.sweeps.limits_page import limits_page, listed
-    from heavylift.kernel.errors import SceneError
-    from heavylift.nodes.scene import load
-    from heavylift.nodes.scene.text.units import DURATION
     from heavylift.recordings.write.partfile import written
 
     if bool(of) == every:
         raise SceneError("limits: say --of 'block.mass=300..900 t', or --all")
-    loaded, seconds = load(scene, sets or []), quantity("--limit", limit, DURATION)
+    loaded, seconds = o.scene_of(scene, sets), o.wall_s("--limit", limit)
     found = limits_of_all(loaded, of or askable(loaded), seconds, workers, lambda text: typer.echo(text, err=True))
     if as_json:
         typer.echo(json.dumps([one.data() for one in found]))
@@ -58,13 +57,13 @@ def limits(
 
 @app.command()
 def plan(
-    scene: Scene,
-    output: Annotated[Path | None, written_to("scene; default NAME-planned.yaml")] = None,
-    force: Force = False,
+    scene: o.Scene,
+    output: Annotated[Path | None, o.written_to("scene; default NAME-planned.yaml")] = None,
+    force: o.Force = False,
     budget: Annotated[str, typer.Option("--budget", help="wall time of the search")] = "15 min",
     certify: Annotated[bool, typer.Option("--certify", help="tell how sure the figures of the new timing are")] = False,
-    sets: Sets = None,
-    as_json: Json = False,
+    sets: o.Sets = None,
+    as_json: o.Json = False,
 ) -> None:
     """Find the shortest timing within all limits, and write the scene with it.    heavylift plan lift
 
@@ -72,17 +71,13 @@ def plan(
     in runs, the last of which is green. Waits stay. Comments and layout of the scene are kept. Exit code 1 where it is
     red as it is written, or nothing is gained.
     """
-    import json
-
     from heavylift.coordinator.sweeps.planning import planned
-    from heavylift.nodes.scene import load
-    from heavylift.nodes.scene.text.units import DURATION
     from heavylift.recordings.write.outputs import output_path
     from heavylift.recordings.write.partfile import written
 
-    loaded = load(scene, sets or [])
+    loaded = o.scene_of(scene, sets)
     path = output_path(output or Path(f"{loaded.plan.name}-planned.yaml"), "a scene", (".yaml", ".yml"))
-    found = planned(loaded, quantity("--budget", budget, DURATION), lambda told: typer.echo(f"  {told}", err=True))
+    found = planned(loaded, o.wall_s("--budget", budget), lambda told: typer.echo(f"  {told}", err=True))
     if found.after is None:
         typer.echo(json.dumps({"wrong": found.wrong}) if as_json else f"{loaded.plan.name}: {found.wrong}")
         raise typer.Exit(1)
@@ -97,8 +92,6 @@ def plan(
 
 def _certified(path: Path) -> Certificate:
     """Of a scene's run, whose recording is not kept."""
-    import tempfile
-
     from heavylift.coordinator.run.scene import run
     from heavylift.coordinator.uncertainty.certificate import certifying
     from heavylift.nodes.scene import load

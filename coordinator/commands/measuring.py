@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from heavylift.coordinator.commands.common.app import (
-    File,
-    Force,
-    Json,
-    Scene,
-    Sets,
-    app,
-    quantity,
-    written_to,
-)
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
 
 Inputs = Annotated[
     list[str] | None, typer.Option("--input", help="uncertainty of an input (95 %): 'block.mass +- 3 %'")
@@ -23,24 +16,21 @@ Inputs = Annotated[
 
 
 @app.command()
-def sensitivities(scene: Scene, inputs: Inputs = None, sets: Sets = None, as_json: Json = False) -> None:
+def sensitivities(scene: o.Scene, inputs: Inputs = None, sets: o.Sets = None, as_json: o.Json = False) -> None:
     """Find which uncertain input moves which peak most.    heavylift sensitivities lift --input 'block.mass +- 3 %'
 
     Inputs are uncertain as the scene states (mass: 480 t +- 3 %, 480 t sd 5 t, 460..500 t) or --input does. Each takes
     two runs, four where events switch; bars are at a level of 95 %, shares are those of their squares.
     """
-    import json
-
     from heavylift.coordinator.uncertainty.sensitivities import sensitivities as find
-    from heavylift.nodes.scene import load
 
-    found = find(load(scene, sets or []), inputs or [], say=lambda x: typer.echo(f"  {x}", err=True))
+    found = find(o.scene_of(scene, sets), inputs or [], say=lambda x: typer.echo(f"  {x}", err=True))
     typer.echo(json.dumps(found.data()) if as_json else str(found))
 
 
 @app.command()
 def measured(
-    file: File,
+    file: o.File,
     log: Annotated[Path, typer.Argument(help="log of the real lift, .csv")],
     maps: Annotated[
         list[str], typer.Option("--map", help="map.yaml, or 'cell_H1=rope/tension/west.H1 [kN] +- 5 kN' (95 %)")
@@ -50,9 +40,9 @@ def measured(
         list[str] | None, typer.Option("--estimate", help="input of the scene to fit: block.mass, block.com.x, ...")
     ] = None,
     inputs: Inputs = None,
-    output: Annotated[Path | None, written_to("default NAME-measured.mcap")] = None,
-    force: Force = False,
-    as_json: Json = False,
+    output: Annotated[Path | None, o.written_to("default NAME-measured.mcap")] = None,
+    force: o.Force = False,
+    as_json: o.Json = False,
 ) -> None:
     """Put a real lift beside its run; estimate inputs.    heavylift measured lift.mcap log.csv --map map.yaml
 
@@ -61,12 +51,10 @@ def measured(
     inputs are, which takes two runs for each. --estimate fits inputs of the scene, names
     those that the log does not tell, and writes the others into a scene beside the recording.
     """
-    import json
-
     from heavylift.coordinator.measured.measuring import measure
     from heavylift.nodes.scene.text.units import TIME
 
-    given = quantity("--offset", offset, TIME) if offset else None
+    given = o.quantity("--offset", offset, TIME) if offset else None
     wanted = estimate or [], inputs or []
     found = measure(file, log, maps, given, *wanted, output, force, lambda x: typer.echo(f"  {x}", err=True))
     typer.echo(json.dumps(found.data()) if as_json else "\n".join(found.told))

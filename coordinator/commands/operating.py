@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from typing import Annotated
 
+import msgspec
 import typer
 from heavylift.coordinator.commands.common import completing
-from heavylift.coordinator.commands.common.app import Json, Run, app, duration_s
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
+from heavylift.kernel.errors import ProtocolError
 
 
 @app.command()
 def watch(
-    run: Run = "",
+    run: o.Run = "",
     topics: Annotated[
         str, typer.Option("--topics", help="events of this source.port only, such as 'west.*' or '*.stage'")
     ] = "*",
-    as_json: Json = False,
+    as_json: o.Json = False,
     ticket: Annotated[
         bool, typer.Option("--ticket", help="print the settings with which any Zenoh program can watch instead")
     ] = False,
@@ -23,10 +27,8 @@ def watch(
     """Print the events of a run, those so far and then each as it happens.    heavylift watch turnover.mcap"""
     from fnmatch import fnmatchcase
 
-    import msgspec
     from heavylift.coordinator.live import find, observe
     from heavylift.coordinator.live.line import Lines
-    from heavylift.kernel.errors import ProtocolError
 
     found = find(run)
     if ticket:
@@ -56,29 +58,28 @@ def watch(
 
 
 @app.command()
-def pause(run: Run = "", as_json: Json = False) -> None:
+def pause(run: o.Run = "", as_json: o.Json = False) -> None:
     """Pause a run: all before that time is done, nothing at it.    heavylift pause turnover.mcap"""
     _order(run, "pause", as_json)
 
 
 @app.command("continue")
-def continue_(run: Run = "", as_json: Json = False) -> None:
+def continue_(run: o.Run = "", as_json: o.Json = False) -> None:
     """Let a paused run go on.    heavylift continue turnover.mcap"""
     _order(run, "continue", as_json)
 
 
 @app.command()
 def step(
-    run: Run = "",
+    run: o.Run = "",
     by: Annotated[str, typer.Option("--by", help="simulated time, such as '500 ms'")] = "1 s",
     event: Annotated[bool, typer.Option("--event", help="to the next event")] = False,
-    as_json: Json = False,
+    as_json: o.Json = False,
 ) -> None:
     """Let a run go on for a while and pause it again.    heavylift step turnover.mcap --by 1s"""
-    from heavylift.kernel.errors import ProtocolError
     from heavylift.nodes.devs import NEVER, ns
 
-    length = duration_s("--by", by)
+    length = o.duration_s("--by", by)
     if length <= 0.0:
         raise ProtocolError(f"--by {by}: a step is longer than zero")
     _order(run, "step", as_json, by_ns=None if event else max(1, min(ns(length), NEVER)))
@@ -94,28 +95,24 @@ def command(
     wait: Annotated[
         str, typer.Option("--wait", help="for the answer, at most; 0: not while the run is paused")
     ] = "30 s",
-    as_json: Json = False,
+    as_json: o.Json = False,
 ) -> None:
     """Give an order and tell what becomes of it.    heavylift command lift "crane H1: hoist 3 m/min by 1 m" """
     from heavylift.coordinator.live.orders import PATIENCE_s
 
-    patience = duration_s("--wait", wait)
+    patience = o.duration_s("--wait", wait)
     _order(run, "command", as_json, patience or PATIENCE_s, text=words, wait=patience > 0.0)
 
 
 @app.command()
-def stop(run: Run = "", as_json: Json = False) -> None:
+def stop(run: o.Run = "", as_json: o.Json = False) -> None:
     """End a run in order; its recording is whole.    heavylift stop turnover.mcap"""
     _order(run, "stop", as_json)
 
 
 def _order(run: str, do: str, as_json: bool, patience: float | None = None, **told: object) -> None:
     """Send an order; print what the run answers, a refusal as the sentence with which the command ends."""
-    import json
-
-    import msgspec
     from heavylift.coordinator.live.orders import Order, PATIENCE_s, ask
-    from heavylift.kernel.errors import ProtocolError
 
     what = msgspec.convert({"do": do, **told}, Order)
     answer = ask(run, what, patience or PATIENCE_s, lambda said: typer.echo(said, err=True))

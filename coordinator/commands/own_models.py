@@ -8,27 +8,12 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
-from heavylift.coordinator.commands.common.app import (
-    AUTO,
-    Deadline,
-    External,
-    Force,
-    InProcess,
-    Json,
-    Listen,
-    Places,
-    Processes,
-    Remote,
-    app,
-    deadline_s,
-    duration_s,
-    one_process,
-    paying_processes,
-    written_to,
-)
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
 
-from .hosts import Certificates, open_door
+from .hosts import open_door
 
 if TYPE_CHECKING:
     from heavylift.coordinator.run.replications import Replications
@@ -38,51 +23,50 @@ if TYPE_CHECKING:
 def devs(
     model: Annotated[str, typer.Argument(help="module:function or file.py:function that returns a Coupled")],
     until: Annotated[str, typer.Option("--until", help="end of simulation: --until 10s; default no activity")] = "",
-    output: Annotated[Path | None, written_to("recording; default none")] = None,
-    force: Force = False,
-    processes: Processes = 0,
-    places: Places = None,
-    remote: Remote = None,
-    external: External = None,
-    listen: Listen = "",
-    keys: Certificates = Path("certificates"),
-    in_process: InProcess = False,
+    output: Annotated[Path | None, o.written_to("recording; default none")] = None,
+    force: o.Force = False,
+    processes: o.Processes = 0,
+    places: o.Places = None,
+    remote: o.Remote = None,
+    external: o.External = None,
+    listen: o.Listen = "",
+    keys: o.Certificates = Path("certificates"),
+    in_process: o.InProcess = False,
     stop: Annotated[str, typer.Option("--stop", help="child.port: its first message ends the run")] = "",
     replications: Annotated[
         int | None, typer.Option("--replications", help="runs with seeds, for means of results", show_default=False)
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="for the model's parameter `seed`; default 1")] = None,
     microsteps: Annotated[int, typer.Option("--microsteps", help="so many steps in no time are a loop")] = 10_000,
-    deadline: Deadline = "60 s",
-    as_json: Json = False,
+    deadline: o.Deadline = "60 s",
+    as_json: o.Json = False,
 ) -> None:
     """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""
-    import msgspec
     from heavylift.coordinator.participants.building import built, seeded
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
     from heavylift.coordinator.run.watch import Watch
-    from heavylift.coordinator.transport.printable import printable
     from heavylift.nodes.devs import NEVER, ns
+    from heavylift.recordings.format.text import printable
 
     if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
         sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first
-    end = min(ns(duration_s("--until", until)), NEVER) if until else NEVER
-    patience = deadline_s(deadline)
+    end = min(ns(o.duration_s("--until", until)), NEVER) if until else NEVER
+    patience = o.deadline_s(deadline)
     if replications is not None:
         if output or places or remote or external or listen or in_process:
             raise typer.BadParameter(
                 "each of the --replications runs in one process, without a recording; leave out -o, --place, --remote, "
                 "--external, --listen and --in-process"
             )
-        workers = 0 if processes == AUTO else processes
+        workers = 0 if processes == o.AUTO else processes
         found = replicate(model, replications, 1 if seed is None else seed, end, stop, microsteps, workers=workers)
         typer.echo(_replications(found, as_json))
         return
     if seed is not None:
         model = seeded(model, seed)
     away = frozenset(remote or [])
-    door = open_door(away, listen, keys, one_process(in_process, processes, places), external or ())
+    door = open_door(away, listen, keys, o.one_process(in_process, processes, places), external or ())
 
     class Aloud(Watch):
         def say(self, sentence: str) -> None:
@@ -92,7 +76,7 @@ def devs(
         return run_models(model, end, watch=watch, processes=count, microsteps=microsteps, deadline=patience, stop=stop)
 
     if not (in_process or places):
-        processes = paying_processes(processes, len(built(model).children), tried, [*away, *(external or ())])
+        processes = o.paying_processes(processes, len(built(model).children), tried, [*away, *(external or ())])
     run = run_models(
         model,
         end,
@@ -123,7 +107,6 @@ def devs(
 
 def _replications(found: Replications, as_json: bool) -> str:
     """Estimates with the numbers they are made of, or as a table."""
-    import msgspec
     from heavylift.recordings.format.text import table
 
     if as_json:

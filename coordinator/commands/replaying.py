@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
-from heavylift.coordinator.commands.common.app import File, Json, app
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 
 from .running import live_page
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
 @app.command()
 def replay(
-    file: File,
+    file: o.File,
     rate: Annotated[float, typer.Option("--rate", help="seconds of the run per second of the wall")] = 1.0,
     start: Annotated[float | None, typer.Option("--from", help="time of the run [s]; default its start")] = None,
     end: Annotated[float | None, typer.Option("--to", help="time of the run [s]; default its end")] = None,
@@ -33,7 +35,7 @@ def replay(
         str, typer.Option("--live", help="run this model for real against the recorded rest, such as crane/west")
     ] = "",
     view: Annotated[bool, typer.Option("--view", help="show the lift in a browser while it is played")] = False,
-    as_json: Json = False,
+    as_json: o.Json = False,
 ) -> None:
     """Play a recording to observers; or prove it; or try one model on it.    heavylift replay turnover.mcap --rate 20
 
@@ -64,8 +66,6 @@ def replay(
 
 def _tell(run: RecordedRun, found: Outcome, who: str, as_json: bool) -> None:
     """Print the outcome; exit code 1 if something deviates."""
-    import msgspec
-
     if as_json:
         typer.echo(msgspec.json.encode(found).decode())
     elif found.deviation:

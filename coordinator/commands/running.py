@@ -12,30 +12,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from heavylift.coordinator.commands.common import completing
-from heavylift.coordinator.commands.common.app import (
-    Deadline,
-    External,
-    File,
-    Force,
-    InProcess,
-    Json,
-    Listen,
-    Places,
-    Processes,
-    Remote,
-    Scene,
-    Sets,
-    Strict,
-    app,
-    deadline_s,
-    one_process,
-    paying_processes,
-    written_to,
-)
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
 
-from .hosts import Certificates, open_door
+from .hosts import open_door
 
 if TYPE_CHECKING:
+    from heavylift.coordinator.record.scene import Result
     from heavylift.coordinator.run.watch import Watch
     from heavylift.coordinator.uncertainty.certificate import Certifying
     from heavylift.nodes.scene import LoadedScene
@@ -44,25 +27,25 @@ if TYPE_CHECKING:
 
 @app.command()
 def run(
-    scene: Scene,
-    output: Annotated[Path | None, written_to("recording; default NAME.mcap")] = None,
-    force: Force = False,
-    sets: Sets = None,
-    in_process: InProcess = False,
+    scene: o.Scene,
+    output: Annotated[Path | None, o.written_to("recording; default NAME.mcap")] = None,
+    force: o.Force = False,
+    sets: o.Sets = None,
+    in_process: o.InProcess = False,
     method: Annotated[str, typer.Option("--method", help="of integration: dopri5, radau5, ...")] = "",
     step: Annotated[str, typer.Option("--step", help="fixed steps: --step '2 ms'")] = "",
-    processes: Processes = 0,
+    processes: o.Processes = 0,
     view: Annotated[bool, typer.Option("--view", help="show the lift in a browser while it runs")] = False,
     foxglove: Annotated[bool, typer.Option("--foxglove", help="serve Foxglove and Lichtblick while it runs")] = False,
     publish: Annotated[
         float, typer.Option("--publish", min=0.001, max=10_000.0, help="samples a simulated second for who subscribes")
     ] = 10.0,
-    places: Places = None,
-    remote: Remote = None,
-    external: External = None,
-    listen: Listen = "",
-    keys: Certificates = Path("certificates"),
-    deadline: Deadline = "60 s",
+    places: o.Places = None,
+    remote: o.Remote = None,
+    external: o.External = None,
+    listen: o.Listen = "",
+    keys: o.Certificates = Path("certificates"),
+    deadline: o.Deadline = "60 s",
     rate: Annotated[
         float | None, typer.Option("--rate", help="by the clock: 1 is real time, 10 ten times as fast")
     ] = None,
@@ -78,14 +61,14 @@ def run(
     real_time: Annotated[
         float | None, typer.Option("--real-time", help="the same, so many times as fast as real time")
     ] = None,
-    strict: Strict = False,
-    as_json: Json = False,
+    strict: o.Strict = False,
+    as_json: o.Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
     from heavylift.coordinator.participants import PRELOAD, PRELOAD_KERNEL
     from heavylift.coordinator.supervision.processes import Processes
 
-    here = one_process(in_process, processes, places)
+    here = o.one_process(in_process, processes, places)
     crew = None if here else Processes(PRELOAD, ahead=PRELOAD_KERNEL)  # starts while the rest is imported
     try:
         from heavylift.coordinator.live.keyboard import Keyboard
@@ -98,7 +81,7 @@ def run(
 
         pace = None if rate is None else RealTime(rate)
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
-        patience = deadline_s(deadline)
+        patience = o.deadline_s(deadline)
         fitted = None
         if within or real_time is not None:
             from heavylift.coordinator.run.time_budget import budget
@@ -118,7 +101,7 @@ def run(
 
         if not places:
             elsewhere = [*loaded.facts.remote, *(remote or []), *(external or [])]
-            processes = paying_processes(processes, len(nodes), tried, elsewhere)
+            processes = o.paying_processes(processes, len(nodes), tried, elsewhere)
         placement = place(
             nodes,
             loaded.facts.placement,
@@ -161,20 +144,19 @@ def run(
         if crew is not None:
             crew.end()
     summary(loaded.plan, result, as_json, certificate)
-    if strict and result.verdict is not None and result.verdict.red:
-        raise typer.Exit(1)
+    _exit(result, strict)
 
 
 @app.command()
 def branch(
-    file: File,
+    file: o.File,
     at: Annotated[str, typer.Option("--at", help="where: 'stage travel', 'end of stage travel', '120 s' or 2:00")],
-    sets: Sets = None,
+    sets: o.Sets = None,
     edited: Annotated[str, typer.Option("--scene", help="an edited scene, in place of the one in the recording")] = "",
-    output: Annotated[Path | None, written_to("recording; default NAME-branch.mcap")] = None,
-    force: Force = False,
-    strict: Strict = False,
-    as_json: Json = False,
+    output: Annotated[Path | None, o.written_to("recording; default NAME-branch.mcap")] = None,
+    force: o.Force = False,
+    strict: o.Strict = False,
+    as_json: o.Json = False,
 ) -> None:
     """Run a recorded lift otherwise from some time on.    heavylift branch lift.mcap --at 'stage up' --set end='2 min'
 
@@ -189,8 +171,7 @@ def branch(
     with Progress(what.scene.plan, as_json) as watch:
         result = simulate(what, output, watch, force)
     summary(what.scene.plan, result, as_json)
-    if strict and result.verdict is not None and result.verdict.red:
-        raise typer.Exit(1)
+    _exit(result, strict)
 
 
 @app.command()
@@ -201,10 +182,10 @@ def resume(
             help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=completing.recordings
         ),
     ],
-    output: Annotated[Path | None, written_to("default NAME-resumed.mcap")] = None,
-    force: Force = False,
-    strict: Strict = False,
-    as_json: Json = False,
+    output: Annotated[Path | None, o.written_to("default NAME-resumed.mcap")] = None,
+    force: o.Force = False,
+    strict: o.Strict = False,
+    as_json: o.Json = False,
 ) -> None:
     """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
     from heavylift.coordinator.participants import PRELOAD
@@ -219,6 +200,11 @@ def resume(
         with Progress(begun.scene.plan, as_json) as watch:
             result = go_on(file, begun, output, watch, crew, force=force)
     summary(begun.scene.plan, result, as_json)
+    _exit(result, strict)
+
+
+def _exit(result: Result, strict: bool) -> None:
+    """With exit code 1 where the verdict is red, if that is wanted."""
     if strict and result.verdict is not None and result.verdict.red:
         raise typer.Exit(1)
 

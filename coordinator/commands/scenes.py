@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+import json
+import time
 from pathlib import Path
 from typing import Annotated
 
+import msgspec
 import typer
 from heavylift.coordinator.commands.common import completing
-from heavylift.coordinator.commands.common.app import After, At, Force, Json, Scene, Sets, app, quantity, written_to
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
 
 
 @app.command()
-def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
+def check(scene: o.Scene, as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift"""
-    import msgspec
     from heavylift.coordinator.participants.pause import check_steps
     from heavylift.coordinator.transport.placement import Placement
     from heavylift.nodes.models import node_names
     from heavylift.nodes.scene import check as examine
-    from heavylift.nodes.scene import load
 
-    loaded = load(scene, sets or [])
+    loaded = o.scene_of(scene, sets)
     check_steps(loaded)
     found = examine(loaded)
     if not as_json:
@@ -34,48 +36,41 @@ def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
 
 
 @app.command()
-def tree(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
+def tree(scene: o.Scene, as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Print the tree of DEVS models.    heavylift tree turnover"""
-    import json
-
     from heavylift.nodes.models import tree as draw
     from heavylift.nodes.models import tree_data
-    from heavylift.nodes.scene import load
 
-    plan = load(scene, sets or []).plan
+    plan = o.scene_of(scene, sets).plan
     typer.echo(json.dumps(tree_data(plan)) if as_json else draw(plan))
 
 
 @app.command()
 def equations(
-    scene: Scene,
+    scene: o.Scene,
     formulation: Annotated[
         str, typer.Option("--formulation", help="recursive, articulated, embedding or augmented")
     ] = "recursive",
     latex: Annotated[bool, typer.Option("--latex", help="a LaTeX document")] = False,
-    sets: Sets = None,
+    sets: o.Sets = None,
 ) -> None:
     """Print graph, path matrix and the equations of motion, body by body.    heavylift equations arm"""
     from heavylift.kernel.equations import equations as write
     from heavylift.nodes.models import system
-    from heavylift.nodes.scene import load
 
-    plan = load(scene, sets or []).plan
+    plan = o.scene_of(scene, sets).plan
     typer.echo(write(system(plan), formulation, latex, f"Equations of motion: {plan.name}"))
 
 
 @app.command()
-def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = False, sets: Sets = None) -> None:
+def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
-    import json
-
     from heavylift.coordinator.participants.pause import at_rest
     from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis import reactions
     from heavylift.kernel.analysis.tables import statics_data, statics_text
-    from heavylift.nodes.scene import load
 
-    found, simulation = at_rest(load(scene, sets or []), at, after)
+    found, simulation = at_rest(o.scene_of(scene, sets), at, after)
     shown = found, reactions(simulation), about(simulation).growth
     notes = [note.sentence for note in simulation.notes]
     told = "\n".join([statics_text(*shown), *(f"note: {note}" for note in notes)])
@@ -83,28 +78,25 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
 
 
 @app.command()
-def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False, sets: Sets = None) -> None:
+def modes(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Show frequencies, damping and modes about the pose at rest.    heavylift modes lift --after up"""
-    import json
-
     from heavylift.coordinator.participants.pause import at_rest
     from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis.tables import modes_data, modes_text
-    from heavylift.nodes.scene import load
 
-    _, simulation = at_rest(load(scene, sets or []), at, after)
+    _, simulation = at_rest(o.scene_of(scene, sets), at, after)
     found = about(simulation)
     typer.echo(json.dumps(modes_data(found)) if as_json else modes_text(found))
 
 
 @app.command()
 def tradeoff(
-    scene: Scene,
+    scene: o.Scene,
     output: Annotated[
         list[Path] | None,
-        written_to("report: .html, .png, .svg, .csv, .json; default NAME-tradeoff.html"),
+        o.written_to("report: .html, .png, .svg, .csv, .json; default NAME-tradeoff.html"),
     ] = None,
-    force: Force = False,
+    force: o.Force = False,
     ask: Annotated[str, typer.Option("--ask", help="what must be right: --ask 'rope tension, swing'")] = "",
     accuracy: Annotated[
         str, typer.Option("--accuracy", help="of each quantity asked; default the scene's own if it asks, else 1 %")
@@ -113,25 +105,21 @@ def tradeoff(
     coupling: Annotated[
         bool, typer.Option("--coupling", help="also what processes cost: held forces, messages")
     ] = False,
-    sets: Sets = None,
-    as_json: Json = False,
+    sets: o.Sets = None,
+    as_json: o.Json = False,
 ) -> None:
     """Measure speed against accuracy: which rung, method and step to use.    heavylift tradeoff lift --ask swing"""
-    import json
-    import time
-
     from heavylift.coordinator.tradeoff import measure, write
     from heavylift.coordinator.tradeoff.communication import hanging
     from heavylift.coordinator.tradeoff.files import checked, data
     from heavylift.coordinator.tradeoff.measuring import communicating
-    from heavylift.nodes.scene import load
-    from heavylift.nodes.scene.text.units import ACCURACY, DURATION
+    from heavylift.nodes.scene.text.units import ACCURACY
 
-    loaded = load(scene, sets or [])
+    loaded = o.scene_of(scene, sets)
     start = time.process_time()
     outputs = [checked(path) for path in output or ([] if as_json else [Path(f"{loaded.plan.name}-tradeoff.html")])]
-    limit = quantity("--accuracy", accuracy, ACCURACY) if accuracy else None
-    seconds = quantity("--budget", budget, DURATION)
+    limit = o.quantity("--accuracy", accuracy, ACCURACY) if accuracy else None
+    seconds = o.wall_s("--budget", budget)
     if coupling:
         hanging(loaded)
     measured = measure(loaded, ask, limit, seconds, lambda told: typer.echo(f"  {told}", err=True), start)
@@ -151,11 +139,9 @@ def tradeoff(
 @app.command()
 def types(
     name: Annotated[str, typer.Argument(help="a type whose file is printed, to copy and to change")] = "",
-    as_json: Json = False,
+    as_json: o.Json = False,
 ) -> None:
     """List the crane types that come with heavylift; of one print its file.    heavylift types jib-60"""
-    import json
-
     from heavylift.nodes.scene.text.machine_types import library, machine_type
 
     if name:
@@ -206,8 +192,8 @@ def gallery(
         list[str] | None,
         typer.Argument(help="scene files or names; default all bundled ones", autocompletion=completing.scenes),
     ] = None,
-    output: Annotated[Path, written_to("folder for GALLERY.md and pictures")] = Path("gallery"),
-    force: Force = False,
+    output: Annotated[Path, o.written_to("folder for GALLERY.md and pictures")] = Path("gallery"),
+    force: o.Force = False,
 ) -> None:
     """Run scenes and write a page with a picture of each.    heavylift gallery lift tandem -o my-gallery"""
     from heavylift.nodes.scene import bundled, load
@@ -224,8 +210,6 @@ def gallery(
 @app.command()
 def schema() -> None:
     """Print the JSON Schema of scene files, by which editors complete.    heavylift schema > heavylift.schema.json"""
-    import json
-
     from heavylift.nodes.scene import json_schema
 
     typer.echo(json.dumps(json_schema(), indent=2))
@@ -233,18 +217,16 @@ def schema() -> None:
 
 @app.command("export-fmu")
 def export_fmu(
-    scene: Scene,
-    output: Annotated[Path | None, written_to("unit; default NAME.fmu")] = None,
-    force: Force = False,
-    sets: Sets = None,
+    scene: o.Scene,
+    output: Annotated[Path | None, o.written_to("unit; default NAME.fmu")] = None,
+    force: o.Force = False,
+    sets: o.Sets = None,
 ) -> None:
     """Write a scene as a co-simulation unit of FMI 2.0.    heavylift export-fmu lift -o lift.fmu
 
     Commands in; tensions, peaks and poses out. Its master loads this heavylift.
     """
-    from heavylift.nodes.scene import load
-
-    loaded = load(scene, sets or [])
+    loaded = o.scene_of(scene, sets)
     try:
         from heavylift.coordinator.run.unit import export
     except ImportError:

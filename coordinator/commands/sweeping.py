@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from heavylift.coordinator.commands.common.app import Json, Scene, Sets, Strict, app, quantity, written_to
-
-from .hosts import Certificates
+from heavylift.coordinator.commands.common import options as o
+from heavylift.coordinator.commands.common.app import app
+from heavylift.kernel.errors import ProtocolError, Stopped, extra
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -24,23 +25,23 @@ TELL_s = 10.0  # between two lines where there is no terminal
 
 @app.command()
 def sweep(
-    scene: Scene,
+    scene: o.Scene,
     vary: Annotated[
         list[str] | None, typer.Option("--vary", help="'block.mass=200..400 t by 25 t', 'PATH={one, another}'")
     ] = None,
     sample: Annotated[int, typer.Option("--sample", help="draw so many of --vary and of the uncertain inputs")] = 0,
     design: Annotated[str, typer.Option("--design", help="of the sample: sobol or lhs")] = "sobol",
     seed: Annotated[int, typer.Option("--seed", help="of the sample")] = 1,
-    output: Annotated[Path, written_to("folder of the study")] = Path("study"),
+    output: Annotated[Path, o.written_to("folder of the study")] = Path("study"),
     workers: Annotated[int, typer.Option("--workers", help="processes; default all cores")] = 0,
     scheduler: Annotated[str, typer.Option("--scheduler", help="of dask: tls://HOST:8786")] = "",
-    keys: Certificates = Path("certificates"),
+    keys: o.Certificates = Path("certificates"),
     keep: Annotated[str, typer.Option("--keep", help="recordings of: none, failed, all")] = "none",
     verify: Annotated[int, typer.Option("--verify", help="run so many again here and compare digests")] = 0,
     limit: Annotated[str, typer.Option("--limit", help="wall time of a run, then it is cut")] = "60 s",
-    sets: Sets = None,
-    strict: Strict = False,
-    as_json: Json = False,
+    sets: o.Sets = None,
+    strict: o.Strict = False,
+    as_json: o.Json = False,
 ) -> None:
     """Run variants of a scene.    heavylift sweep lift --vary 'block.mass=200..400 t by 25 t' -o study
 
@@ -48,19 +49,14 @@ def sweep(
     they say. A path is one that --set takes; each value is run with each other one, or --sample draws them. The same
     command goes on with a study that was stopped.
     """
-    import json
-
     from heavylift.coordinator.run.arguments import whole
     from heavylift.coordinator.sweeps.page import page, told
     from heavylift.coordinator.sweeps.summary import summary
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all
     from heavylift.coordinator.sweeps.sweeping import verified
-    from heavylift.kernel.errors import Stopped
-    from heavylift.nodes.scene import load
-    from heavylift.nodes.scene.text.units import DURATION
 
-    loaded, verify = load(scene, sets or []), whole("--verify", verify)
-    seconds = quantity("--limit", limit, DURATION)
+    loaded, verify = o.scene_of(scene, sets), whole("--verify", verify)
+    seconds = o.wall_s("--limit", limit)
     progress = _Progress()
     with _engine(scheduler, keys) as executor:
         try:
@@ -143,7 +139,6 @@ def _engine(scheduler: str, keys: Path) -> Iterator[Executor | None]:
         yield None
         return
     from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
-    from heavylift.kernel.errors import ProtocolError, extra
 
     missing = "--scheduler needs dask.distributed; install heavylift[sweep]"
     dask = extra("distributed", ProtocolError(missing))

@@ -12,8 +12,8 @@ from typing import Annotated, Literal
 
 import msgspec
 import zenoh
-from heavylift.coordinator.transport.keys import key
-from heavylift.coordinator.transport.session import operator_session
+from heavylift.coordinator.transport.keys import OPERATOR, key
+from heavylift.coordinator.transport.session import guest_session
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.devs import NEVER
 
@@ -62,7 +62,7 @@ def ask(
     """
     found = run if isinstance(run, Found) else find(str(run))
     timeout, said = STEP_s if what.do == "step" else patience, ""
-    with operator_session(found.directory) as session:
+    with guest_session(found.directory, OPERATOR) as session:
         control = key(found.notice.run, "control")
         each = zenoh.ConsolidationMode.NONE  # not the latest reply alone
         for reply in session.get(control, payload=msgspec.msgpack.encode(what), timeout=timeout, consolidation=each):

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.local_hub import LocalHub
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Message
 
 from .announce import Announcement
@@ -33,18 +31,6 @@ def shown(
         Announcement(hub.directory.path, hub.run, name, recording, units, tuple(turning)),
     ):
         yield audience
-
-
-def angles(systems: Iterable[System]) -> Iterator[str]:
-    """The drives and Masters among these whose coordinate is an angle."""
-    for system in systems:
-        joints = {joint.name: JOINTS[joint.kind] for joint in system.joints}
-        for drive in system.drives:
-            joint = joints[drive.joint]
-            at = list(joint.coordinates).index(drive.coordinate) if drive.coordinate else 0
-            if any(motion.turns and motion.coordinate == at for motion in joint.motions):
-                yield drive.name
-        yield from (master.name for master in system.masters)
 
 
 def _kinds(type_: type[Message]) -> Iterator[type[Message]]:

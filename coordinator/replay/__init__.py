@@ -6,8 +6,6 @@ picture     the same for the page that shows runs
 publish     the committed events and samples over Zenoh, at any rate, with keys
 verify      the whole scene simulated again: every event and sample must come again
 single      one model for real against the recorded rest: where it first deviates
-
-sampled     samples of a kernel that runs again, against the recorded ones
 deviation   where a new run parts from a recorded one
 """
 
@@ -18,6 +16,5 @@ from .single import single
 from .verify import verify
 
 __all__ = [
-    "Deviation", "Outcome", "Player", "Publisher", "RecordedRun", "Replay", "Said", "models_of", "single",
-    "verify",
+    "Deviation", "Outcome", "Player", "Publisher", "RecordedRun", "Replay", "Said", "single", "verify",
 ]  # fmt: skip

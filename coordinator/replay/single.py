@@ -13,9 +13,8 @@ from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import Event, Steppable, Tag
 
-from .deviation import Deviation, Follower, Outcome
+from .deviation import Deviation, Follower, Outcome, first_of, sample_apart
 from .recorded import RecordedRun
-from .sampled import first_of, sample_apart
 
 
 def single(run: RecordedRun, name: str) -> Outcome:

@@ -16,9 +16,8 @@ from heavylift.recordings import Digest, SampleLayout
 from heavylift.recordings.format.columns import Columns
 from heavylift.recordings.format.samples import decode_batch
 
-from .deviation import Deviation, Follower, Outcome
+from .deviation import Deviation, Follower, Outcome, first_of, sample_apart
 from .recorded import RecordedRun
-from .sampled import first_of, sample_apart
 
 
 class _Apart(Exception):

@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING, Protocol, Self, TextIO
 
 import msgspec
 from heavylift.coordinator.record.scene import Result, rated
-from heavylift.coordinator.transport.printable import printable
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.telling import likewise
-from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.format.text import clock
+from heavylift.recordings.format.text import clock, printable
 from heavylift.recordings.read.verdict import Judged
 
 from .watch import Watch

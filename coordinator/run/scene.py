@@ -22,7 +22,7 @@ from heavylift.coordinator.live.keys import Keys
 from heavylift.coordinator.live.pace import Pace
 from heavylift.coordinator.live.publishing import OnTheBus
 from heavylift.coordinator.live.run_control import Tempo
-from heavylift.coordinator.live.show import angles, shown
+from heavylift.coordinator.live.show import shown
 from heavylift.coordinator.participants.configuration import kernel_config, wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, fingerprint
@@ -42,6 +42,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, divided, driving
+from heavylift.nodes.models.machine import turning
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.plan.plan import encode
@@ -99,6 +100,7 @@ def run(
 
     lift, file = loaded(scene), file_path(output)
     models = build(lift.plan)
+    angles = [name for model in models.values() for name in turning(model.declare())]
     names = order or [*models, KERNEL]
     placed = Placement({LOCAL: tuple(names)}) if in_process else placement or Placement.apart(names)
     started = time.perf_counter()
@@ -114,7 +116,7 @@ def run(
         ) as desk,
         Record(lift, models, file, placed, looking, force, past.facts if past else {}) as record,
         joined(placed, in_process, processes, door, deadline, past) as hub,
-        shown(hub, lift.plan.name, record.recorder.path, angles(m.declare() for m in models.values())) as audience,
+        shown(hub, lift.plan.name, record.recorder.path, angles) as audience,
     ):
         if isinstance(hub, Hub):
             desk.open(hub)

@@ -22,8 +22,8 @@ import msgspec
 from heavylift.kernel.cache import cache_folder, read_cached, write_cached
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity.verdict import Verdict, percent
+from heavylift.nodes.plan.fidelity import Asked, Question
 from heavylift.nodes.plan.plan import Plan, encode
-from heavylift.nodes.plan.question import Asked, Question
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.text.units import DURATION
 

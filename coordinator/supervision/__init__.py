@@ -6,7 +6,6 @@ stall_detector          whether one that owes an answer makes progress
 failover                replaces a lost process; replay_log: what its successor is told; incarnation: how far it is
 journal                 a file that a killed process leaves readable
 ticket_file             by which a program of another kind joins
-differing               what is said of a model that answers otherwise than before
 hash_seed               one seed for the hashes of all processes
 
 What a run survives stands in CRASHES.md.

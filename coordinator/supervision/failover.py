@@ -24,8 +24,7 @@ from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
-from .differing import nondeterminism
-from .incarnation import Life
+from .incarnation import Life, nondeterminism
 from .processes import KEEPER, GRACE_s, Processes
 from .replay_log import Story
 from .stall_detector import Vigil

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.coordinator.tradeoff.figure import COLOURS, LIMIT, in_page
-from heavylift.coordinator.tradeoff.page import STYLE
+from heavylift.coordinator.tradeoff.page import STYLE, wide
 from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings.format import text
 from heavylift.recordings.format.html import Cell, bullets, document, table
 from heavylift.recordings.format.text import clock
 
 from .limiting import Limited
-from .page import canvas, wide
+from .page import canvas
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from heavylift.coordinator.tradeoff.figure import COLOURS, INK, LIMIT, PAPER, QUIET, in_page, styled
-from heavylift.coordinator.tradeoff.page import STYLE
+from heavylift.coordinator.tradeoff.page import STYLE, wide
 from heavylift.recordings.format.html import Cell, bullets, document, table
 
 from .axes import Axis
@@ -221,8 +221,3 @@ def _failures(study: Study) -> list[str]:
 def _sentence(row: dict[str, str]) -> str:
     text = row.get("verdict", "") if row["status"] == "red" else row["sentence"]
     return text.splitlines()[0] if text else ""
-
-
-def wide(text: str) -> str:
-    """A table that may be wider than a phone."""
-    return f'<div class="wide">{text}</div>'

@@ -1,12 +1,11 @@
 """Where the wall time of a recorded run went: who worked, who waited for whom, and what lookahead could change.
 
-timeline    from the protocol messages of a recording           waits       who was held back by whom, in chains
+timeline    from the protocol messages of a recording; who was held back by whom, in chains
 text        tables for people, the same as plain data           perfetto    Chrome trace-event JSON for a viewer
 """
 
 from .perfetto import trace_events
 from .text import data, text
-from .timeline import Grant, Held, Lane, Timeline
-from .waits import Chain, chains
+from .timeline import Chain, Grant, Held, Lane, Timeline, chains
 
 __all__ = ["Chain", "Grant", "Held", "Lane", "Timeline", "chains", "data", "text", "trace_events"]

@@ -13,8 +13,7 @@ from typing import Any
 
 from heavylift.recordings.format.text import GENERATOR
 
-from .timeline import Timeline
-from .waits import COORDINATOR
+from .timeline import COORDINATOR, Timeline
 
 Entry = dict[str, Any]
 

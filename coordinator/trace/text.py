@@ -7,8 +7,7 @@ from typing import Any
 
 from heavylift.recordings.format.text import table
 
-from .timeline import Lane, Timeline
-from .waits import COORDINATOR, chains
+from .timeline import COORDINATOR, Lane, Timeline, chains
 
 SHOWN = 8  # chains in the text
 

@@ -3,11 +3,14 @@
 A node is *granted* from its GRANT to its DONE (its own work, and both messages' way); *held* while it has something to
 do and another node's next event keeps it from doing it; else *idle*.  `held` of a GRANT lists who began to hold the
 node back after how many DONEs of all nodes, so that nothing is timed while the run is decided.
+
+Chains of waiting: a node is held by one that is held by a third, down to the one that all of them wait for.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -21,6 +24,7 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recording
 
 PROTOCOL = "/protocol/"
+COORDINATOR = "coordinator"  # the end of a chain in which no node is granted
 
 
 class Grant(NamedTuple):
@@ -150,3 +154,41 @@ def _messages(recording: Recording) -> Iterator[_Message]:
     decode = msgspec.json.Decoder(_Message).decode
     topics = [topic for topic in recording.topics if topic.startswith(PROTOCOL)]
     return (decode(raw.data) for raw in recording.messages(*topics))
+
+
+class Chain(NamedTuple):
+    """Who waited, for whom that one waited, ..., who worked meanwhile; and for how long in all [ns]."""
+
+    nodes: tuple[str, ...]
+    ns: int
+
+
+def chains(timeline: Timeline) -> list[Chain]:
+    """All chains of the run, the longest first; each node's waiting counts in the chain that it stands at the head of.
+
+    A chain ends at a node that is granted, or with the coordinator, which has the DONE that everybody waits for.
+    """
+    total: Counter[tuple[str, ...]] = Counter()
+    cuts = sorted({cut for lane in timeline.lanes.values() for span in lane.grants for cut in span[:2]})
+    for node, lane in timeline.lanes.items():
+        n = 0
+        for span in lane.held:
+            while n < len(cuts) and cuts[n] <= span.begin:
+                n += 1
+            begin, k = span.begin, n
+            while begin < span.end:
+                end = min(span.end, cuts[k]) if k < len(cuts) else span.end
+                total[_chain(timeline, node, (begin + end) // 2)] += end - begin
+                begin, k = end, k + 1
+    return [Chain(nodes, ns) for nodes, ns in sorted(total.items(), key=lambda item: (-item[1], item[0]))]
+
+
+def _chain(timeline: Timeline, node: str, at: int) -> tuple[str, ...]:
+    found = [node]
+    while True:
+        by = timeline.holder(found[-1], at)
+        if by is None or by in found:
+            return (*found, COORDINATOR)
+        found.append(by)
+        if timeline.granted(by, at):
+            return tuple(found)

@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 from math import hypot, log, pi, sqrt
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
-from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.coordinator.participants import PRELOAD
@@ -33,9 +32,7 @@ from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.fidelity.case import Case, case_of
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan.plan import Plan
-
-if TYPE_CHECKING:
-    from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene import LoadedScene
 
 EXCHANGES = (0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
 PERIODS = 6.0  # over which amplitudes are compared

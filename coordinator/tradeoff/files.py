@@ -7,18 +7,16 @@ import io
 import json
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 
 from .figure import drawn
+from .measuring import Measured
 from .page import page
 from .verdict import Answer, Row, answers
-
-if TYPE_CHECKING:
-    from .measuring import Measured
 
 KINDS = (".html", ".png", ".svg", ".csv", ".json")
 

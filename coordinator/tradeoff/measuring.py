@@ -31,7 +31,7 @@ from .settings import METHODS, Rung, Setting, chosen, ladder
 from .verdict import Row, Verdict, judge
 
 if TYPE_CHECKING:
-    from heavylift.nodes.plan.question import Asked
+    from heavylift.nodes.plan.fidelity import Asked
     from heavylift.nodes.scene import LoadedScene
 
     from .communication import Distributed, Held

@@ -9,16 +9,13 @@ from collections.abc import Sequence
 from html import escape
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from heavylift.recordings.format.html import Cell, bullets, document, table
 
 from .figure import inline
+from .measuring import Measured
 from .quantities import MEANT
 from .verdict import NOISE, Row, answers, percent
-
-if TYPE_CHECKING:
-    from .measuring import Measured
 
 STYLE = (Path(__file__).parent / "page.css").read_text()
 
@@ -39,13 +36,14 @@ def page(measured: Measured) -> str:
         _answers(measured),
         "<h2>Settings, the fastest first</h2>",
         _settings(measured, good),
-        *_noted(good),
-        *_failed(failed),
-        *_rungs(measured),
+        _section("What the kernel said", ["setting", "note"], [[str(x), told] for x in good for told in x.notes]),
+        _section("Refused, unstable or cut", ["rung", "method", "step or tolerance", "why"],
+                 [[row.rung, row.method, row.how, row.reason] for row in failed], 4),
+        _section("Rungs", ["rung", "what is modelled"], [[x.name, x.words] for x in measured.rungs if x.words]),
         *_communication(measured),
         "<h2>What these numbers are worth</h2>",
         _honesty(measured),
-    ]
+    ]  # fmt: skip
     return document(title, STYLE, body)
 
 
@@ -82,22 +80,9 @@ def _settings(measured: Measured, rows: list[Row]) -> str:
     return _table(head, body, 3, [names.get(id(row), "") for row in rows])
 
 
-def _failed(rows: list[Row]) -> list[str]:
-    if not rows:
-        return []
-    body = [[row.rung, row.method, row.how, row.reason] for row in rows]
-    return ["<h2>Refused, unstable or cut</h2>", _table(["rung", "method", "step or tolerance", "why"], body, 4)]
-
-
-def _noted(rows: list[Row]) -> list[str]:
-    """Settings of which the kernel had something to say."""
-    body = [[str(row), told] for row in rows for told in row.notes]
-    return ["<h2>What the kernel said</h2>", _table(["setting", "note"], body, 2)] if body else []
-
-
-def _rungs(measured: Measured) -> list[str]:
-    body = [[rung.name, rung.words] for rung in measured.rungs if rung.words]
-    return ["<h2>Rungs</h2>", _table(["rung", "what is modelled"], body, 2)] if body else []
+def _section(title: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], left: int = 2) -> str:
+    """A table below its title; nothing without rows."""
+    return f"<h2>{title}</h2>\n{_table(head, rows, left)}" if rows else ""
 
 
 def _communication(measured: Measured) -> list[str]:
@@ -160,5 +145,9 @@ def _honesty(measured: Measured) -> str:
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[Cell]], left: int, marks: Sequence[str] = ()) -> str:
     """A table whose first `left` columns are text."""
-    kind = f"left{left} named" if left > 2 else f"left{left}"
-    return f'<div class="wide">{table(head, rows, kind, marks=marks)}</div>'
+    return wide(table(head, rows, f"left{left} named" if left > 2 else f"left{left}", marks=marks))
+
+
+def wide(text: str) -> str:
+    """A table that may be wider than a phone."""
+    return f'<div class="wide">{text}</div>'

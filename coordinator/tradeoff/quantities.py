@@ -8,7 +8,7 @@ lift-off time   |t - true t| / duration of the stage, or half a second if that i
 
 Rungs move the ends of stages by seconds, so places are compared stage by stage.
 
-Swing and position are not quite what `heavylift check` predicts (`nodes.fidelity.question`) but mostly stricter:
+Swing and position are not quite what `heavylift check` predicts (`nodes.plan.fidelity`) but mostly stricter:
 `MEANT` says to the reader of a report where they differ.
 """
 
@@ -16,18 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import inf, pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import ASKABLE
-from heavylift.nodes.plan.question import SHORTEST, USUAL
+from heavylift.nodes.plan.fidelity import SHORTEST, USUAL, Asked
+from heavylift.nodes.scene import LoadedScene
 
 from .playing import Shown, Span
-
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.question import Asked
-    from heavylift.nodes.scene import LoadedScene
 
 MEANT: dict[Asked, str] = {
     "rope tension": "peak of each hook rope; a sample above the true peak counts as well",

@@ -8,16 +8,13 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.fidelity import Question, choose
+from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import TENSION_METHODS, Fidelity, Plan
 from heavylift.nodes.plan.planar import planar
-
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.question import Asked
-    from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene import LoadedScene
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 OF_TENSIONS = (0.01, 0.003, 1e-3, 3e-4, 1e-4, 3e-5)

@@ -9,10 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.question import Asked
+from heavylift.nodes.plan.fidelity import Asked
 
 LIMITS = (0.1, 0.05, 0.01, 1e-3, 1e-4, 1e-5, 1e-6)  # to which each quantity alone is judged
 NOISE = 0.1  # relative difference of times that says nothing, or their spread if that is more

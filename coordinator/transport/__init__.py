@@ -6,7 +6,6 @@ run_directory       the private directory of a run, with its socket
 hub, link           the coordinator's end and the nodes' end; local_hub: both in one process; exchange: what is shared
 liveness            which processes have joined, which are lost
 placement           which process hosts which nodes
-printable           what others have written, as it may be printed
 
 What a message and a round cost, layer by layer, stands in SPEED.md.
 """

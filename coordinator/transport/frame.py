@@ -15,8 +15,7 @@ from enum import IntEnum
 from zlib import crc32
 
 from heavylift.kernel.errors import ProtocolError
-
-from .printable import printable
+from heavylift.recordings.format.text import printable
 
 WIRE = 1  # version of what travels, frames and messages: WIRE.md
 MAGIC = b"HLF%d" % WIRE

@@ -138,16 +138,6 @@ def remote_session(door: Listening) -> zenoh.Session:
     return _open(config, f"nobody lets this process in at {door.endpoint}")
 
 
-def observer_session(directory: Path) -> zenoh.Session:
-    """A session that may watch the committed events of the run in this directory and nothing else."""
-    return _guest_session(directory, OBSERVER)
-
-
-def operator_session(directory: Path) -> zenoh.Session:
-    """A session that may query the control of the run in this directory and nothing else."""
-    return _guest_session(directory, OPERATOR)
-
-
 def observer_config(directory: Path, run: str) -> dict[str, object]:
     """Zenoh's settings for any program that would watch the run in this directory, with the keys that it may hear."""
     keys = [key(run, topic, "**") for topic in ("event", "sample")]
@@ -160,7 +150,9 @@ def observer_config(directory: Path, run: str) -> dict[str, object]:
     }
 
 
-def _guest_session(directory: Path, user: str) -> zenoh.Session:
+def guest_session(directory: Path, user: str) -> zenoh.Session:
+    """A session of the run in this directory that may watch its committed events (`OBSERVER`), or query its control
+    (`OPERATOR`), and nothing else."""
     config = _config("client", connect=[f"unixsock-stream/{directory / 'hub.sock'}"])
     config["transport"]["auth"] = {"usrpwd": {"user": user, "password": (directory / user).read_text()}}
     return _open(config, f"an {user} cannot join the run in {directory}")

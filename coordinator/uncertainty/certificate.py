@@ -28,8 +28,8 @@ from heavylift.kernel.errors import HeavyliftError, RecordingError
 from heavylift.nodes.fidelity.case import case_of
 from heavylift.nodes.fidelity.cost import cost
 from heavylift.nodes.fidelity.method import METHODS
+from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import Fidelity, Plan
-from heavylift.nodes.plan.question import Asked
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated
 from heavylift.recordings import Recording

@@ -15,8 +15,8 @@ import numpy as np
 from heavylift.coordinator.tradeoff.playing import Shown, spans
 from heavylift.coordinator.tradeoff.quantities import LOADED, STILL, swing
 from heavylift.nodes.models import COMMANDER
+from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.question import Asked
 from heavylift.recordings import Recording
 
 

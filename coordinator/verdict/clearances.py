@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.models import system
-from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import GROUND, Kind, Solid, Strand, relation
 from heavylift.recordings.read.verdict import Clearance

@@ -13,8 +13,7 @@ from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.telling import likewise
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import untouched
 from heavylift.recordings import Recording

@@ -8,8 +8,7 @@ import numpy as np
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.signals import Signals, hooked_in
 from heavylift.nodes.limits.telling import HEAD, rows, unjudged
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import LimitTable
 from numpy.typing import NDArray

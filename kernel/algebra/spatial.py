@@ -25,7 +25,7 @@ def join(*parts: Scalars) -> Array:
 
 
 def skew(a: Array) -> Array:
-    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]], dtype=np.asarray(a).dtype)
 
 
 def cross(a: Array, b: Array) -> Array:

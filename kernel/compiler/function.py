@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .symbol import RECORDING, Graph, Sym, is_sym, node
+from .symbol import RECORDING, Array, Graph, Sym, is_sym, node
 
 IDLE = ("in", "ret", "slice", "block")  # of nodes: they read what is there
 Outputs: TypeAlias = Mapping[str, Any]  # what a body returns: the numbers of each block
@@ -89,7 +89,7 @@ class Function:
 
     def __call__(self, **values: Any) -> SimpleNamespace:
         if not RECORDING.graphs or RECORDING.graphs[-1].opaque:
-            out = self.body(**{k: v if self.inputs[k] == OPAQUE else np.array(flatten(v)) for k, v in values.items()})
+            out = self.body(**{k: v if self.inputs[k] == OPAQUE else self._numbers(v) for k, v in values.items()})
             return SimpleNamespace(**{k: np.array(flatten(v)) for k, v in out.items()})
         call = node("call", self, *(tuple(flatten(values[k])) for k in self.inputs))
 
@@ -100,6 +100,10 @@ class Function:
             return np.array([node("ret", call, k, i) for i in range(width)] + [None], dtype=object)[:-1]
 
         return SimpleNamespace(**{k: returned(k, v) for k, v in self.outputs.items()})
+
+    def _numbers(self, x: Any) -> Array:
+        """Python's floats in order: NumPy hands products of its own to BLAS, whose last bits differ."""
+        return np.array(flatten(x), dtype=object)
 
 
 class Primitive(Function):
@@ -120,6 +124,9 @@ class Primitive(Function):
         self.text = text
         self._nodes = []
         self._outputs = {k: [0.0] * n for k, n in outputs.items()}
+
+    def _numbers(self, x: Any) -> Array:
+        return np.array(flatten(x))  # whatever an oracle does, machine code does in a stated order
 
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:

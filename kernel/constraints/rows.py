@@ -168,7 +168,7 @@ class Rows:
             for body, w in row.wrenches:
                 if body >= 0:
                     i, b = self.constraints.instance[body]
-                    a = a + w @ getattr(self._trees[i], f"A{b}")
+                    a = a + np.array(w, dtype=object) @ getattr(self._trees[i], f"A{b}")
             for (i, k), z in Z.items():
                 a = a + z * self._trees[i].half[self._free(i).index(k)]
             out.append(a)

@@ -45,7 +45,7 @@ def place_bodies(x: Evaluation) -> None:
     for i, (tree, shared) in enumerate(x.program.instances):
         if shared.ends:
             out = shared.place(q=x.q[tree.q], v=x.v[tree.v], P=x.numbers("tree", str(i)))
-            x.ends |= {tree.first + b: getattr(out, f"b{b}") for b in shared.ends}
+            x.ends |= {tree.first + b: np.array(getattr(out, f"b{b}"), dtype=object) for b in shared.ends}
 
 
 def measure_angles(x: Evaluation) -> None:

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.contact.contact_points import ContactRows
@@ -301,10 +302,10 @@ def _poses_at_start(graph: Graph, trees: list[Tree]) -> Poses:
     def pose(body: str) -> tuple[Array, Array]:
         i = graph.number(body)
         if i < 0:
-            return np.eye(3), np.zeros(3)
+            return exact(np.eye(3)), exact(np.zeros(3))
         tree = next(t for t in trees if t.first <= i < t.first + len(t.bodies))
         links = graph.links[tree.first : tree.first + len(tree.bodies)]
-        q = np.array([x for k in links for x in k.q0])
+        q = exact([x for k in links for x in k.q0])
         at_rest = np.zeros(tree.v.stop - tree.v.start)
         K = kinematics(tree, q, at_rest, 0.0, [0.0] * len(tree.prescribed_dofs))
         return K.R[i - tree.first], K.o + K.r[i - tree.first]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.algebra.spatial import join, motion_cross
+from heavylift.kernel.algebra.spatial import exact, join, motion_cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
 from heavylift.kernel.multibody.flexible.attachment import carry, carry_along
 from heavylift.kernel.multibody.flexible.inertia import FlexibleInertia, flexible_inertia
@@ -50,7 +50,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
 
     `base`: the body that the root stands on if that is not the ground; r then counts from the point of its tree.
     """
-    ground = (np.eye(3), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
+    ground = (exact(np.eye(3)), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
     K = Kinematics(o=np.zeros(3), g=g)
     prescribed = iter(a_ref)
     for i, b in enumerate(tree.bodies):

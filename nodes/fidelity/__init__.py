@@ -11,7 +11,7 @@ method             method and tolerance by cost (STEPS.md)
 verdict, own       the report, and what is not guaranteed; what the fidelity of a scene leaves out
 """
 
-from heavylift.nodes.plan.question import ASKABLE, Question
+from heavylift.nodes.plan.fidelity import ASKABLE, Question
 
 from .choose import choose, unpromised
 from .verdict import Verdict

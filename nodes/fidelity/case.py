@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf, pi, sqrt
-from typing import TYPE_CHECKING
 
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.nodes.models.commander.conditions import terms
@@ -16,14 +15,12 @@ from heavylift.nodes.models.parts.girder import sag
 from heavylift.nodes.plan.actions import Action, Brake, Hookup, Lifted, Move, Turn, Unhook
 from heavylift.nodes.plan.plan import Axis, Crane, HookRope, Loader, Plan, drive_name
 from heavylift.nodes.plan.verbs import VERBS
+from heavylift.nodes.statics.static_state import Following, Step
 
 from .hooks import Hook
 from .moving import Parting, askew, by_ways, lasts, lifting, tilted, turning
 from .response import Swings, answer, frequencies
 from .rests import awaiting, begins, bouncing, changes, flies_up, recoils, swinging
-
-if TYPE_CHECKING:
-    from heavylift.nodes.statics.static_state import Following, Step
 
 CREEP = 1e-4  # slowest speed of a winch that picks up [m/s]
 MIRRORED = 1e-9  # [m, kg, rad] by which the halves of a lift may differ

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from math import pi, sqrt
 
 from heavylift.kernel.algebra.dense import norm
-from heavylift.nodes.plan.question import Asked
+from heavylift.nodes.plan.fidelity import Asked
 
 from .case import Case
 from .hooks import Hook, nodding, tipping

@@ -12,14 +12,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.models.assembly import system
-from heavylift.nodes.plan.fidelity import ALONG
+from heavylift.nodes.plan.fidelity import ALONG, Asked, Question
 from heavylift.nodes.plan.plan import Fidelity, Plan
 from heavylift.nodes.plan.planar import planar
-from heavylift.nodes.plan.question import Asked, Question
+from heavylift.nodes.statics.static_state import Following
 
 from .always import ALWAYS
 from .case import Case, case_of
@@ -28,9 +27,6 @@ from .cost import cost
 from .method import METHODS, Stepped, stepped
 from .rules import RULES, Choice
 from .verdict import INTEGRATION, Decided, Verdict, left, percent, unruled
-
-if TYPE_CHECKING:
-    from heavylift.nodes.statics.static_state import Following
 
 RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
 PLAIN = 1e-6  # tolerance of a run without a question

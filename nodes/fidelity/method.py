@@ -17,8 +17,8 @@ from functools import partial
 from math import isfinite, sqrt
 
 from heavylift.kernel.algebra.elementary import power
+from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import LOOSEST, Fidelity
-from heavylift.nodes.plan.question import Asked
 
 from .case import Case
 from .chance import Errors, overshoot, tipped

@@ -10,16 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
-from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Action, Condition, Lifted, Move, Turn, Wait
 from heavylift.nodes.plan.plan import Plan, drive_name
 from heavylift.nodes.plan.pulses import times
-
-if TYPE_CHECKING:
-    from heavylift.nodes.statics.static_state import Following, State
+from heavylift.nodes.statics.static_state import Following, State
 
 ASKEW = 0.005  # [m] that trolleys move against each other and nobody minds
 

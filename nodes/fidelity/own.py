@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import Fidelity, Plan
-from heavylift.nodes.plan.question import Asked
+from heavylift.nodes.statics.static_state import Following
 
 from .case import case_of
 from .chance import Errors
 from .rules import girder, hinges, idle_drives, lumps, rope_mass
 from .verdict import EXACT, percent, unruled
-
-if TYPE_CHECKING:
-    from heavylift.nodes.statics.static_state import Following
 
 SPARE = 2.0  # on the rule of ropes with lumped mass, for ropes without any: their load moves a third of it less
 SUMMARISED: Asked = "rope tension"  # the quantity that every summary shows

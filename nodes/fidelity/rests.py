@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import accumulate, pairwise
-from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.algebra.dense import least_norm
@@ -17,16 +16,13 @@ from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Action, After, Hookup, Move, MovesDone, Turn, Unhook
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
-from heavylift.nodes.statics.static_state import loads_of
+from heavylift.nodes.statics.state import StaticState
+from heavylift.nodes.statics.static_state import Following, loads_of
 
 from .moving import profile
 from .response import Knot, moved, together
 
-if TYPE_CHECKING:
-    from heavylift.nodes.statics.state import StaticState
-    from heavylift.nodes.statics.static_state import Following
-
-    Step = tuple[StaticState, StaticState, float]  # two states and the way of the block's rest between them [m]
+Step = tuple[StaticState, StaticState, float]  # two states and the way of the block's rest between them [m]
 
 ABRUPT = 1e-3  # [s] what takes less time is a jump
 ASIDE, STRAIGHT = 0.005, 0.02  # [m] way, and jump, that count as none: ropes that stretch differently lean a block so

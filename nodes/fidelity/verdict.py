@@ -10,8 +10,8 @@ from dataclasses import asdict, dataclass, field
 
 import msgspec
 from heavylift.nodes.plan.actions import parts
+from heavylift.nodes.plan.fidelity import Asked, Question
 from heavylift.nodes.plan.plan import Fidelity, Plan
-from heavylift.nodes.plan.question import Asked, Question
 
 from .chance import Errors
 from .cost import Cost

@@ -5,9 +5,9 @@ Use       the worst that was met of a limit, with time, stage and use
 Signals   what is judged, as columns over the instants of a path or of a run
 Finding   one thing that was found, with its place, time, value and limit
 
-    limits_of(plan)             -> the table
-    uses_on_path(plan, states)  -> a Use of each limit, on the equilibrium path; uses_of_run(plan, signals) in a run
-    judge_path(plan, states)    -> the findings, worst first; judge_run(plan, signals) of a run
+    uses_on_path(plan, states)  -> a Use of each limit of the plan, on the equilibrium path
+    uses_of(plan, [signals])    -> the same in a run
+    judge(plan, uses, dynamic)  -> the findings, worst first
     rows(uses)                  -> cells of the table that people read
 
 judging, reading, signals    the table judged; how each quantity is read; what it is read from
@@ -24,17 +24,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.on_demand import on_demand
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import Finding, Limit, Use
 
 if TYPE_CHECKING:
-    from .judging import judge_path, judge_run, limits_of, uses_of_run, uses_on_path
-    from .signals import Signals, signals_of, signals_of_peaks
+    from .judging import judge, uses_of, uses_on_path
+    from .signals import Signals, signals_of
     from .telling import rows
 
 __all__ = [
-    "Finding", "Limit", "Signals", "Use", "judge_path", "judge_run", "limits_of", "rows", "signals_of",
-    "signals_of_peaks", "uses_of_run", "uses_on_path",
+    "Finding", "Limit", "Signals", "Use", "judge", "rows", "signals_of", "uses_of", "uses_on_path",
 ]  # fmt: skip
-SIGNALS = dict.fromkeys(("Signals", "signals_of", "signals_of_peaks"), ".signals")
+SIGNALS = dict.fromkeys(("Signals", "signals_of"), ".signals")
 __getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | {"rows": ".telling"})

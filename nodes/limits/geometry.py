@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from math import dist, hypot
-from typing import TYPE_CHECKING
 
-from heavylift.nodes.plan.finding import Finding
-
-if TYPE_CHECKING:
-    from heavylift.kernel.description.points import Vector
-    from heavylift.nodes.plan.plan import Plan
+from heavylift.kernel.description.points import Vector
+from heavylift.nodes.plan.limit import Finding
+from heavylift.nodes.plan.plan import Plan
 
 REACH = 1.0  # of a lug from the plates of its block [m]
 ROUNDING = 1e-9

@@ -7,28 +7,19 @@ against the breaking force over the product of partial factors; a path at rest h
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import Finding, Limit, Use
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.statics.state import StaticState
 
 from .reading import axis_of, read
 from .sentences import NOISE
 from .signals import Signals, signals_of
 from .telling import SAME, finding_of, sorted_findings
 
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import Plan
-    from heavylift.nodes.statics.state import StaticState
-
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
 ELSEWHERE = ("clearance",)  # judged by who looks at shapes
-
-
-def limits_of(plan: Plan) -> tuple[Limit, ...]:
-    """The table of limits of a scene."""
-    return plan.limits
 
 
 def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
@@ -36,23 +27,9 @@ def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
     return uses_of(plan, [signals_of(states)])
 
 
-def uses_of_run(plan: Plan, *parts: Signals) -> list[Use]:
-    """The worst of each limit in a run, of one piece or in parts (see `uses_of`)."""
-    return uses_of(plan, parts)
-
-
-def judge_path(plan: Plan, states: Sequence[StaticState]) -> list[Finding]:
-    """What would be beyond its limit at rest, worst first."""
-    return judge(plan, uses_on_path(plan, states), dynamic=False)
-
-
-def judge_run(plan: Plan, signals: Signals) -> list[Finding]:
-    """What was beyond its limit in a run, worst first."""
-    return judge(plan, uses_of_run(plan, signals), dynamic=True)
-
-
 def judge(plan: Plan, uses: Sequence[Use], *, dynamic: bool) -> list[Finding]:
-    """The findings of uses, worst first; of several subjects with the same fault all are reported."""
+    """What is beyond its limit, worst first, at rest or, `dynamic`, in a run; of several subjects with the same fault
+    all are reported."""
     return sorted_findings([told for use in uses if (told := finding_of(plan, use, dynamic=dynamic)) is not None])
 
 

@@ -8,20 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.description.forces import Signal, Wind
 from heavylift.kernel.description.mechanics import Point, Rope, System
 from heavylift.kernel.model.quantities import names, numbers, points, scalar
 from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.plan import Plan
 
 from .reeving import drum_end_factor, lead_factor
 from .rope_signals import block_mass, carries, hook_of, place, rope_direction, rope_length, rope_of
 from .signals import Column, Signals
-
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import Plan
 
 EMPTY = 0.1  # of its hook block: with less below it a hook is empty
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from heavylift.kernel.description.mechanics import WORLD, Point
+from heavylift.nodes.plan.plan import Hoist, HookRope, Plan
 
 from .signals import Column, Signals
-
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import Hoist, HookRope, Plan
 
 CARRIES = 0.02  # of the capacity of its hook: with less below its loader a hook is empty
 

@@ -6,15 +6,11 @@ decides.  The printed shares are those of the lengths as they are written.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Lifted, Move
+from heavylift.nodes.plan.plan import Plan
 
 from .standards import HOISTING, SHARING, daf_onshore, hoisting_factor
-
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import Plan
 
 DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium alone
 

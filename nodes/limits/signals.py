@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
+from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import Plan
 
 Column: TypeAlias = NDArray[np.float64]
 Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> lug
@@ -99,11 +97,6 @@ class _Line(Protocol):
     def b_body(self) -> str: ...
     @property
     def b(self) -> tuple[float, float, float]: ...
-
-
-def signals_of_peaks(peaks: Mapping[str, tuple[float, float]]) -> Signals:
-    """What the exact peaks of ropes and slings alone tell [N] and when [s]: single hooks, ropes and slings."""
-    return Signals(t=np.zeros(1), tensions={name: np.zeros(1) for name in peaks}, peaks=peaks, dynamic=True)
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import isfinite
-from typing import TYPE_CHECKING
 
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import Finding, Limit, Use
+from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace
 
 from .sentences import NOISE, WORDS, bound, percent, shown
-
-if TYPE_CHECKING:
-    from heavylift.nodes.plan.plan import Plan
 
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is told first
 HEAD = ("limit", "worst of", "worst", "at", "may be", "use", "source")

@@ -140,8 +140,9 @@ def _name(element: str) -> str:
     return re.sub(r"[^A-Za-z0-9_-]", "-", element)
 
 
-def turning(mechanism: Mechanism) -> frozenset[str]:
-    """The drives of a mechanism whose coordinate is an angle."""
-    joints = {joint.name: JOINTS[joint.kind] for joint in mechanism.system.joints}
-    of = ((d.name, joints[d.joint], d.coordinate) for d in mechanism.system.drives)
-    return frozenset(name for name, joint, at in of if joint.turns(joint.actable.index(at) if at else 0))
+def turning(system: System) -> list[str]:
+    """The drives and Masters of what a machine declares whose coordinate is an angle."""
+    joints = {joint.name: JOINTS[joint.kind] for joint in system.joints}
+    of = ((d.name, joints[d.joint], d.coordinate) for d in system.drives)
+    found = [name for name, joint, at in of if joint.turns(joint.actable.index(at) if at else 0)]
+    return found + [master.name for master in system.masters]

@@ -7,8 +7,7 @@ own               models of a user's own: what they hear and lead
 actions, verbs    orders, conditions and actions; the verbs, a row each
 places            where in a scene an action or an order stands
 pulses            ramps that leave no swing
-fidelity, planar  how much is modelled; what a planar motion locks
-question          what a scene can ask, and how the error of an answer is measured
-limit, finding    a row of the table of limits; something that was found
+fidelity, planar  how much is modelled, and for what a scene asks; what a planar motion locks
+limit             a row of the table of limits; something that was found
 shapes            what collides and what is drawn
 """

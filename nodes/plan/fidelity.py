@@ -2,11 +2,20 @@
 
 Named in a scene under `fidelity:`, or chosen for what the scene asks.  The models follow it when they declare
 themselves, so that what is left out never reaches the kernel.
+
+What a scene can ask, and how the error of each answer is measured:
+
+rope tension    |peak - true peak| / true peak at the hook, of every hook rope
+swing           of the block about what it hangs from: largest excursion, and frequency after the last move, relative;
+                the frequency only if a tenth of the excursion is left
+position        of the block as stages begin and at the end, relative to the longest way between two of them
+lift-off time   |t - true t| / duration of the stage, or half a second if that is shorter
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from dataclasses import dataclass
+from typing import Annotated, Literal, get_args
 
 import msgspec
 
@@ -15,6 +24,10 @@ from .actions import Item
 ACROSS, ALONG = "across", "along"
 PLANAR = {ACROSS: ("gantries", "hinges"), ALONG: ("trolleys",)}  # motion -> joints that it locks
 KINDS = {".gantry": "gantries", ".hinge": "hinges", "-slide": "trolleys"}  # end of a joint's name -> its group
+Asked = Literal["rope tension", "swing", "position", "lift-off time"]
+ASKABLE: tuple[Asked, ...] = get_args(Asked)
+USUAL = 1e-2  # accuracy of what is asked without one
+SHORTEST = 0.5  # [s] so long counts a stage in which the block comes off sooner, or at once
 
 
 class Fidelity(Item, frozen=True, kw_only=True):
@@ -37,3 +50,11 @@ def held_by(fidelity: Fidelity, joint: str) -> str:
     if group in PLANAR.get(fidelity.motion, ()):
         return f"{joint} cannot move, 'motion: {fidelity.motion}' of 'fidelity' holds it: name 'motion: spatial' there"
     return f"{joint} cannot move, 'locked' of 'fidelity' holds it: name there a list without it and without '{group}'"
+
+
+@dataclass(frozen=True)
+class Question:
+    """Quantities, and the largest error of each that is accepted (0.01: 1 %)."""
+
+    ask: tuple[Asked, ...]
+    accuracy: float

@@ -6,7 +6,7 @@ import msgspec
 from heavylift.kernel.description.mechanics import Threshold
 
 from .actions import Item
-from .finding import Severity
+from .limit import Severity
 from .mechanism import driven
 
 

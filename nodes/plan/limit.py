@@ -1,7 +1,8 @@
 """What must not be exceeded: one row per subject and quantity, part of the plan, with where the number comes from.
 
 `check` judges the rows on the equilibrium path, `run` on what happened, the report shows them with their worst value.
-A row without a value is unknown: it is reported and not judged.
+A row without a value is unknown: it is reported and not judged.  What
+was found of a scene or a run is a finding.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ Quantity: TypeAlias = Literal[
     "wind",
     "signal",
 ]
+Severity = Literal["red", "warning", "note"]
 
 
 class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -134,3 +136,18 @@ class Use:
         if self.use is None or self.value is None or self.use <= 1.0 + ROUNDING:
             return False
         return not self.tolerance or self.limit.excess(self.value) > self.tolerance
+
+
+class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What was found of a subject: a sentence for planners, and the numbers behind it."""
+
+    severity: Severity
+    kind: str  # "overload", "off-lead", "clearance", "two-blocked", "geometry", "stage", "cut", ...
+    subject: str  # the element's name as the scene has it
+    sentence: str
+    where: str = ""  # file:line:column of what the planner would change
+    stage: str = ""
+    t: float | None = None  # [s] simulation time of the worst value
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""

@@ -130,7 +130,7 @@ def _built(
     loaded = replace(loaded, plan=shaped)
     followed = followed or bool(scene.ask)  # what is modelled depends on it
     raise_faults(source, _impossible(source, loaded, followed))
-    bent = any(x and x.flexible for x in (scene.block, *scene.blocks.values()))
+    bent = any(block.flexible for block in scene.all_blocks.values())
     hung = bent or any(machine.slings for machine in loaded.plan.mechanisms)
     if (loaded.plan.lift or hung) and (first := _first_rest(loaded, followed)):
         rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, first))

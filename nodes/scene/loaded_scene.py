@@ -16,11 +16,10 @@ from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.fidelity import Asked
+from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.planar import planar
-from heavylift.nodes.plan.question import Asked
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
 from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.nodes.statics.findings import path_findings

@@ -17,8 +17,7 @@ from heavylift.nodes.limits.telling import rows as rows_of
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.finding import Finding
-from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, Following
 
@@ -165,7 +164,7 @@ def _limits(built: plan.Plan, uses: Sequence[Use], findings: Sequence[Finding]) 
 def _swing_free(built: plan.Plan) -> list[str]:
     """The ramps that leave no swing, as they were chosen; moves alike in one line."""
     found: dict[tuple[str, str], list[str]] = {}
-    angular = {name for mechanism in built.mechanisms for name in turning(mechanism)}
+    angular = {name for mechanism in built.mechanisms for name in turning(mechanism.system)}
     for number, action in enumerate(built.actions, 1):
         for x in action.orders:
             if isinstance(x, Move) and x.pulses:

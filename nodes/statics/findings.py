@@ -8,7 +8,7 @@ from typing import Any
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Slings, Turn
-from heavylift.nodes.plan.finding import Finding, Severity
+from heavylift.nodes.plan.limit import Finding, Severity
 
 from .action_preview import Followed
 

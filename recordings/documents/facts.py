@@ -107,14 +107,14 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
         stage = next((s for s, a, b in spans if a <= peak["time"] <= b), "")
         ropes.append(RopeUse(name, peak["tension"], peak["time"], stage, rated.get(name)))
     gravity = float(plan.get("gravity", 9.80665))
-    cranes = []
-    for crane in plan.get("cranes", []):
-        if crane["name"] in loads and len(tension.t):
-            k = int(np.argmax(loads[crane["name"]]))
-            load = float(loads[crane["name"]][k]) / gravity - sum(h["block_mass"] for h in crane["hooks"])
-            cranes.append(LoadUse(crane["name"], load, float(tension.t[k]), float(crane["capacity"])))
+    cranes = [
+        _largest(crane["name"], tension.t, loads[crane["name"]], gravity, crane["hooks"], crane["capacity"])
+        for crane in plan.get("cranes", [])
+        if crane["name"] in loads and len(tension.t)
+    ]
     if len(cranes) > 1:
-        cranes.append(_together(plan, loads, tension, cranes, gravity))
+        every, total = [h for c in plan["cranes"] for h in c["hooks"]], np.sum([loads[c.name] for c in cranes], axis=0)
+        cranes.append(_largest("all together", tension.t, total, gravity, every, sum(c.capacity for c in cranes)))
     dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
     stages = [_of_block(_stage(span, tension, rated, loads, dead), borne) for span in spans]
     found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
@@ -142,22 +142,18 @@ def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[Lo
     for crane in plan.get("cranes", []):
         for hook in crane["hooks"]:
             if hook.get("rope") in tension.names and len(tension.t):
-                T = tension.values[:, tension.names.index(hook["rope"])]
-                k = int(np.argmax(T))
-                load = float(T[k]) / gravity - hook["block_mass"]
-                found.append(LoadUse(f"{crane['name']} {hook['name']}", load, float(tension.t[k]), hook["capacity"]))
+                name, pull = f"{crane['name']} {hook['name']}", tension.values[:, tension.names.index(hook["rope"])]
+                found.append(_largest(name, tension.t, pull, gravity, [hook], hook["capacity"]))
     return found
 
 
-def _together(
-    plan: dict[str, Any], loads: dict[str, Floats], tension: Signal, cranes: list[LoadUse], gravity: float
+def _largest(
+    name: str, t: Floats, pull: Floats, gravity: float, hooks: list[dict[str, Any]], capacity: float
 ) -> LoadUse:
-    """All cranes as one."""
-    total = np.sum([loads[c.name] for c in cranes], axis=0)
-    k = int(np.argmax(total))
-    blocks = sum(h["block_mass"] for c in plan["cranes"] for h in c["hooks"])
-    capacity = sum(c.capacity for c in cranes)
-    return LoadUse("all together", float(total[k]) / gravity - blocks, float(tension.t[k]), capacity)
+    """The largest load below some hook blocks, of what their ropes pull together (n,) [N]."""
+    k = int(np.argmax(pull))
+    load = float(pull[k]) / gravity - sum(hook["block_mass"] for hook in hooks)
+    return LoadUse(name, load, float(t[k]), float(capacity))
 
 
 def _of_block(stage: StageUse, borne: Loads) -> StageUse:

@@ -2,11 +2,10 @@
 
 mcapfile               a thin writer of MCAP files
 schema, template       protobuf and JSON schemas; a message in which only numbers change
-samples, columns       which columns of a kernel sample belong to which topic; how they stand in the file
-rounding               how finely numbers are recorded
+samples, columns       which columns of a kernel sample belong to which topic; how they stand in the file, rounded
 viewer_messages        what viewers draw, in the foxglove schemas
 spool                  a temporary file of rows, read again in blocks
 digest                 what two equal runs share to the last byte
 settings               what a run says of itself in one or two lines
-text, html             tables and time spans for people; tables and pages of HTML
+text, html             tables and time spans for people, what others wrote as it may be printed; pages of HTML
 """

@@ -14,24 +14,9 @@ from collections.abc import Mapping, Sequence
 from typing import BinaryIO
 
 import zstandard
+from mcap import records as r
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    Channel,
-    Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    Header,
-    McapRecord,
-    Metadata,
-    MetadataIndex,
-    Schema,
-    Statistics,
-    SummaryOffset,
-)
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK = 256 * 1024  # [bytes] before packing
@@ -50,33 +35,33 @@ class McapFile:
     def __init__(self, stream: BinaryIO, library: str) -> None:
         self._stream, self._place, self._crc = stream, 0, 0
         self._pack = zstandard.ZstdCompressor(level=LEVEL).compress
-        self._schemas: list[Schema] = []
-        self._channels: list[Channel] = []
+        self._schemas: list[r.Schema] = []
+        self._channels: list[r.Channel] = []
         self._counts = [0]  # messages by channel
-        self._attachments: list[AttachmentIndex] = []
-        self._metadata: list[MetadataIndex] = []
-        self._chunks: list[ChunkIndex] = []  # the last ones; a long run has many
+        self._attachments: list[r.AttachmentIndex] = []
+        self._metadata: list[r.MetadataIndex] = []
+        self._chunks: list[r.ChunkIndex] = []  # the last ones; a long run has many
         self._indexes = bytearray()  # those before, encoded
         self._chunk_count, self._began, self._ended = 0, 0, 0  # of all chunks; least and largest log time
         self._chunk = bytearray()
         self._entries: dict[int, bytearray] = {}
         self._first = self._last = 0  # log times in the chunk
         self._write(MAGIC)
-        self._record(Header(profile="", library=library))
+        self._record(r.Header(profile="", library=library))
 
     def metadata(self, name: str, facts: Mapping[str, str]) -> None:
         """Write a metadata record."""
         self._close_chunk()
-        offset, length = self._record(Metadata(name=name, metadata=dict(facts)))
-        self._metadata.append(MetadataIndex(offset=offset, length=length, name=name))
+        offset, length = self._record(r.Metadata(name=name, metadata=dict(facts)))
+        self._metadata.append(r.MetadataIndex(offset=offset, length=length, name=name))
 
     def attachment(self, create_ns: int, name: str, media: str, data: bytes) -> None:
         """Attach a file."""
         self._close_chunk()
-        record = Attachment(create_time=create_ns, log_time=0, name=name, media_type=media, data=data)
+        record = r.Attachment(create_time=create_ns, log_time=0, name=name, media_type=media, data=data)
         offset, length = self._record(record)
         self._attachments.append(
-            AttachmentIndex(
+            r.AttachmentIndex(
                 offset=offset,
                 length=length,
                 log_time=0,
@@ -89,14 +74,14 @@ class McapFile:
 
     def schema(self, name: str, language: str, data: bytes) -> int:
         """Announce a schema; its number."""
-        self._schemas.append(Schema(id=len(self._schemas) + 1, data=data, encoding=language, name=name))
+        self._schemas.append(r.Schema(id=len(self._schemas) + 1, data=data, encoding=language, name=name))
         self._chunk += _bytes(self._schemas[-1])
         return len(self._schemas)
 
     def channel(self, topic: str, encoding: str, schema: int, facts: Mapping[str, str]) -> int:
         """Announce a channel of messages that follow the schema of this number; its number."""
         number = len(self._channels) + 1
-        record = Channel(id=number, topic=topic, message_encoding=encoding, metadata=dict(facts), schema_id=schema)
+        record = r.Channel(id=number, topic=topic, message_encoding=encoding, metadata=dict(facts), schema_id=schema)
         self._channels.append(record)
         self._chunk += _bytes(record)
         self._counts.append(0)
@@ -129,7 +114,7 @@ class McapFile:
     def finish(self) -> None:
         """Write the end of the data, the summary and the footer."""
         self._close_chunk()
-        self._record(DataEnd(data_section_crc=self._crc))
+        self._record(r.DataEnd(data_section_crc=self._crc))
         start = self._place
         groups: list[tuple[Opcode, bytes]] = [
             (Opcode.SCHEMA, _all(self._schemas)),
@@ -143,14 +128,14 @@ class McapFile:
         for opcode, group in groups:
             if group:
                 offsets.append(
-                    SummaryOffset(group_opcode=opcode, group_length=len(group), group_start=start + len(summary))
+                    r.SummaryOffset(group_opcode=opcode, group_length=len(group), group_start=start + len(summary))
                 )
                 summary += group
         end = start + len(summary)
         summary += b"".join(_bytes(offset) for offset in offsets)
         self._write(summary)
         crc = zlib.crc32(FOOTER.pack(Opcode.FOOTER, 20, start, end), zlib.crc32(summary))
-        self._record(Footer(summary_start=start, summary_offset_start=end, summary_crc=crc))
+        self._record(r.Footer(summary_start=start, summary_offset_start=end, summary_crc=crc))
         self._write(MAGIC)
 
     def _close_chunk(self) -> None:
@@ -160,7 +145,7 @@ class McapFile:
         data = bytes(self._chunk)
         packed = self._pack(data)
         offset, length = self._record(
-            Chunk(
+            r.Chunk(
                 compression="zstd",
                 data=packed,
                 message_end_time=self._last,
@@ -177,7 +162,7 @@ class McapFile:
             self._indexes += _all(self._chunks)
             self._chunks.clear()
         self._chunks.append(
-            ChunkIndex(
+            r.ChunkIndex(
                 chunk_length=length,
                 chunk_start_offset=offset,
                 compression="zstd",
@@ -194,9 +179,9 @@ class McapFile:
         self._chunk.clear()
         self._entries.clear()
 
-    def _statistics(self) -> Statistics:
+    def _statistics(self) -> r.Statistics:
         counts = {channel: n for channel, n in enumerate(self._counts) if n}
-        return Statistics(
+        return r.Statistics(
             attachment_count=len(self._attachments),
             channel_count=len(self._channels),
             channel_message_counts=counts,
@@ -208,7 +193,7 @@ class McapFile:
             schema_count=len(self._schemas),
         )
 
-    def _record(self, record: McapRecord) -> tuple[int, int]:
+    def _record(self, record: r.McapRecord) -> tuple[int, int]:
         """Write a record; its place in the file and its length."""
         place, data = self._place, _bytes(record)
         self._write(data)
@@ -220,11 +205,11 @@ class McapFile:
         self._place += len(data)
 
 
-def _all(records: Sequence[McapRecord]) -> bytes:
+def _all(records: Sequence[r.McapRecord]) -> bytes:
     return b"".join(map(_bytes, records))
 
 
-def _bytes(record: McapRecord) -> bytes:
+def _bytes(record: r.McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
     data: bytes = builder.end()  # type: ignore[no-untyped-call]

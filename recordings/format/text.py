@@ -1,4 +1,6 @@
-"""Text for people: tables, time spans, and which names were perhaps meant."""
+"""Text for people: tables, time spans, which names were perhaps meant, and what others have written, as it may be
+printed: nothing of it steers a terminal or looks like a line of ours.
+"""
 
 from __future__ import annotations
 
@@ -51,3 +53,9 @@ def clock(seconds: float, digits: int = 0) -> str:
     hours, minutes = divmod(minutes, 60)
     told = f"{rest / unit:0{3 + digits if digits else 2}.{digits}f}"
     return f"{hours}:{minutes:02}:{told}" if hours else f"{minutes}:{told}"
+
+
+def printable(text: str, longest: int = 0, keep: str = "") -> str:
+    """The text with control characters, line ends and changes of direction as escapes, except those to `keep`."""
+    shown = "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode() for c in text)
+    return f"{shown[:longest]}..." if 0 < longest < len(shown) else shown

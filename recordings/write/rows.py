@@ -10,17 +10,10 @@ import numpy as np
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
 from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format import viewer_messages as viewers
 from heavylift.recordings.format.columns import Columns
 from heavylift.recordings.format.samples import POSE_UNIT, REEVING, SampleLayout, reeved
 from heavylift.recordings.format.schema import samples_descriptor, samples_template
-from heavylift.recordings.format.viewer_messages import (
-    WORLD,
-    FrameTransforms,
-    RopeLine,
-    Ropes,
-    SceneUpdate,
-    frames_template,
-)
 from numpy.typing import NDArray
 
 
@@ -68,7 +61,7 @@ class Rows:
         self._sink = sink
         self._columns = Columns(layout)
         self.bodies = self._columns.bodies
-        self._ropes: Ropes | None = None
+        self._ropes: viewers.Ropes | None = None
         self._lines_ns, self._lines_due = round(lines_every * 1e9), 0
         fields = self._columns.fields
         descriptor = samples_descriptor([field.field for field in fields])
@@ -76,19 +69,19 @@ class Rows:
         self._form = samples_template(fields)
         if self.bodies:
             facts = {"names": self.bodies, "unit": POSE_UNIT}
-            self._poses = sink.protobuf(f"/poses{own}", FrameTransforms, facts)
-            self._frames = frames_template(self.bodies)
-            self._lines = 0 if lift else sink.protobuf("/ropes", SceneUpdate)
+            self._poses = sink.protobuf(f"/poses{own}", viewers.FrameTransforms, facts)
+            self._frames = viewers.frames_template(self.bodies)
+            self._lines = 0 if lift else sink.protobuf("/ropes", viewers.SceneUpdate)
 
-    def ropes(self, lines: Sequence[RopeLine]) -> Ropes:
+    def ropes(self, lines: Sequence[viewers.RopeLine]) -> viewers.Ropes:
         """These lines, ready for `hang`; RecordingError if one is on a body that has no poses."""
         for line in lines:
             for body in (line.a_body, line.b_body):
-                if body != WORLD and body not in self.bodies:
+                if body != viewers.WORLD and body not in self.bodies:
                     raise RecordingError(f"rope line on {body}: the samples have no pose of it; check the name")
-        return Ropes(lines, self.bodies)
+        return viewers.Ropes(lines, self.bodies)
 
-    def hang(self, ropes: Ropes) -> None:
+    def hang(self, ropes: viewers.Ropes) -> None:
         """Draw these ropes from the next row on."""
         self._ropes, self._lines_due = ropes, 0
 

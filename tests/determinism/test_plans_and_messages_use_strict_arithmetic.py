@@ -62,7 +62,6 @@ KERNEL = {
     "kernel/simulation/safeguards/fastest_mode.py": TELLS_STEPS,
     "kernel/methods/stability.py": TELLS_STEPS,
     "kernel/simulation/safeguards/step_check.py": TELLS_STEPS,
-    "kernel/forces/reeving/nodes.py": "where a rope runs at the start: the middle of an arc, and what cannot be",
     "kernel/forces/springs.py": "whether the matrices of a bushing can be",
     "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
     "kernel/methods/rosenbrock.py": "its amplification on floats, which judges fixed steps",

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from heavylift.recordings import Recorder, Recording, SampleChannel, SampleLayout
-from heavylift.recordings.format.rounding import Rounding
+from heavylift.recordings.format.columns import Rounding
 
 POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
 

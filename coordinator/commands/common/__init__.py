@@ -1,6 +1,7 @@
 """What all commands of `heavylift` share.
 
-app          the command line as a whole; arguments and options
+app          the command line as a whole
+options      arguments and options that several commands have
 completing   what a shell may complete
 paying       how many processes are worth starting
 helping      how help looks

@@ -11,8 +11,8 @@ import traceback
 
 import typer
 from heavylift.coordinator.stopping import STOPPED
-from heavylift.coordinator.transport.printable import printable
 from heavylift.kernel.errors import HeavyliftError, OutputError, Stopped, out_of_memory
+from heavylift.recordings.format.text import printable
 
 from .app import app
 

@@ -55,7 +55,7 @@ class Box:
         """(3,) how far x, a point of `body`, lies outside of the nearer face across each axis, and its rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
-        return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)])
+        return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
     def depth(self, x: Array, body: Side) -> Witness:
         """Distance of a point of `body` from the surface, over the axis along which it is outermost."""
@@ -95,7 +95,8 @@ def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
     a, b = Side(A), Box(box, B)
     c = a.place(ball[:3])
     d = b.axes @ (c - b.c)
-    off = np.array([select(e > h, e - h, select(-e > h, e + h, 0.0)) for e, h in zip(d, b.h, strict=True)])
+    beyond = [select(e > h, e - h, select(-e > h, e + h, 0.0)) for e, h in zip(d, b.h, strict=True)]
+    off = np.array(beyond, dtype=object)
     size = sqrt(off @ off + TINY)
     v = off @ (b.axes @ (a.velocity(c) - b.side.velocity(c))) * (1.0 / size)
     gap, rate = b.depth(c, a)

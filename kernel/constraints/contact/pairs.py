@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.compiler.symbol import Array, Scalar, select
 from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.errors import KernelError
@@ -205,6 +206,6 @@ def check_contact(c: Contact) -> None:
 
 def gap(c: Contact, a: Pose, b: Pose) -> float:
     """Smallest witness of a contact [m] between bodies at given places and rotations."""
-    A, B = (np.concatenate([np.ravel(R), p, np.zeros(9)]) for p, R in (a, b))
-    first, second = (np.array(shape_numbers(s)) for s in (c.a, c.b))
+    A, B = (exact(np.concatenate([np.ravel(R), p, np.zeros(9)])) for p, R in (a, b))
+    first, second = (exact(shape_numbers(s)) for s in (c.a, c.b))
     return float(min(x for x, _ in pair_of(c).watch(first, second, A, B)))

@@ -7,6 +7,9 @@ from itertools import pairwise
 from math import pi
 
 import numpy as np
+from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.elementary import atan2, cos, sin
+from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.forces import Reeving, Sheave
 from heavylift.kernel.forces.force_law import Poses, attachment
@@ -62,7 +65,7 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
     """Numbers, bodies and nodes in a pose, undivided."""
     given = [[*s.at.p, *s.axis, 1.0, 0.0, 0.0, s.radius, s.friction, 1.0 / s.efficiency, *s.span] for s in all_nodes(f)]
     bodies = [_body(*poses(p.body)) for p in f.points]
-    nodes = [node_of(x, np.array(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]
+    nodes = [node_of(x, exact(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]
     return given, bodies, nodes
 
 
@@ -90,7 +93,7 @@ def laid(f: Reeving, poses: Poses, demand: Demand) -> Way | Unrolled:
     """The rope in a pose."""
     given, lies = placed(f, poses, demand)
     bodies = [_body(*poses(p.body)) for p in f.points]
-    nodes = [node_of(x, np.array(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]
+    nodes = [node_of(x, exact(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]
     return way_over(f, nodes, lies)
 
 
@@ -104,10 +107,10 @@ def lost(f: Reeving, poses: Poses, wraps: Sequence[float]) -> str:
         axis, D = b.axis if a.axis is None else a.axis, b.c - a.c
         if axis is None:
             continue
-        across = float(np.linalg.norm(D - (D @ axis) * axis))
+        across = norm((D - (D @ axis) * axis).tolist())
         if across < (1.0 + MEETS) * abs(float((a.radius or 0.0) - (b.radius or 0.0))):
             return f"part {j} comes within its sheave; keep its ends apart"
-        if across < MEETS * float(np.linalg.norm(D)):
+        if across < MEETS * norm(D.tolist()):
             return f"part {j} runs along the axis of its sheave; turn the axis across the rope"
     return ""
 
@@ -123,22 +126,22 @@ def _check_places(f: Reeving, nodes: list[Node], demand: Demand) -> None:
         for x in (a, b):
             if x.axis is not None:
                 message = "runs along the axis of its sheave; turn the axis across the rope"
-                demand(f"part {i}", abs(float(D @ x.axis)) < ALONG * float(np.linalg.norm(D)), message)
+                demand(f"part {i}", abs(float(D @ x.axis)) < ALONG * norm(D.tolist()), message)
         if a.radius is not None and b.radius is not None:
             demand(f"part {i}", abs(float(a.axis @ b.axis)) > PARALLEL, "joins sheaves whose axes are not parallel")
             if f.edges:
-                sine = float(np.linalg.norm(np.cross(a.axis, b.axis)))
+                sine = norm(np.cross(a.axis, b.axis).tolist())
                 demand(f"part {i}", sine < ALIGNED, "joins edges that are not parallel; name parallel ones only")
 
 
 def _divide(node: Node, before: Part, after: Part) -> tuple[Array, float]:
     """The middle of an arc, in world axes, and the wrap [rad] at the start."""
     first, last = (np.cross(x.plane, node.axis) for x in (before, after))
-    wrap = float(np.arctan2(node.axis @ np.cross(first, last), first @ last)) % (2.0 * pi)
+    wrap = float(atan2(float(node.axis @ np.cross(first, last)), float(first @ last))) % (2.0 * pi)
     half = 0.5 * wrap
-    return np.cos(half) * first + np.sin(half) * np.cross(node.axis, first), wrap
+    return cos(half) * first + sin(half) * np.cross(node.axis, first), wrap
 
 
 def _body(R: Array, p: Array) -> Array:
     """A body at rest as laws see it, its tree's point in the world's origin."""
-    return np.concatenate([np.ravel(R), np.zeros(3), p, np.zeros(6)])
+    return exact(np.concatenate([np.ravel(R), np.zeros(3), p, np.zeros(6)]))

@@ -67,7 +67,7 @@ def _blend(on: Scalar, a: Any, b: Any) -> Any:
     if isinstance(a, tuple):
         return tuple(_blend(on, x, y) for x, y in zip(a, b, strict=True))
     if isinstance(a, np.ndarray | list):
-        return np.array([select(on, x, y) for x, y in zip(a, b, strict=True)])
+        return np.array([select(on, x, y) for x, y in zip(a, b, strict=True)], dtype=object)
     return select(on, a, b)
 
 

@@ -27,11 +27,10 @@ from .bags import deliver, entry, fitting, received, sorted_bag, spoken
 from .flatten import Wire, flatten
 from .lookahead import Border, Observed, leaving
 from .purity import Witness
-from .results import results_of
 from .rules import LIMIT, Patience, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
-from .speaking import speak
+from .speaking import results_of, speak
 from .transitions import Log, Trace, Transition
 
 SILENT = 256  # tags, and messages between its models, that a node works ahead of an `advance`

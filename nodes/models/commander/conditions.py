@@ -11,21 +11,7 @@ from dataclasses import dataclass
 
 from heavylift.kernel.description.mechanics import Threshold
 from heavylift.nodes.devs import ns
-from heavylift.nodes.plan.actions import (
-    Action,
-    After,
-    And,
-    Begun,
-    Condition,
-    Crossing,
-    Ended,
-    Landed,
-    Lifted,
-    Move,
-    MovesDone,
-    Slings,
-    Turn,
-)
+from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.plan import Plan, driven
 
 from .observed_state import OFF, Picture
@@ -41,23 +27,23 @@ class Moment:
     open: tuple[tuple[str, str, bool], ...] = ()  # verb, actor, whether something stopped it
 
 
-def terms(condition: Condition | None) -> Iterator[Condition]:
+def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
     """The parts of a condition that are joined by `and`."""
-    if isinstance(condition, And):
+    if isinstance(condition, scene.And):
         for part in condition.all:
             yield from terms(part)
     elif condition is not None:
         yield condition
 
 
-def crossings(condition: Condition | None) -> list[tuple[int, Crossing]]:
+def crossings(condition: scene.Condition | None) -> list[tuple[int, scene.Crossing]]:
     """The thresholds that a condition needs, each with the number of its term."""
-    return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, Crossing)]
+    return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, scene.Crossing)]
 
 
-def crossed(action: Action) -> Iterator[Crossing]:
+def crossed(action: scene.Action) -> Iterator[scene.Crossing]:
     """The thresholds that an action waits for, and its orders."""
-    untils = [order.until for order in action.orders if isinstance(order, (Move, Turn))]
+    untils = [order.until for order in action.orders if isinstance(order, (scene.Move, scene.Turn))]
     return (crossing for condition in (action.when, *untils) for _, crossing in crossings(condition))
 
 
@@ -74,81 +60,81 @@ def concerned(plan: Plan) -> set[str]:
     found = set[str]()
     for term in (term for action in plan.actions for term in terms(action.when)):
         match term:
-            case Slings():
+            case scene.Slings():
                 found |= {*term.names}
-            case Lifted() | Landed() | Crossing():
+            case scene.Lifted() | scene.Landed() | scene.Crossing():
                 found.add(term.model)
-            case Ended():
+            case scene.Ended():
                 found.add(term.lift)
     return found
 
 
-def holds(condition: Condition, picture: Picture, moment: Moment) -> bool:
+def holds(condition: scene.Condition, picture: Picture, moment: Moment) -> bool:
     """Whether the condition is true at this moment."""
     return all(_true(term, picture, moment) for term in terms(condition))
 
 
-def next_time(condition: Condition | None, moment: Moment) -> list[int]:
+def next_time(condition: scene.Condition | None, moment: Moment) -> list[int]:
     """The times to come [ns] at which the condition can become true by itself."""
-    times = [moment.since_ns + ns(term.seconds) for term in terms(condition) if isinstance(term, After)]
+    times = [moment.since_ns + ns(term.seconds) for term in terms(condition) if isinstance(term, scene.After)]
     return [t for t in times if t > moment.now_ns]
 
 
-def words(condition: Condition, picture: Picture, moment: Moment) -> str:
+def words(condition: scene.Condition, picture: Picture, moment: Moment) -> str:
     """What is still missing, for a sentence: "all slings taut (loader-3.sling-2 is slack)"."""
     missing = [term for term in terms(condition) if not _true(term, picture, moment)]
     return " and ".join(_words(term, picture, moment) for term in missing)
 
 
-def _true(term: Condition, picture: Picture, moment: Moment) -> bool:
+def _true(term: scene.Condition, picture: Picture, moment: Moment) -> bool:
     match term:
-        case Slings():
+        case scene.Slings():
             states = [picture.ropes[name] == term.state for name in _hooked(term, picture)]
             return all(states) if term.each == "all" else any(states)
-        case MovesDone():
+        case scene.MovesDone():
             return not _open(term, moment)
-        case Lifted():
+        case scene.Lifted():
             return not picture.on_ground(term.model)
-        case Landed():
+        case scene.Landed():
             bodies = picture.bodies.get(term.model, ())
             return bool(bodies) and all(body in picture.landed for body in bodies)
-        case Crossing():
+        case scene.Crossing():
             return term.threshold.name in picture.reached
-        case After():
+        case scene.After():
             return moment.now_ns >= moment.since_ns + ns(term.seconds)
-        case Begun():
+        case scene.Begun():
             return term.lift in picture.begun
-        case Ended():
+        case scene.Ended():
             return term.lift in picture.ended
-        case And():
+        case scene.And():
             return holds(term, picture, moment)
 
 
-def _words(term: Condition, picture: Picture, moment: Moment) -> str:
+def _words(term: scene.Condition, picture: Picture, moment: Moment) -> str:
     match term:
-        case Slings():
+        case scene.Slings():
             wrong = [name for name in _hooked(term, picture) if picture.ropes[name] != term.state]
             states = _list([f"{name} is {picture.ropes[name]}" for name in wrong])
             return f"{term.text or f'{term.each} of {len(term.names)} slings {term.state}'} ({states})"
-        case MovesDone():
+        case scene.MovesDone():
             return f"{term.text or 'moves done'} ({_list([f'{v} of {driven(a)}' for v, a in _open(term, moment)])})"
-        case Lifted() | Landed():
-            wanted = "lifted" if isinstance(term, Lifted) else "landed"
+        case scene.Lifted() | scene.Landed():
+            wanted = "lifted" if isinstance(term, scene.Lifted) else "landed"
             return f"{term.text or f'{term.model} {wanted}'}"
-        case Crossing():
+        case scene.Crossing():
             guard = f"{term.threshold.quantity} {'>=' if term.rising else '<='} {term.value:g}"
             return term.text or f"{guard} of {term.model}"
-        case After():
+        case scene.After():
             return term.text or f"after {term.seconds:g} s"
-        case Begun():
+        case scene.Begun():
             return f"the list of the whole scene to begin {term.lift}"
-        case Ended():
+        case scene.Ended():
             return term.text or f"{term.lift} done"
-        case And():
+        case scene.And():
             return words(term, picture, moment)
 
 
-def _hooked(term: Slings, picture: Picture) -> list[str]:
+def _hooked(term: scene.Slings, picture: Picture) -> list[str]:
     names = [name for name in term.names if picture.ropes.get(name, OFF) != OFF]
     if not names:
         what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))
@@ -156,7 +142,7 @@ def _hooked(term: Slings, picture: Picture) -> list[str]:
     return names
 
 
-def _open(term: MovesDone, moment: Moment) -> list[tuple[str, str]]:
+def _open(term: scene.MovesDone, moment: Moment) -> list[tuple[str, str]]:
     found = (x for x in moment.open if not term.verbs or x[0] in term.verbs)
     return [(verb, actor) for verb, actor, stopped in found if not (stopped and term.stopped)]
 

@@ -4,19 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from heavylift.nodes.models.parts.messages import (
-    Begun,
-    Ended,
-    Hooked,
-    Landed,
-    Lifted,
-    Reached,
-    Report,
-    RopeState,
-    Touched,
-    Tripped,
-    Unhooked,
-)
+from heavylift.nodes.models.parts import messages as m
 
 OFF = "unhooked"
 
@@ -39,29 +27,29 @@ class Picture:
         """Whether a support touches a body of this model."""
         return any(body in self.grounded for body in self.bodies.get(model, ()))
 
-    def note(self, report: Report) -> None:
+    def note(self, report: m.Report) -> None:
         """Bring it up to date."""
         actor = report.actor
         match report:
-            case RopeState():
+            case m.RopeState():
                 if self.ropes[actor] != OFF:
                     self.ropes[actor] = report.state
-            case Hooked():
+            case m.Hooked():
                 self.ropes[actor] = "slack"
-            case Unhooked():
+            case m.Unhooked():
                 self.ropes[actor] = OFF
-            case Touched():
+            case m.Touched():
                 self.grounded.add(actor)
-            case Landed():
+            case m.Landed():
                 self.landed.add(actor)
-            case Lifted():
+            case m.Lifted():
                 self.grounded.discard(actor)
                 self.landed.discard(actor)
-            case Reached():
+            case m.Reached():
                 self.reached.add(actor)
-            case Begun():
+            case m.Begun():
                 self.begun.add(actor)
-            case Ended():
+            case m.Ended():
                 self.ended.add(actor)
-            case Tripped():
+            case m.Tripped():
                 self.tripped = self.tripped | {actor} if report.over else self.tripped - {actor}

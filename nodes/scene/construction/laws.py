@@ -5,7 +5,7 @@ Units are read again here, since they depend on whether the coordinate slides or
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from heavylift.kernel.description import mechanics as k
@@ -23,6 +23,14 @@ from heavylift.nodes.scene.text.units import Dimension
 
 from .checking import Checking
 from .yard import ramp_of
+
+LAWS: dict[str, Callable[[str, Any], object]] = {  # by the field of the kernel's `System`, from a name and its keys
+    "springs": lambda n, x: k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest, x.coordinate),
+    "stops": lambda n, x: k.Stop(n, x.joint, x.range[0], x.range[1], x.stiffness, x.damping, x.coordinate),
+    "brakes": lambda n, x: k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged, x.coordinate),
+    "locks": lambda n, x: k.Lock(n, x.joint, x.engaged),
+    "drives": lambda n, x: k.Drive(n, x.joint, x.type, x.stiffness, x.damping, x.coordinate),
+}
 
 
 def check_laws(checks: Checking) -> None:
@@ -111,30 +119,9 @@ def _names(checks: Checking) -> None:
 def laws_of(given: mechanics.Mechanism) -> dict[str, tuple[Any, ...]]:
     """The kernel's laws, by the field of its `System`: those that are written and those of the joints themselves."""
     own = [law for name, joint in given.joints.items() for law in joint.laws(name)]
-
-    def made(kind: type, written: Iterator[Any]) -> tuple[Any, ...]:
-        return (*written, *(x for x in own if isinstance(x, kind)))
-
-    return {
-        "springs": made(
-            k.JointSpring,
-            (k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest, x.coordinate) for n, x in given.springs.items()),
-        ),
-        "stops": made(
-            k.Stop, (k.Stop(n, x.joint, *x.range, x.stiffness, x.damping, x.coordinate) for n, x in given.stops.items())
-        ),
-        "brakes": made(
-            k.Brake,
-            (
-                k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged, x.coordinate)
-                for n, x in given.brakes.items()
-            ),
-        ),
-        "locks": tuple(k.Lock(n, x.joint, x.engaged) for n, x in given.locks.items()),
-        "drives": tuple(
-            k.Drive(n, x.joint, x.type, x.stiffness, x.damping, x.coordinate) for n, x in given.drives.items()
-        ),
-    }
+    made = {key: [make(name, x) for name, x in getattr(given, key).items()] for key, make in LAWS.items()}
+    kinds = {"springs": k.JointSpring, "stops": k.Stop, "brakes": k.Brake}
+    return {key: (*laws, *(x for x in own if isinstance(x, kinds.get(key, ())))) for key, laws in made.items()}
 
 
 def actuators(checks: Checking) -> list[plan.Actuator]:

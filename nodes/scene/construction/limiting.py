@@ -10,12 +10,7 @@ from math import prod
 
 from heavylift.kernel.description.forces import Wind
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
-from heavylift.nodes.limits.standards import (
-    ISO_4308,
-    ROPE_FACTORS,
-    RUNNING,
-    RUNNING_SOURCE,
-)
+from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, RUNNING, RUNNING_SOURCE
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.scene.keys import schema

@@ -17,8 +17,7 @@ from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.text.source import Path
 
 from .limiting import reeving, rope_factor
-from .rigging.edges import along_edges
-from .rigging.reeved import SPREAD, height_of
+from .rigging.edges import SPREAD, along_edges, height_of
 from .yard import Yard, box, by_beam, parts_of, trolley_start
 
 Place = tuple[float, float, float]

@@ -20,8 +20,8 @@ from heavylift.kernel.model.checks import check_inertia
 from heavylift.nodes.models.parts.bending import block_body
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.environment import Vessel
 from heavylift.nodes.scene.keys.parts.flexible import Hull
-from heavylift.nodes.scene.keys.vessels import Vessel
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 

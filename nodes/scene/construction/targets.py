@@ -84,7 +84,7 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
 def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) -> None:
     """Targets of a mechanism; it can itself be given the verbs of its drives, and of its hook if it has one only."""
     drives = {drive.name for drive in machine.system.drives}
-    angular = turning(machine)
+    angular = turning(machine.system)
     for actuator in machine.actuators:
         kind: Kind = "drive" if actuator.name in drives else "winch"
         actor = _driven(kind, machine.name, actuator.name, actuator, actuator.name in angular)

@@ -4,11 +4,8 @@ schema, validate  every key, its unit, its default; data through the models, wit
 quantities        which quantity stands at a path, and whether its uncertainty makes sense
 base              names, places, ends; directions and attitudes
 parts             bodies, joints, laws and hooks of a mechanism or machine
-wind              what blows, as forces of a mechanism
-vessels           what floats, and the waves
-obstacles         floor and boxes that blocks meet
-actions           the lines of the action list
-interlocks        what stops a machine by itself
+environment       what floats, and the waves; floor and boxes that blocks meet; what blows, as forces of a mechanism
+actions           the lines of the action list; interlocks: what stops a machine by itself
 nodes             models of a user's own; which process hosts which nodes
 defaults          settings laid over a scene, also on one number of a list that it leaves to its default
 editors           the JSON Schema of scene files

@@ -9,23 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.extending import SECTIONS
-from heavylift.nodes.scene.text.units import (
-    ANY_DAMPING,
-    ANY_STIFFNESS,
-    DIMENSIONS,
-    EFFORT,
-    REACH,
-    STROKE,
-    STROKE_RAMP,
-    STROKE_SPEED,
-)
 
 from .base import Base, comments
 from .schema import Scene
 
 Schema = dict[str, Any]
-ALL = (*DIMENSIONS, STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
+ALL = (*u.DIMENSIONS, u.STROKE, u.STROKE_SPEED, u.STROKE_RAMP, u.REACH, u.EFFORT, u.ANY_STIFFNESS, u.ANY_DAMPING)
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in ALL}
 OTHER = {  # than a goliath, whose keys are known
     "type": "object",

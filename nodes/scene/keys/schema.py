@@ -11,21 +11,18 @@ from typing import Annotated, Any, Literal
 from heavylift.kernel.description.mechanics import MethodName
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.question import USUAL, Asked
+from heavylift.nodes.plan.fidelity import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
-from .actions import Action, Condition
+from .actions import Action, Condition, Interlock
 from .base import Base, Name, Place, keys_of
-from .interlocks import Interlock
+from .environment import Floor, Obstacle, Vessel, Waves, Wind
 from .nodes import OwnModel, Process
-from .obstacles import Floor, Obstacle
 from .parts.flexible import Hull, Mode
 from .parts.machines import GoliathParts, Machine, PartName
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
 from .parts.rigging import Edge, Rigging, SlingType
-from .vessels import Vessel, Waves
-from .wind import Wind
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -280,6 +277,11 @@ class Scene(Base):
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)
+
+    @property
+    def all_blocks(self) -> dict[str, Block]:
+        """The block of the scene and its several, by name."""
+        return {**({"block": self.block} if self.block else {}), **self.blocks}
 
     @property
     def wanted_accuracy(self) -> float:

@@ -15,8 +15,8 @@ from heavylift.coordinator.live.orders import Order, order
 from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision.journal import read
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import key
-from heavylift.coordinator.transport.session import observer_session, operator_session
+from heavylift.coordinator.transport.keys import OBSERVER, OPERATOR, key
+from heavylift.coordinator.transport.session import guest_session
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import decode, ns
 from heavylift.nodes.scene import parse
@@ -118,7 +118,10 @@ def test_nobody_else_gives_orders_and_an_operator_gives_nothing_else() -> None:
                 query.reply(query.key_expr, b"yes")
 
         hub.serve("control", answer)
-        with operator_session(hub.directory.path) as operator, observer_session(hub.directory.path) as observer:
+        with (
+            guest_session(hub.directory.path, OPERATOR) as operator,
+            guest_session(hub.directory.path, OBSERVER) as observer,
+        ):
             for session, replies in ((operator, 1), (observer, 0)):
                 found_ = list(session.get(key(hub.run, "control"), timeout=0.3))
                 assert sum(reply.ok is not None for reply in found_) == replies

@@ -19,8 +19,8 @@ import pytest
 import zenoh
 from heavylift.coordinator.live.keyboard import Keyboard
 from heavylift.coordinator.replay import Player, Publisher, RecordedRun, Replay, Said
-from heavylift.coordinator.transport.keys import key
-from heavylift.coordinator.transport.session import observer_session
+from heavylift.coordinator.transport.keys import OBSERVER, key
+from heavylift.coordinator.transport.session import guest_session
 from heavylift.kernel.errors import RecordingError
 
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
@@ -61,7 +61,7 @@ def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
     heard: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
     said: list[Said] = []
     with Publisher("lift", recorded.path) as publisher:
-        observer = observer_session(publisher.directory)
+        observer = guest_session(publisher.directory, OBSERVER)
         subscribers = [
             observer.declare_subscriber(key(publisher.run, part, "**"), heard.put) for part in ("event", "sample")
         ]

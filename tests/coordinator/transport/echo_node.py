@@ -6,9 +6,9 @@ import sys
 import time
 from pathlib import Path
 
-from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.keys import OBSERVER, key
 from heavylift.coordinator.transport.link import Link
-from heavylift.coordinator.transport.session import Ticket, observer_session
+from heavylift.coordinator.transport.session import Ticket, guest_session
 from zenoh.handlers import FifoChannel
 
 
@@ -30,7 +30,7 @@ def main(arguments: list[str]) -> int:
         link.close()
         return 0
     if what == "observe":
-        watching = observer_session(Path(ticket.socket).parent)
+        watching = guest_session(Path(ticket.socket).parent, OBSERVER)
         watching.declare_subscriber(key(ticket.run, "event", "**"), FifoChannel(1))
     if what == "deaf":
         signal.signal(signal.SIGTERM, signal.SIG_IGN)

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 import zenoh
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.keys import OBSERVER, key
 from heavylift.coordinator.transport.local_hub import LocalHub
-from heavylift.coordinator.transport.session import node_session, observer_session
+from heavylift.coordinator.transport.session import guest_session, node_session
 from heavylift.kernel.errors import ProtocolError
 from msgspec import structs
 from of_the_system import Start, network_sockets, sockets
@@ -116,7 +116,7 @@ def test_an_observer_sees_events_and_nothing_else(start: Start) -> None:
     def note(sample: zenoh.Sample) -> None:
         seen.put((str(sample.key_expr).removeprefix(f"heavylift/{hub.run}/"), sample.payload.to_bytes()))
 
-    with observer_session(hub.directory.path) as session:
+    with guest_session(hub.directory.path, OBSERVER) as session:
         for pattern in ("event/**", "in/west/west", "out/west/west", "**"):
             session.declare_subscriber(key(hub.run, pattern), note)
         heard = None

@@ -13,9 +13,9 @@ import pytest
 import zenoh
 from heavylift.coordinator.transport.frame import Writer
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.keys import OBSERVER, OPERATOR, key
 from heavylift.coordinator.transport.link import Link
-from heavylift.coordinator.transport.session import observer_session, operator_session
+from heavylift.coordinator.transport.session import guest_session
 from heavylift.kernel.errors import ProtocolError
 
 TOPICS = ("in", "out", "samples")
@@ -95,8 +95,8 @@ def test_of_another_node_it_ends_the_run_in_ones_own_place_and_does_not_arrive_i
 def test_guests_disturb_nobody_whatever_they_say(hub: Hub, wire: list[bytes]) -> None:
     rng = Random(1)
     with (
-        observer_session(hub.directory.path) as observer,
-        operator_session(hub.directory.path) as operator,
+        guest_session(hub.directory.path, OBSERVER) as observer,
+        guest_session(hub.directory.path, OPERATOR) as operator,
         Link(hub.ticket("west")) as west,
     ):
         spoken(hub, west, b"grant")

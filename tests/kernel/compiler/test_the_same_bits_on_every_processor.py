@@ -16,6 +16,8 @@ from heavylift.kernel.compiler.emit import module
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.machine_code import Library
 from heavylift.kernel.compiler.simd_batches import Batch, arranged
+from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.kernel.simulation.simulation import Simulation
 
 PROCESSORS = {"x86-64": "sse2", "x86-64-v2": "sse4.2", "haswell": "avx2", "skylake-avx512": "avx512f"}
@@ -24,6 +26,7 @@ TESTS = Path(__file__).parents[2]
 SCRIPT, STORED = TESTS / "determinism" / "digests.py", TESTS / "data" / "digests.json"
 FEW = ["lift", "linkage"]  # a block on ropes and supports; joints that close a loop
 PLAIN = {"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4"}  # libraries without AVX
+KERNELS = {"Prescott": "sse2", "Haswell": "avx2", "SkylakeX": "avx512f"}  # of OpenBLAS, which sum in other orders
 
 
 def digest(s: Simulation, code: Library) -> str:
@@ -62,6 +65,47 @@ def test_stored_digests_hold(cpu, environment, request):
     command = [sys.executable, SCRIPT, *names, "--processor", cpu]
     out = subprocess.run(command, env={**os.environ, **environment}, check=True, capture_output=True, text=True).stdout
     assert json.loads(out) == {name: stored[name] for name in names}
+
+
+def attitude(random):
+    """Any rotation, by operations on its elements."""
+    x, y, z, w = (float(e) for e in random.normal(size=4))
+    n = x * x + y * y + z * z + w * w
+    rows = (w * w + x * x - y * y - z * z, 2 * (x * y - z * w), 2 * (x * z + y * w)), (
+        2 * (x * y + z * w), w * w - x * x + y * y - z * z, 2 * (y * z - x * w)), (
+        2 * (x * z - y * w), 2 * (y * z + x * w), w * w - x * x - y * y + z * z)  # fmt: skip
+    return tuple(tuple(e / n for e in row) for row in rows)
+
+
+def turned_tackle(seed):
+    """A rope over two sheaves on a body that a joint holds, all of them at any attitude."""
+    random = np.random.default_rng(seed)
+    block = Body("block", 900.0, inertia=((40.0, 0.0, 0.0), (0.0, 50.0, 0.0), (0.0, 0.0, 60.0)))
+    turned = {"R_PJ": attitude(random), "R_CJ": attitude(random), "q0": (random.normal(),)}
+    axis, across, down = (np.array(e) for e in attitude(random))
+    sheaves = [Sheave(Point("block", tuple(k * across)), axis=tuple(axis), radius=0.2, friction=0.1) for k in (-1, 1)]
+    ends = [Point("block", tuple(k * across + random.uniform(0.5, 2.0) * down)) for k in (-3, 3)]
+    rope = Reeving("rope", ends[0], tuple(sheaves), ends[1], 1e6, Signal(8.0), 1e3)
+    return System((block,), (Joint("held", "revolute", "world", "block", **turned),), forces=(rope,))
+
+
+def numbers_of_laws():
+    """Digest of the parameters with which thirty such ropes begin."""
+    found = [Simulation(turned_tackle(seed), 1e-6, 20_000_000).native.P for seed in range(30)]
+    return hashlib.sha256(np.concatenate(found).tobytes()).hexdigest()
+
+
+def test_numbers_of_laws_are_those_of_any_library():
+    """Places at the start come from chains of rotations, which a library would sum in its own order."""
+    here = Path(__file__)
+    folders = [str(here.parent), str(here.parents[1])]
+    code = f"import sys; sys.path[:0] = {folders!r}; from {here.stem} import numbers_of_laws; "
+    for kernel, feature in KERNELS.items():
+        if HAS.get(feature):
+            command = [sys.executable, "-c", code + "print(numbers_of_laws())"]
+            environment = {**os.environ, "OPENBLAS_CORETYPE": kernel}
+            out = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
+            assert out.strip() == numbers_of_laws(), kernel
 
 
 def small(k):

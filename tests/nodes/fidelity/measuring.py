@@ -13,8 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 from heavylift.nodes.plan.actions import Move
+from heavylift.nodes.plan.fidelity import SHORTEST
 from heavylift.nodes.plan.plan import drive_name
-from heavylift.nodes.plan.question import SHORTEST
 from heavylift.nodes.plan.verbs import VERBS
 
 STANDS = "up"  # the first stage in which the block hangs

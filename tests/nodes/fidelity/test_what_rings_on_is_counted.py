@@ -7,7 +7,7 @@ from heavylift.nodes.fidelity.case import case_of
 from heavylift.nodes.fidelity.chance import chance
 from heavylift.nodes.fidelity.method import METHODS
 from heavylift.nodes.fidelity.rules import hinges, idle_drives, overshoot, rope_mass
-from heavylift.nodes.plan.question import Asked
+from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.scene import parse
 from lifts_of_kinds import lift_of_kinds
 

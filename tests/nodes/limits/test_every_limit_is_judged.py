@@ -11,7 +11,8 @@ from heavylift.coordinator.verdict import judge
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import History
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits import Limit, Use, judge_path, judge_run, signals_of
+from heavylift.nodes.limits import Limit, Use, signals_of, uses_of, uses_on_path
+from heavylift.nodes.limits.judging import judge as judged
 from heavylift.nodes.limits.reading import READERS
 from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.plan.limit import Quantity
@@ -57,11 +58,11 @@ def test_each_quantity_turns_red_on_the_path_and_in_a_run(scenes: dict[str, Load
             else:
                 rows = tuple(narrow(u) for u in met[:1])
             tight = msgspec.structs.replace(scene.plan, limits=rows)
-            for judged, found in (
-                (judge_path(tight, scene.statics.states), on_path),
-                (judge_run(tight, signals), in_run),
+            for findings, found in (
+                (judged(tight, uses_on_path(tight, scene.statics.states), dynamic=False), on_path),
+                (judged(tight, uses_of(tight, [signals]), dynamic=True), in_run),
             ):
-                found |= {quantity for f in judged if f.severity == "red"}
+                found |= {quantity for f in findings if f.severity == "red"}
     assert in_run == set(get_args(Quantity)) - {"clearance"}
     assert on_path == in_run - PEAKS
     assert set(READERS) == set(WORDS) == in_run

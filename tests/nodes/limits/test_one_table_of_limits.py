@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits import Limit, Signals, judge_path, judge_run, limits_of, signals_of_peaks, uses_of_run
+from heavylift.nodes.limits import Finding, Limit, Signals, judge, uses_of, uses_on_path
 from heavylift.nodes.limits.sentences import percent
 from heavylift.nodes.limits.telling import likewise, rows, unjudged
 from heavylift.nodes.plan import plan
@@ -21,14 +21,23 @@ from heavylift.nodes.scene.keys.schema import Block, Crane, Loader, SlingType, S
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
 
 
+def peaks_alone(peaks: dict[str, tuple[float, float]]) -> Signals:
+    """Exact peaks [N] and when [s], and nothing else of a run."""
+    return Signals(t=np.zeros(1), tensions={name: np.zeros(1) for name in peaks}, peaks=peaks, dynamic=True)
+
+
+def judged(peaks: dict[str, tuple[float, float]], built: plan.Plan) -> list[Finding]:
+    return judge(built, uses_of(built, [peaks_alone(peaks)]), dynamic=True)
+
+
 @pytest.mark.parametrize("name", ["lift", "tandem", "turnover"])
 def test_every_row_has_a_source_or_says_that_it_is_not_known(name: str) -> None:
     built = load(name).plan
-    for limit in limits_of(built):
+    for limit in built.limits:
         assert bool(limit.source) == limit.known, limit
         assert limit.known or limit.note, limit
         assert re.match(r"\w[\w-]*\.yaml:\d+:\d+$", limit.where), limit
-    assert {limit.quantity for limit in limits_of(built)} >= {
+    assert {limit.quantity for limit in built.limits} >= {
         "hook load", "trolley load", "sling tension", "sling peak", "rope factor", "rope peak", "drum pull",
         "off-lead along", "off-lead across", "bridle angle", "side force", "hook height", "rope length", "rails",
         "girder", "clearance", "wind", "crane load" if name == "lift" else "tandem load",
@@ -104,9 +113,9 @@ def test_two_judgements_of_a_sling() -> None:
     built = load("lift", ["rig.sling={breaking: 6 MN, factor: 5, partial factor: 3}"]).plan
     cases = {1.19e6: [], 1.26e6: ["sling tension"], 1.99e6: ["sling tension"], 2.1e6: ["sling tension", "sling peak"]}
     for peak, beyond in cases.items():
-        uses = uses_of_run(built, signals_of_peaks({"loader-1.sling-2": (peak, 12.5)}))
+        uses = uses_of(built, [peaks_alone({"loader-1.sling-2": (peak, 12.5)})])
         assert [use.limit.quantity for use in uses if use.beyond and "sling" in use.limit.quantity] == beyond
-    told = [f.sentence for f in judge_run(built, signals_of_peaks({"loader-1.sling-2": (2.1e6, 12.5)}))]
+    told = [f.sentence for f in judged({"loader-1.sling-2": (2.1e6, 12.5)}, built)]
     assert told == [
         (
             "the tension of the sling loader-1.sling-2 was 2100 kN, 175 % of its limit: 2.86 times below its breaking "
@@ -122,7 +131,7 @@ def test_two_judgements_of_a_sling() -> None:
 def test_the_first_that_is_beyond_is_told_and_the_others_named() -> None:
     built = load("lift").plan
     peaks = {f"loader-{i}.sling-1": (1.3e6, 5.0) for i in (1, 2, 3)}
-    (told,) = likewise(judge_run(built, signals_of_peaks(peaks)))
+    (told,) = likewise(judged(peaks, built))
     assert told.sentence.endswith("; likewise loader-2.sling-1, loader-3.sling-1")
     assert told.severity == "red"
 
@@ -133,21 +142,21 @@ def test_what_a_load_cell_tells_between_samples_is_red() -> None:
     rated = (900e3 + 75e3) * built.gravity
     ropes = {r.name: np.array([0.3 * rated]) for r in built.rig.hook_ropes}
     quiet = Signals(t=np.array([3.0]), tensions=ropes, dynamic=True)
-    assert not [f for f in judge_run(built, quiet) if f.subject == "crane"]
+    assert not [f for f in judge(built, uses_of(built, [quiet]), dynamic=True) if f.subject == "crane"]
     heard = Signals(
         t=np.array([3.0]), tensions=ropes, dynamic=True, crossings={"crane.main.load": (1.001 * rated, 3.2)}
     )
-    (red,) = [f for f in judge_run(built, heard) if f.subject == "crane"]
+    (red,) = [f for f in judge(built, uses_of(built, [heard]), dynamic=True) if f.subject == "crane"]
     assert (red.severity, red.t, red.sentence) == ("red", 3.2, "crane carried 901.0 t of 900 t")
 
 
 def test_a_path_is_judged_as_the_scene_is() -> None:
     scene = load("lift", ["rig.loaders.loader-3.capacity=140 t"])
-    (red,) = judge_path(scene.plan, scene.states)
+    (red,) = judge(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
     assert (red.severity, red.subject, red.stage, red.t) == ("red", "loader-3", "up", None)
     assert red.where == "lift.yaml:38:5", "where it carries most"
     assert "red: the slings of loader-3 would carry 1469 kN of 1373 kN (up)" in str(check(scene))
-    assert judge_path(load("lift").plan, load("lift").states) == []
+    assert judge(load("lift").plan, uses_on_path(load("lift").plan, load("lift").states), dynamic=False) == []
 
 
 def test_a_place_may_yield_a_little_at_its_end() -> None:
@@ -155,7 +164,7 @@ def test_a_place_may_yield_a_little_at_its_end() -> None:
     for beyond, red in ((0.0, False), (0.04, False), (0.06, True)):
         at = np.array([[400.0 + beyond, 0.0, 0.0]])
         signals = Signals(t=np.zeros(1), tensions={}, poses={"crane.main": (at, np.eye(3)[None])}, dynamic=True)
-        told = [f.sentence for f in judge_run(built, signals)]
+        told = [f.sentence for f in judge(built, uses_of(built, [signals]), dynamic=True)]
         assert told == (["crane at x = 400.06 m is past the end of its rails, 0 to 400 m"] if red else [])
 
 
@@ -166,7 +175,7 @@ def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
         ("fall-1", 400e3, 1.0, "the scene"),
         ("fall-2", 500e3, 4.0, "certificate 7"),
     ]
-    found = judge_run(built, signals_of_peaks({"fall-1": (480e3, 3.0), "fall-2": (480e3, 3.0)}))
+    found = judged({"fall-1": (480e3, 3.0), "fall-2": (480e3, 3.0)}, built)
     assert [f.sentence for f in found] == ["the rope fall-1 carried 480 kN, 120 % of its limit of 400 kN (the scene)"]
     assert unjudged(load("trolley", ["limits={ropes: {fall-1: {tension: 400 kN}}}"]).plan.limits) == [
         "rope tension of fall-2: not judged; give it under 'limits: {ropes: ...}'"

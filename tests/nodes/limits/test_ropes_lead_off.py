@@ -8,7 +8,7 @@ from math import atan, degrees, radians, sin, tan
 
 import numpy as np
 import pytest
-from heavylift.nodes.limits import Signals, Use, judge_path, judge_run, rows, uses_of_run
+from heavylift.nodes.limits import Finding, Signals, Use, judge, rows, uses_of, uses_on_path
 from heavylift.nodes.limits.telling import unjudged
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene import check, load
@@ -42,8 +42,12 @@ def hung(built: Plan, along: float, across: float, tension: float = LOADED, slin
     return Signals(t=np.array([7.0]), tensions=tensions, poses=held, stages=[(0.0, "swing")], dynamic=True)
 
 
+def judged(built: Plan, signals: Signals) -> list[Finding]:
+    return judge(built, uses_of(built, [signals]), dynamic=True)
+
+
 def use(built: Plan, signals: Signals, quantity: str, subject: str = HOOK) -> Use:
-    return next(x for x in uses_of_run(built, signals) if (x.limit.quantity, x.limit.subject) == (quantity, subject))
+    return next(x for x in uses_of(built, [signals]) if (x.limit.quantity, x.limit.subject) == (quantity, subject))
 
 
 def test_the_angle_is_that_of_each_direction() -> None:
@@ -57,8 +61,8 @@ def test_the_angle_is_that_of_each_direction() -> None:
 
 def test_three_degrees_are_allowed_and_more_is_red() -> None:
     built = plan()
-    assert judge_run(built, hung(built, LENGTH * tan(radians(2.99)), 0.0)) == []
-    (red,) = judge_run(built, hung(built, 0.0, LENGTH * tan(radians(3.4))))
+    assert judged(built, hung(built, LENGTH * tan(radians(2.99)), 0.0)) == []
+    (red,) = judged(built, hung(built, 0.0, LENGTH * tan(radians(3.4))))
     assert (red.severity, red.kind, red.subject, red.stage, red.t) == ("red", "off-lead", HOOK, "swing", 7.0)
     assert red.sentence == (
         "the rope crane.H3 led 3.4 degrees off the vertical across the rails, 3 degrees are allowed (assumed)"
@@ -67,13 +71,13 @@ def test_three_degrees_are_allowed_and_more_is_red() -> None:
 
 def test_an_empty_hook_may_swing() -> None:
     built = plan()
-    assert judge_run(built, hung(built, 6.0, 6.0, tension=45e3 * built.gravity, sling=0.0)) == []
+    assert judged(built, hung(built, 6.0, 6.0, tension=45e3 * built.gravity, sling=0.0)) == []
 
 
 def test_a_machine_has_its_own_limit_in_each_direction() -> None:
     built = plan("limits={off-lead: 2 deg}", "cranes.crane.off-lead across=5 deg")
     signals = hung(built, LENGTH * tan(radians(4)), LENGTH * tan(radians(4)))
-    assert [(f.kind, f.sentence) for f in judge_run(built, signals)] == [
+    assert [(f.kind, f.sentence) for f in judged(built, signals)] == [
         (
             "off-lead",
             "the rope crane.H3 led 4.0 degrees off the vertical along the rails, 2 degrees are allowed (the scene)",
@@ -84,7 +88,7 @@ def test_a_machine_has_its_own_limit_in_each_direction() -> None:
 
 def test_an_unknown_limit_is_told_and_not_judged() -> None:
     scene = load("lift", ["limits={off-lead: unknown}"])
-    assert judge_run(scene.plan, hung(scene.plan, 10.0, 10.0)) == []
+    assert judged(scene.plan, hung(scene.plan, 10.0, 10.0)) == []
     told = unjudged(scene.plan.limits)
     for way in ("along", "across"):
         sentence = f"off-lead {way} of crane.H1, crane.H2, crane.H3: not judged; the machine's limit is unknown"
@@ -96,9 +100,9 @@ def test_the_side_pull_is_held_against_drive_and_brake() -> None:
     built = plan("cranes.crane.trolley drive=60 kN", "cranes.crane.trolley brake=90 kN", "limits={off-lead: 10 deg}")
     angle = radians(3.0)
     signals = hung(built, 0.0, LENGTH * tan(angle))
-    pulled = [x for x in uses_of_run(built, signals) if x.limit.quantity == "side force" and x.limit.known]
+    pulled = [x for x in uses_of(built, [signals]) if x.limit.quantity == "side force" and x.limit.known]
     assert [x.value for x in pulled if x.limit.subject == "crane lower"] == pytest.approx([LOADED * sin(angle)] * 2)
-    assert [(f.subject, f.sentence) for f in judge_run(built, signals)] == [
+    assert [(f.subject, f.sentence) for f in judged(built, signals)] == [
         ("crane lower", "the ropes pulled crane lower along its girder with 78.5 kN, its drive moves 60 kN")
     ]
     unknown = [x for x in unjudged(built.limits) if x.startswith("side force")]
@@ -118,19 +122,19 @@ def spread(built: Plan, angle: float, tension: float = 5e5) -> Signals:
 def test_bridles_are_told_beyond_45_and_red_beyond_60_degrees() -> None:
     built = plan()
     for angle, severities in ((27.5, []), (44.9, []), (46.0, ["warning"]), (59.9, ["warning"]), (61.0, ["red"])):
-        found = judge_run(built, replace(spread(built, radians(angle)), dynamic=True))
+        found = judged(built, replace(spread(built, radians(angle)), dynamic=True))
         assert [f.severity for f in found] == severities, angle
         for finding in found:
             assert finding.kind == "bridle"
             assert degrees(finding.value or 0.0) == pytest.approx(angle)
-    assert judge_run(built, spread(built, radians(80.0), tension=0.0)) == [], "a slack sling may hang as it will"
+    assert judged(built, spread(built, radians(80.0), tension=0.0)) == [], "a slack sling may hang as it will"
     wide = plan("limits={bridle: 70 deg, bridle warning: 65 deg}")
-    assert judge_run(wide, spread(wide, radians(61.0))) == []
+    assert judged(wide, spread(wide, radians(61.0))) == []
 
 
 def test_the_row_names_the_worst_of_all_with_time_and_stage() -> None:
     built = plan()
-    uses = uses_of_run(built, hung(built, 1.0, 0.0))
+    uses = uses_of(built, [hung(built, 1.0, 0.0)])
     row = next(row for row in rows(uses) if row[0] == "off-lead along")
     assert row == ("off-lead along", HOOK, "1.43 deg", "0:07.0, swing", "3.00 deg", "48 %", "assumed")
 
@@ -152,7 +156,7 @@ def test_a_path_at_rest_is_judged_state_by_state() -> None:
                 grounded=False, stiffness=1.0,
             )
         )  # fmt: skip
-    found = judge_path(built, states)
+    found = judge(built, uses_on_path(built, states), dynamic=False)
     assert [(f.severity, f.kind, f.stage) for f in found] == [
         ("red", "off-lead", "stage 3"),
         ("red", "bridle", "stage 3"),
@@ -163,7 +167,7 @@ def test_a_path_at_rest_is_judged_state_by_state() -> None:
 
 def test_what_has_no_known_limit_is_shown_all_the_same() -> None:
     built = plan()
-    table = {(row[0], row[1]): row for row in rows(uses_of_run(built, hung(built, 0.0, LENGTH * tan(radians(2.0)))))}
+    table = {(row[0], row[1]): row for row in rows(uses_of(built, [hung(built, 0.0, LENGTH * tan(radians(2.0)))]))}
     row = table["side force", "crane lower"]
     assert row[2:6] == (f"{LOADED * sin(radians(2.0)) / 1e3:.4g} kN", "0:07.0, swing", "not known", "")
     assert row[6] == "give 'trolley drive'"

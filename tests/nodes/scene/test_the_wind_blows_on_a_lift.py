@@ -6,7 +6,7 @@ from heavylift import simulate
 from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.keys.wind import turbulent
+from heavylift.nodes.scene.keys.environment import turbulent
 from scipy.signal import welch
 
 ALONG = "wind={speed: 15 m/s, direction: [1, 0, 0]}"

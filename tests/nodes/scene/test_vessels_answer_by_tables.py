@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.keys.vessels import Responses
+from heavylift.nodes.scene.keys.environment import Responses
 
 HEAD = "draught,heading [deg],period [s],surge [m/m],surge phase [deg],roll [deg/m],roll phase [deg],from\n"
 ROWS = {  # by heading [deg] and period [s]: surge and roll

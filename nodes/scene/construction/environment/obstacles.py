@@ -15,7 +15,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.base import turned
-from heavylift.nodes.scene.keys.obstacles import Obstacle
+from heavylift.nodes.scene.keys.environment import Obstacle
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.contacts import touches
 from heavylift.nodes.scene.text.faults import closest
@@ -28,7 +28,7 @@ TOUCH = 1e-9  # [m]
 def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
     """All of them, beside blocks and vessels; what is wrong is added to the faults of the scene."""
     scene, source = yard.scene, yard.source
-    blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+    blocks = scene.all_blocks
     sizes = {name: block.size for name, block in blocks.items()}
     if not blocks:
         source.fault((OBSTACLES if scene.obstacles else "floor",), "there is no block that could meet it", on_key=True)

@@ -18,10 +18,9 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.construction.yard import Yard, box
-from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.environment import Floating, Vessel, Waves
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.rigging import Frame
-from heavylift.nodes.scene.keys.vessels import Floating, Vessel, Waves
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
@@ -90,9 +89,9 @@ def _delay(yard: Yard, waves: Waves, at: Vector) -> float:
 def check_decks(yard: Yard) -> None:
     """Blocks stand on vessels that are there, and no goliath lifts them."""
     scene = yard.scene
-    named: list[tuple[Path, schema.Block | None]] = [(("block",), scene.block)]
-    for base, block in (*named, *((("blocks", name), block) for name, block in scene.blocks.items())):
-        if block is None or block.on == WORLD:
+    for name, block in scene.all_blocks.items():
+        base: Path = ("block",) if block is scene.block else ("blocks", name)
+        if block.on == WORLD:
             continue
         if block.on not in scene.vessels:
             told = f"there is no vessel '{block.on}'"
@@ -124,7 +123,7 @@ def _standing(yard: Yard, name: str, around: System) -> tuple[Masses, Masses]:
     """Mass and place of the vessel and all bodies that joints carry on it, and of the blocks that stand on it."""
     on, at = _bodies(name, around), kinematics.poses(around)
     masses = [(b.mass, kinematics.place(Point(b.name, b.com), at)) for b in around.bodies if b.name in on]
-    blocks = [b for b in (yard.scene.block, *yard.scene.blocks.values()) if b is not None and b.on == name]
+    blocks = [b for b in yard.scene.all_blocks.values() if b.on == name]
     vessel = yard.scene.vessels[name]
     own = [(b.mass, vessel.place([p + q for p, q in zip(b.at, b.com, strict=True)])) for b in blocks]
     return [(mass, (float(p[0]), float(p[1]), float(p[2]))) for mass, p in masses], own
@@ -142,7 +141,7 @@ def _bodies(name: str, around: System) -> set[str]:
 def _check_load(yard: Yard, name: str, displacement: float, built: list[plan.Mechanism]) -> None:
     """What stands on a vessel or may hang on its cranes must be little beside what it displaces."""
     scene = yard.scene
-    blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+    blocks = scene.all_blocks
     load = sum(block.mass for block in blocks.values() if block.on == name)
     around = System(joints=tuple(j for machine in built for j in machine.system.joints))
     on = _bodies(name, around)

@@ -2,8 +2,7 @@
 
 slings     what entries are called: ropes of slings, lugs of blocks
 tree       all rigging of a scene: slings, equalisers, frames, and where they are at the start
-reeved     ropes over a sheave or edges, and how high what holds them hangs
-edges      edges as a rope meets them
+edges      edges as a rope meets them; ropes over a sheave or edges, and how high what holds them hangs
 hooks      hook blocks on the ropes of a machine, and slings from one of them to lugs
 ratings    the limits of hooks, slings, shackles, frames and lugs
 """

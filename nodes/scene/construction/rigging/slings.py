@@ -38,7 +38,7 @@ def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
 
 def lugs_of(scene: Scene) -> dict[str, k.Point]:
     """The lugs of all blocks by the words for them: `N1` where one block has it, and `B.N1`."""
-    blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+    blocks = scene.all_blocks
     named = [lug for block in blocks.values() for lug in block.lugs]
     found = {lug: k.Point(name, p) for name, x in blocks.items() for lug, p in x.lugs.items() if named.count(lug) == 1}
     return found | {f"{name}.{lug}": k.Point(name, p) for name, x in scene.blocks.items() for lug, p in x.lugs.items()}

@@ -22,8 +22,7 @@ from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-from .edges import along_edges
-from .reeved import SPREAD, equalising, height_of
+from .edges import SPREAD, along_edges, equalising, height_of
 from .slings import lugs_of, slings_of
 
 NOWHERE = k.Point("")
@@ -33,7 +32,7 @@ class Tree:
     """All rigging of a scene; what is wrong with it is added to the faults of its source."""
 
     def __init__(self, source: Source, scene: Scene, around: k.System) -> None:
-        blocks = {**({"block": scene.block} if scene.block else {}), **scene.blocks}
+        blocks = scene.all_blocks
         for name in () if blocks else scene.rigging:
             source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
         self.source, self.scene, self.rigging, self.gravity = source, scene, scene.rigging, scene.gravity

@@ -1,0 +1,215 @@
+"""What surrounds the machines of a scene: `waves:` and `vessels:`, `floor:` and `obstacles:`, `wind:`.
+
+The wave is a regular one on deep water.  A vessel's axes are x to its bow, y to port, z up; its origin lies on the
+waterline at rest, and all responses are given there.  A phase is that of the response against the wave's elevation at
+the origin: cos(w t + phase).
+
+Blocks meet floor and obstacles as rigid contacts with friction.
+
+The wind becomes forces of a mechanism.  Turbulence has the spectrum of EN 1991-1-4, B.1: n S / s² = 6.8 f / (1 + 10.2
+f)^(5/3), f = n L / v, of the standard deviation s and the length L.  It is written as a sum of harmonics with random
+frequencies and phases (Shinozuka and Deodatis, Applied Mechanics Reviews 44 (1991) 191-204) and given as a history, one
+speed a second.  What is slower than twenty minutes or faster than two seconds is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import pi, sqrt
+from random import Random
+from typing import Annotated, Literal
+
+from heavylift.kernel.algebra.dense import product
+from heavylift.kernel.algebra.elementary import cos, power
+from heavylift.kernel.description.mechanics import Matrix, Vector
+from heavylift.nodes.scene.text import units as u
+from pydantic import Field, model_validator
+
+from .base import Base, Direction, Place, turned
+from .parts.forces import Matrix6
+from .parts.forces import Wind as Force
+from .parts.mechanics import Moments
+
+Response = tuple[Annotated[float, u.Quantity(u.RESPONSE, "zero")], u.Angle]
+TurnResponse = tuple[Annotated[float, u.Quantity(u.TURN_RESPONSE, "zero")], u.Angle]
+LoadResponse = tuple[u.Stiffness, u.Angle]
+MomentResponse = tuple[Annotated[float, u.Quantity(u.MOMENT_RESPONSE, "zero")], u.Angle]
+BLOCK = "block"
+USUAL, LONGEST = 7200.0, 86400.0  # [s] of a history, where no end is given, and of any; then its last speed goes on
+HARMONICS = 128
+SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
+
+
+class Waves(Base):
+    """A regular wave, which grows from still water at the start."""
+
+    height: u.Extent  # from trough to crest
+    period: u.Duration
+    heading: u.Angle = 0.0  # to which it travels, from x towards y; 180 deg: against a bow that points along x
+    ramp: u.Duration = 30.0  # in which it grows
+    origin: Place = (0.0, 0.0, 0.0)  # where its elevation goes with the cosine of time
+    density: u.Density = 1025.0  # of the water
+
+
+class Responses(Base):
+    """Motions of the origin per wave amplitude, and their phases."""
+
+    surge: Response = (0.0, 0.0)
+    sway: Response = (0.0, 0.0)
+    heave: Response = (0.0, 0.0)
+    roll: TurnResponse = (0.0, 0.0)
+    pitch: TurnResponse = (0.0, 0.0)
+    yaw: TurnResponse = (0.0, 0.0)
+
+
+class LoadResponses(Base):
+    """Forces and moments of the wave about the origin per wave amplitude, and their phases."""
+
+    surge: LoadResponse = (0.0, 0.0)
+    sway: LoadResponse = (0.0, 0.0)
+    heave: LoadResponse = (0.0, 0.0)
+    roll: MomentResponse = (0.0, 0.0)
+    pitch: MomentResponse = (0.0, 0.0)
+    yaw: MomentResponse = (0.0, 0.0)
+
+
+class Mooring(Base):
+    """Stiffness of its mooring at the origin."""
+
+    surge: u.Stiffness = 0.0
+    sway: u.Stiffness = 0.0
+    yaw: u.TurnStiffness = 0.0
+
+
+class Floating(Base):
+    """What keeps a vessel up and turns it back, and what the water takes: matrices in SI units, surge to yaw."""
+
+    waterplane: Annotated[float, u.Quantity(u.AREA, "positive")]
+    GM: u.Extent  # of roll, with all that stands on it at the start
+    GML: u.Extent  # of pitch
+    added_mass: Matrix6 | None = None  # at the wave's frequency, as `damping`
+    damping: Matrix6 | None = None
+    mooring: Mooring = Mooring()
+    loads: LoadResponses = LoadResponses()  # of the wave
+
+
+class Vessel(Base):
+    """A vessel, whose motion in the wave is `given` by its responses, or follows from `forces` on a free body."""
+
+    mass: u.Mass  # without what stands on it
+    size: tuple[u.Extent, u.Extent, u.Extent]  # of its hull, a uniform box unless `inertia` is given
+    draught: u.Extent
+    at: Place = (0.0, 0.0, 0.0)  # its origin
+    heading: u.Angle = 0.0  # where its bow points, from x towards y; what stands on it turns with it
+    com: Place = (0.0, 0.0, 0.0)
+    inertia: Moments | None = None  # about its centre of mass
+    motion: Literal["given", "forces"] = "given"
+    responses: Responses | None = None  # if it is given
+    floating: Floating | None = None  # if it follows from forces
+
+    @property
+    def attitude(self) -> Matrix:
+        """Its axes in the world, at rest."""
+        return turned(0.0, 0.0, self.heading)
+
+    def place(self, p: Sequence[float]) -> Vector:
+        """Where a place on it is in the world, at rest [m]."""
+        x, y, z = (a + b for a, b in zip(product(self.attitude, p), self.at, strict=True))
+        return x, y, z
+
+    @model_validator(mode="after")
+    def _one(self) -> Vessel:
+        needs, other = ("responses", "floating") if self.motion == "given" else ("floating", "responses")
+        if getattr(self, needs) is None:
+            raise ValueError(f"motion: {self.motion} needs '{needs}'")
+        if getattr(self, other) is not None:
+            raise ValueError(f"motion: {self.motion} needs no '{other}': leave it out")
+        return self
+
+
+class Floor(Base):
+    """A level floor that all blocks meet."""
+
+    height: u.Length = 0.0
+    friction: u.Ratio = 0.0
+    restitution: u.Ratio = 0.0
+
+
+class Obstacle(Base):
+    """A box that is fixed in the yard or on a vessel, such as a wall, a guide, a quay: all blocks meet it."""
+
+    box: tuple[u.Extent, u.Extent, u.Extent]
+    at: Place  # its middle, in the frame of what it is on
+    rotation: tuple[u.Angle, u.Angle, u.Angle] = (0.0, 0.0, 0.0)  # about x, then y, then z
+    on: str = "world"  # or a vessel
+    meets: Literal["boxes", "corners", "lower corners"] = "boxes"  # lower corners of blocks cost half, and miss its own
+    friction: u.Ratio = 0.0
+    restitution: u.Ratio = 0.0
+
+
+class Area(Base):
+    """What the wind sees of a body along its own axes."""
+
+    sides: tuple[u.Area, u.Area, u.Area]
+    drag: u.Ratio | None = None  # left out: that of the wind
+
+
+class Wind(Base):
+    """Wind on the block, whose sides are those of its box, and on other bodies whose sides are given in `on`."""
+
+    speed: u.Velocity
+    direction: Direction  # to which it blows
+    gusts: list[tuple[u.Instant, u.Velocity]] = Field(default_factory=list)  # speeds over time, in place of one
+    turbulence: Annotated[u.Ratio, Field(le=0.5)] = 0.0  # standard deviation over speed; by the scene's seed
+    scale: u.Extent = u.LENGTH.read("130 m")  # of turbulence; EN 1991-1-4 at 40 m over open country
+    drag: u.Ratio = 1.2  # of a box; assumed
+    density: u.Density = 1.225
+    on: dict[str, Area] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _one(self) -> Wind:
+        if self.gusts and self.turbulence:
+            raise ValueError("give the wind either 'gusts' or a 'turbulence'")
+        if not any(self.direction):
+            raise ValueError("the direction of the wind has no length")
+        return self
+
+    def forces(self, block: tuple[float, float, float] | None, seed: int, end: float | None) -> dict[str, Force]:
+        """By name; `block`: the size of its box [m], if there is one; `end`: of the run [s], if it is known."""
+        areas = dict(self.on)
+        if block is not None:
+            x, y, z = block
+            areas.setdefault(BLOCK, Area.model_construct(sides=(y * z, z * x, x * y)))
+        gusts = turbulent(self.speed, self.turbulence, self.scale, seed, end) if self.turbulence else self.gusts
+        return {
+            f"wind.{body}": Force.model_construct(
+                type="wind",
+                body=body,
+                sides=area.sides,
+                drag=self.drag if area.drag is None else area.drag,
+                direction=self.direction,
+                speed=self.speed,
+                gusts=gusts,
+                density=self.density,
+            )
+            for body, area in sorted(areas.items())
+        }
+
+
+def turbulent(speed: float, turbulence: float, scale: float, seed: int, end: float | None) -> list[tuple[float, float]]:
+    """Times [s] and speeds [m/s] of a wind of this mean until the end of the run, if it is known."""
+    random = Random(f"wind {seed}")
+    ends = [SLOWEST * float(power(FASTEST / SLOWEST, i / HARMONICS)) for i in range(HARMONICS + 1)]
+    speeds = [speed] * (int(min(end or USUAL, LONGEST)) + 2)
+    for low, high in pairwise(ends):
+        n = low + (high - low) * random.random()  # so that it never comes again
+        f = n * scale / abs(speed) if speed else 0.0
+        s = turbulence * speed
+        S = s * s / n * 6.8 * f / float(power(1.0 + 10.2 * f, 5.0 / 3.0))
+        size, w, phase = sqrt(2.0 * S * (high - low)), 2.0 * pi * n, 2.0 * pi * random.random()
+        turn, here, following = 2.0 * float(cos(w)), size * float(cos(phase)), size * float(cos(w + phase))
+        for t in range(len(speeds)):
+            speeds[t] += here
+            here, following = following, turn * following - here  # cos(a + w) = 2 cos w cos a - cos(a - w)
+    return [(float(t), v) for t, v in enumerate(speeds)]
