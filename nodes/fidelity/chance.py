@@ -71,7 +71,7 @@ def _bounces(case: Case) -> float:
 
 
 def _slides(case: Case) -> float:
-    """Which of two stools alike a load on two hooks leaves first, sliding as it is let go aside, turns it or does not."""
+    """A load let go aside of two hooks slides: which of two stools alike it leaves first turns it or does not."""
     return 1.0 if case.mirrored and case.swings.jumps and len(case.hooks) == 2 else 0.0
 
 
