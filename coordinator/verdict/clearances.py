@@ -32,7 +32,7 @@ LIMIT = 0.5  # clearance of a scene that says nothing [m]
 ORDER: tuple[Kind, ...] = (
     "rope", "sling", "loader", "block", "mechanism", "trolley", "portal", "stools",
 )  # fmt: skip
-MISSED = ", where none of the corners that its contact takes met it: write 'meets: boxes'"
+MISSED = ": the corners that their contact takes missed it, write 'meets: boxes'"
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
 

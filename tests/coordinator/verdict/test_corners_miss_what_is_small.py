@@ -41,11 +41,13 @@ actions:
 def test_a_block_sinks_through_a_plinth_that_no_corner_meets(tmp_path: Path) -> None:
     """Ten metres on four: it hangs on and is 1 m deep, as far as it was lowered after it had landed."""
     result = run(parse(TEXT, passing=True), tmp_path / "run.mcap", in_process=True)
-    assert result.verdict is not None and result.verdict.red
+    assert result.verdict is not None
+    assert result.verdict.red
     (red,) = [f for f in result.verdict.findings if f.kind == "clearance"]
     assert (red.severity, red.subject) == ("red", "block and plinth")
     assert red.value == pytest.approx(-LOWERED, abs=STOPS)
-    assert red.sentence.startswith("the block went ") and red.sentence.endswith("write 'meets: boxes'")
+    assert red.sentence.startswith("the block went ")
+    assert red.sentence.endswith("write 'meets: boxes'")
     assert red.t == pytest.approx(Recording(tmp_path / "run.mcap")["pose/block"].t[-1], abs=2.0)
 
 
@@ -69,13 +71,14 @@ def test_whatever_the_sizes_an_overlap_is_red(meets: str, overlap: float) -> Non
         other = [draw.uniform(0.2, 12.0) for _ in range(3)]
         at = [draw.uniform(-0.6, 0.6) * (a + b) for a, b in zip(own, other, strict=True)]
         size = f"box: [{other[0]} m, {other[1]} m, {other[2]} m], at: [0 m, 0 m, 50 m]"
-        text = TEXT.replace("[10 m, 10 m, 4 m]", f"[{own[0]} m, {own[1]} m, {own[2]} m]")
+        text = f"{TEXT.partition('actions')[0]}end: 1 s\n".replace(
+            "[10 m, 10 m, 4 m]", f"[{own[0]} m, {own[1]} m, {own[2]} m]"
+        )
         text = text.replace("box: [4 m, 4 m, 1.5 m], at: [0 m, 20 m, 0.75 m]", f"overlap: {overlap} m, {size}")
         plan = parse(text.replace("lower corners", meets), passing=True, followed=False).plan
         deep = min((a + b) / 2 - abs(x) for a, b, x in zip(own, other, at, strict=True))
-        still = np.zeros((3, 7))
-        still[:, 6] = 1.0
-        poses = {"block": still + [*at[:2], 50.0 + at[2], 0, 0, 0, 0], "plinth": still + [0, 0, 50.0, 0, 0, 0, 0]}
+        places = {"block": (at[0], at[1], 50.0 + at[2]), "plinth": (0.0, 0.0, 50.0)}
+        poses = {body: np.tile([*p, 0.0, 0.0, 0.0, 1.0], (3, 1)) for body, p in places.items()}
         found = findings(clearances(plan, History(np.arange(3.0), poses, {}, {}, [])), plan)
         assert [f.value for f in found] == ([pytest.approx(-deep, abs=1e-3)] if deep > overlap + TOUCH else [])
         reds += bool(found)
