@@ -191,7 +191,10 @@ PARTS = ("tensions", "supports", "poses", "coordinates", "references", "speeds",
 
 def _together(states: list[StaticState]) -> StaticState:
     """All that these states tell, the last one's words."""
-    whole: dict[str, Any] = {part: {k: v for x in states for k, v in getattr(x, part).items()} for part in PARTS}
+    whole: dict[str, Any] = {part: dict(getattr(states[0], part)) for part in PARTS}  # one copy: that is often done
+    for state in states[1:]:
+        for part, known in whole.items():
+            known.update(getattr(state, part))
     return replace(states[-1], **whole)
 
 

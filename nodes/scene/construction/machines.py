@@ -41,7 +41,10 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
 def check_parts(source: Source, scene: schema.Scene) -> None:
     """A lift needs cranes, a rig and a block, which alone does beside machines, vessels and obstacles; a scene needs
     something that moves."""
-    block = scene.block is not None or bool(scene.blocks and not scene.cranes)
+    if scene.cranes and scene.blocks:
+        told = "the loaders of a goliath carry one block, `block:`; `rigging:` of cranes of other types lifts several"
+        return source.fault(("blocks",), told, on_key=True)
+    block = scene.block is not None or bool(scene.blocks)
     parts = {"cranes": bool(scene.cranes), "block": block, "rig": scene.rig is not None}
     missing = [key for key, there in parts.items() if not there]
     beside = scene.machines or scene.vessels or scene.obstacles or scene.floor

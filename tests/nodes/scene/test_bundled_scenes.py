@@ -20,6 +20,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "girder": (4, 3, 0, 0, 2, 3),
     "gust": (1, 6, 1, 0, 2, 0),
     "hall": (4, 12, 1, 4, 3, 7),
+    "in-turn": (12, 24, 2, 8, 7, 20),
     "jib": (5, 12, 1, 4, 3, 9),
     "lift": (10, 30, 3, 6, 6, 5),
     "linkage": (3, 1, 0, 0, 2, 4),
