@@ -70,6 +70,15 @@ def _bounces(case: Case) -> float:
     return 0.0 if case.damped else max(overshoot(case, h, girder=True) for h in case.hooks)
 
 
+def _slides(case: Case) -> float:
+    """A load let go aside of two hooks slides: which of two stools alike it leaves first turns it or does not."""
+    return 1.0 if case.mirrored and case.swings.jumps and len(case.hooks) == 2 else 0.0
+
+
+def _aside_bouncing(case: Case) -> float:
+    return 0.0 if case.damped else _aside(case)
+
+
 def _awaits_bouncing(case: Case) -> float:
     return 0.0 if case.damped else _awaits(case)
 
@@ -84,12 +93,13 @@ def _pulled_along(case: Case) -> float:
     return min(1.0, beside) if case.swings.jumps and beside > PULLED else 0.0
 
 
-def _swings_along(case: Case) -> bool:
+def lightly_hooked(case: Case) -> bool:
+    """Whether hooks are hardly heavier than their ropes."""
     return any(_beside(h) > PULLED for h in case.hooks)
 
 
 def _lands_light(case: Case) -> float:
-    return _lands(case) if _swings_along(case) else 0.0
+    return _lands(case) if lightly_hooked(case) else 0.0
 
 
 def _changes(case: Case) -> float:
@@ -144,6 +154,11 @@ CAUSES = (
         },
         {"swing": (0.0, 3e-3, 0.0), "position": (0.0, 0.04, 0.0)},
     ),
+    Cause(_slides, {"rope tension": (0.0, 7e-3, 0.0), "swing": (0.0, 0.065, 0.0), "position": (0.0, 0.012, 0.0)}),
+    Cause(
+        _aside_bouncing,
+        {"rope tension": (0.0, 0.05, 0.0), "swing": (0.04, 0.06, 0.04), "position": (0.0, 0.035, 0.0)},
+    ),
     Cause(
         _lands_bouncing,
         {"rope tension": (0.0, 0.03, 0.0)},
@@ -166,7 +181,7 @@ def between(case: Case, model: int) -> Errors:
     """What ropes of four lumps may be wrong by, or two and none besides: frequencies of swings, how strings shake the
     load, and what little decides."""
     errors = _slower(case, model)
-    inclined = _shaken(case, errors, (SHAKEN_LIGHT if _swings_along(case) else SHAKEN)[model])
+    inclined = _shaken(case, errors, (SHAKEN_LIGHT if lightly_hooked(case) else SHAKEN)[model])
     errors["rope tension"] = tipped(case, errors["swing"]) + tipping(case.hooks) * inclined
     for cause in CAUSES:
         if amount := cause.amount(case):

@@ -21,7 +21,7 @@ from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import LOOSEST, Fidelity
 
 from .case import Case
-from .chance import Errors, overshoot, tipped
+from .chance import Errors, lightly_hooked, overshoot, tipped
 from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, sdirk_algebra, states
 
 PARTS = 1.0, sqrt(sqrt(10.0)), sqrt(10.0), sqrt(sqrt(1000.0))  # of a decade
@@ -37,6 +37,7 @@ SNAPS = 10.0  # times the fourth power of their number: how much more lumps do a
 PARTS_LATE = 0.002  # of tension and position, where a load that has stood parts again, beside `chance`
 UNEVEN = 2.5  # how much worse long steps follow a block whose corners part at different speeds; measured
 LET_GO = 1e-3  # tolerance of `radau5` above which it may follow a load that is let go aside another way; measured
+LANDS_LIGHT = 4.0  # how much worse long steps follow a load that stands again under light hooks; measured
 SMALL = 0.6  # [m] a swing below it is followed less well by `radau5`
 DAMPS = "nothing damps what it would damp away"
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
@@ -113,6 +114,9 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
         "position": jumps * max(0.11 * root, 30.0 * damped) * max(1.0, BOTH_SIDES * case.swings.most / case.way),
         "lift-off time": 2.0 * EVENT * root * (4.0 if case.again else 1.0),
     }
+    if case.swings.lands and lightly_hooked(case):
+        errors["position"] *= LANDS_LIGHT
+        errors["lift-off time"] *= LANDS_LIGHT
     if case.again:
         errors["rope tension"] += PARTS_LATE
         errors["position"] += PARTS_LATE
@@ -158,7 +162,7 @@ def long_steps(name: str, case: Case, at: Fidelity, tolerance: float) -> Stepped
     jacobians = 1.5 * case.stages + duration(case) / 15.0
     errors: Errors = dict.fromkeys(("swing", "position", "lift-off time"), float("inf"))
     errors["rope tension"] = max(5.0 * tolerance, min(m.most, m.damped * sqrt(tolerance)))
-    if case.askew or case.swings.jumps:  # swings that no ramp has made decide a peak, and are damped
+    if case.askew:  # swings that no ramp has made decide a peak, and are damped
         errors["rope tension"] += SWUNG * tipped(case, 1.0) * min(1.0, sqrt(tolerance / FOLLOWED))
     errors["rope tension"] += AGAIN if case.again else 0.0
     able = at.ropes != "rigid" and at.slings != "rigid"

@@ -79,7 +79,7 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     errors["position"] += coupled * case.swings.most / case.way
     waves = dynamic * heavy / (2.0 if case.determinate else 1.0)
     errors["rope tension"] = _peak(case, waves, errors["rope tension"] + tipped(case, coupled))
-    errors["lift-off time"] += 0.5 * _wave(case)
+    errors["lift-off time"] += 0.8 * _wave(case)
     chains = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
     pulled = case.swings.jumps > 0.0 and any(2.0 * h.rope_mass > PULLED * (h.load - h.share) for h in case.hooks)

@@ -13,7 +13,8 @@ def test_a_scene_is_shown(name: str, tmp_path: Path) -> None:
     scene = load(name)
     recording = run(scene, tmp_path / "run.mcap", in_process=True).recording
     view(recording, tmp_path / "page.html")
-    if {"rope/tension", "joint/position"} & {*Recording(recording).signals()}:  # not of one free body
+    rec = Recording(recording)
+    if any(rec.columns(x) for x in {"rope/tension", "joint/position"} & {*rec.signals()}):  # not of one free body
         plot(recording, tmp_path / "plot.png")
     report(recording, tmp_path / "report.html")
     told = (tmp_path / "report.html").read_text()

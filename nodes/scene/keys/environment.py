@@ -143,7 +143,7 @@ class Obstacle(Base):
     at: Place  # its middle, in the frame of what it is on
     rotation: tuple[u.Angle, u.Angle, u.Angle] = (0.0, 0.0, 0.0)  # about x, then y, then z
     on: str = "world"  # or a vessel
-    meets: Literal["boxes", "corners", "lower corners"] = "boxes"  # of blocks: corners cost less, and miss its own
+    meets: Literal["boxes", "corners", "lower corners"] = "boxes"  # lower corners of blocks cost half, and miss its own
     friction: u.Ratio = 0.0
     restitution: u.Ratio = 0.0
 
