@@ -74,7 +74,7 @@ def _clearances(bench: Bench) -> None:
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
     lands = landing(bench.plan, bench.conduct)
     bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics)
-    bench.findings += too_near(bench.clearances)
+    bench.findings += too_near(bench.clearances, bench.plan)
     bench.not_looked_at += untouched(bench.plan)
 
 

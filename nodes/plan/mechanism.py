@@ -49,6 +49,7 @@ class Shape(Item, frozen=True, kw_only=True):
     body: str
     centre: Vector
     size: Vector
+    overlap: float = 0.0  # that is no finding, with what it touches by corners alone [m]
 
 
 class Driven(Item, frozen=True, kw_only=True):

@@ -209,15 +209,23 @@ def _carried(shape: Solid | Strand) -> set[str]:
 
 
 def _of_mechanism(plan: Plan, a: Solid | Strand, b: Solid | Strand) -> Relation:
-    """Bodies of one mechanism that neither a joint nor a contact of the scene ties must not go through each other."""
-    if not (isinstance(a, Solid) and isinstance(b, Solid)) or a.kind != b.kind:
+    """Bodies of one mechanism that neither a joint nor a contact of their shapes ties must not go through each other,
+    nor what touches another thing by its corners alone."""
+    if not (isinstance(a, Solid) and isinstance(b, Solid)):
         return "joined"
-    for mechanism in plan.mechanisms:
-        system = mechanism.system
-        tied = [{j.parent, j.child} for j in system.joints] + [{c.a.body, c.b.body} for c in system.contacts]
-        if {a.body, b.body} in tied:
-            return "joined"
-    return "through"
+    joints = [{j.parent, j.child} for m in plan.mechanisms for j in m.system.joints]
+    if {a.body, b.body} in joints:
+        return "joined"
+    if by_corners(plan, a.body, b.body):
+        return "through"
+    tied = [{c.a.body, c.b.body} for m in plan.mechanisms for c in m.system.contacts]
+    return "joined" if a.kind != b.kind or {a.body, b.body} in tied else "through"
+
+
+def by_corners(plan: Plan, a: str, b: str) -> bool:
+    """Whether two bodies touch by contacts of points alone, so that one may go through the other beside those."""
+    found = [c for m in plan.mechanisms for c in m.system.contacts if {c.a.body, c.b.body} == {a, b}]
+    return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
 
 
 def untouched(plan: Plan) -> tuple[str, ...]:

@@ -144,8 +144,15 @@ class Obstacle(Base):
     rotation: tuple[u.Angle, u.Angle, u.Angle] = (0.0, 0.0, 0.0)  # about x, then y, then z
     on: str = "world"  # or a vessel
     meets: Literal["boxes", "corners", "lower corners"] = "boxes"  # lower corners of blocks cost half, and miss its own
+    overlap: u.Gap = 0.0  # of a block's box with its own that is meant, where corners meet; more is red
     friction: u.Ratio = 0.0
     restitution: u.Ratio = 0.0
+
+    @model_validator(mode="after")
+    def _overlaps(self) -> Obstacle:
+        if self.overlap and self.meets == "boxes":
+            raise ValueError("boxes do not overlap: leave 'overlap' out, or take 'meets: lower corners'")
+        return self
 
 
 class Area(Base):

@@ -55,7 +55,9 @@ def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
     made = System(
         tuple(Body(name, 0.0) for name in scene.obstacles), tuple(joints), contacts=contacts, gravity=scene.gravity
     )
-    shapes = tuple(plan.Shape(body=n, centre=(0.0, 0.0, 0.0), size=x.box) for n, x in scene.obstacles.items())
+    shapes = tuple(
+        plan.Shape(body=n, centre=(0.0, 0.0, 0.0), size=x.box, overlap=x.overlap) for n, x in scene.obstacles.items()
+    )
     where = source.where((OBSTACLES,) if scene.obstacles else ("floor",))
     at = {} if source.faults else kinematics.poses(merge([around, made], scene.gravity))
     closed = tuple(contact.name for contact in contacts if at and touches(contact, at, TOUCH))

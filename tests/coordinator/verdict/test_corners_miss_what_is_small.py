@@ -1,0 +1,87 @@
+"""A block that meets an obstacle by its corners alone: what stands between them is red once the boxes overlap."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.coordinator.verdict.clearances import clearances, findings
+from heavylift.coordinator.verdict.ground import TOUCH
+from heavylift.coordinator.verdict.history import History
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import parse
+from heavylift.recordings import Recording
+
+LUGS = "lugs: {A: [-2 m, 2 m, 2 m], B: [2 m, 2 m, 2 m], C: [-2 m, -2 m, 2 m], D: [2 m, -2 m, 2 m]}"
+STOOLS = "supports: {height: 0.5 m, at: [[-2 m, -2 m], [2 m, -2 m], [-2 m, 2 m], [2 m, 2 m]]}"
+PLINTH = 1.5  # height [m]
+LOWERED = 1.0  # by the winch after it has landed [m]
+STOPS = 0.02  # [m] the gap at which it stops, what the winch still runs and the slings, which get shorter or slack
+RUBS = 5e-3  # [m] of a block that stands on rigid contacts
+TEXT = f"""\
+heavylift: 1
+name: sinks
+accuracy: 0.1 %
+block: {{mass: 40 t, size: [10 m, 10 m, 4 m], at: [0 m, 8 m, 2.5 m], {LUGS}, {STOOLS}}}
+cranes: {{hall: {{type: overhead-100, at: 0 m, trolley: 8 m}}}}
+rigging: {{legs: {{on: hall main, to: [A, B, C, D], length: 6 m, sling: {{EA: 120 MN}}}}}}
+obstacles: {{plinth: {{box: [4 m, 4 m, 1.5 m], at: [0 m, 20 m, 0.75 m], friction: 0.3, meets: lower corners}}}}
+actions:
+  - hall: hoist 1 m/min until lifted
+  - hall: hoist 4 m/min by 2 m
+  - hall traversing: traverse 15 m/min ramp one swing by 12 m
+  - hall: lower 1 m/min until landed on plinth
+  - hall: lower 1 m/min by {LOWERED:g} m
+"""
+
+
+def test_a_block_sinks_through_a_plinth_that_no_corner_meets(tmp_path: Path) -> None:
+    """Ten metres on four: it hangs on and is 1 m deep, as far as it was lowered after it had landed."""
+    result = run(parse(TEXT, passing=True), tmp_path / "run.mcap", in_process=True)
+    assert result.verdict is not None and result.verdict.red
+    (red,) = [f for f in result.verdict.findings if f.kind == "clearance"]
+    assert (red.severity, red.subject) == ("red", "block and plinth")
+    assert red.value == pytest.approx(-LOWERED, abs=STOPS)
+    assert red.sentence.startswith("the block went ") and red.sentence.endswith("write 'meets: boxes'")
+    assert red.t == pytest.approx(Recording(tmp_path / "run.mcap")["pose/block"].t[-1], abs=2.0)
+
+
+def test_with_boxes_it_stands_on_it(tmp_path: Path) -> None:
+    """Two metres above the plinth's top is its middle."""
+    boxes = TEXT.replace("lower corners", "boxes")
+    result = run(parse(boxes, passing=True), tmp_path / "run.mcap", in_process=True)
+    z = Recording(tmp_path / "run.mcap")["pose/block"].values[-1, 2]
+    assert z == pytest.approx(PLINTH + 2.0, abs=RUBS)
+    assert result.verdict is not None
+    assert not result.verdict.red
+
+
+@pytest.mark.parametrize("meets", ["corners", "lower corners"])
+@pytest.mark.parametrize("overlap", [0.0, 0.3])
+def test_whatever_the_sizes_an_overlap_is_red(meets: str, overlap: float) -> None:
+    """Along the axes the overlap is the least of three; it is red if it is deeper than what touches and is meant."""
+    draw, reds = Random(f"{meets} {overlap}"), 0
+    for _ in range(40):
+        own = [draw.uniform(1.0, 12.0) for _ in range(3)]
+        other = [draw.uniform(0.2, 12.0) for _ in range(3)]
+        at = [draw.uniform(-0.6, 0.6) * (a + b) for a, b in zip(own, other, strict=True)]
+        size = f"box: [{other[0]} m, {other[1]} m, {other[2]} m], at: [0 m, 0 m, 50 m]"
+        text = TEXT.replace("[10 m, 10 m, 4 m]", f"[{own[0]} m, {own[1]} m, {own[2]} m]")
+        text = text.replace("box: [4 m, 4 m, 1.5 m], at: [0 m, 20 m, 0.75 m]", f"overlap: {overlap} m, {size}")
+        plan = parse(text.replace("lower corners", meets), passing=True, followed=False).plan
+        deep = min((a + b) / 2 - abs(x) for a, b, x in zip(own, other, at, strict=True))
+        still = np.zeros((3, 7))
+        still[:, 6] = 1.0
+        poses = {"block": still + [*at[:2], 50.0 + at[2], 0, 0, 0, 0], "plinth": still + [0, 0, 50.0, 0, 0, 0, 0]}
+        found = findings(clearances(plan, History(np.arange(3.0), poses, {}, {}, [])), plan)
+        assert [f.value for f in found] == ([pytest.approx(-deep, abs=1e-3)] if deep > overlap + TOUCH else [])
+        reds += bool(found)
+    assert 0 < reds < 40, "of both kinds"
+
+
+def test_boxes_need_no_overlap() -> None:
+    with pytest.raises(SceneError, match=r"scene\.yaml:7:.*leave 'overlap' out"):
+        parse(TEXT.replace("lower corners", "boxes, overlap: 0.1 m"), passing=True)
