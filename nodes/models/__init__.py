@@ -19,7 +19,6 @@ from .assembly import (
     COMMANDER,
     KERNEL,
     CommanderModel,
-    Coupling,
     NodeModel,
     build,
     build_one,
@@ -36,7 +35,7 @@ from .parts.messages import Sample, SetPoint
 from .tree import tree, tree_data
 
 __all__ = [
-    "COMMANDER", "KERNEL", "CommanderModel", "Coupling", "NodeModel", "OwnModel", "Sample", "SetPoint", "build",
+    "COMMANDER", "KERNEL", "CommanderModel", "NodeModel", "OwnModel", "Sample", "SetPoint", "build",
     "build_one", "couplings", "divided", "driving", "hooked_later", "node_names", "sample_port", "subscriptions",
     "system", "together", "tree", "tree_data",
 ]  # fmt: skip

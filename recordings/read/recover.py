@@ -56,7 +56,7 @@ class Recovered:
         return f"{self.messages} messages until {self.sim_s:.3f} s; lost: {lost}"
 
 
-def recover(path: str | Path, out: str | Path | None = None, begun: bool = False, force: bool = False) -> Recovered:
+def recover(path: str | Path, out: str | Path | None = None, force: bool = False, begun: bool = False) -> Recovered:
     """Copy what is readable into `out` (default: <name>-recovered.mcap); RecordingError if there is no run in it.
 
     `begun`: any run that did not come to its end will do, though nothing happened in it or its file is whole.

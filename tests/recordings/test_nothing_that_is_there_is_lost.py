@@ -89,13 +89,13 @@ WRITERS: dict[str, Callable[[Path, Path, bool], Path]] = {
     "table.csv": lambda rec, out, force: export(rec, out, force=force),
     "saved.mcap": lambda rec, out, force: recover(cut(rec), out, force).path,
 }
-QUICK = {"run.mcap", "page.html", "table.csv"}
+QUICK = {"run.mcap", "page.html", "table.csv", "saved.mcap"}
 
 
 def cut(rec: Path) -> Path:
-    """What a kill leaves of a recording."""
-    part = rec.with_name("cut.mcap.part")
-    part.write_bytes(rec.read_bytes()[: -rec.stat().st_size // 2])
+    """What a kill leaves of a recording: its last chunk, and no result."""
+    part, (*_, last) = rec.with_name("cut.mcap.part"), Recording(rec)._file.summary.chunk_indexes
+    part.write_bytes(rec.read_bytes()[: last.chunk_start_offset + last.chunk_length + 3])
     return part
 
 

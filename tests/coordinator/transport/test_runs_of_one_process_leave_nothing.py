@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.coordinator.transport.run_directory import RunDirectory
 
 RUNS = 30
+ENDING_s = 10.0  # in which threads of the bus end on a busy machine
 EACH_kB = 40  # what a run may leave in the allocator's pools; a session that is closed as it is leaves 60 to 110
 
 
@@ -56,8 +58,10 @@ def test_nothing_adds_up(run: Callable[[], None]) -> None:
     before = left()
     for _ in range(RUNS):
         run()
-    after = left()
-    assert after[1:] == before[1:]
+    deadline = time.monotonic() + ENDING_s
+    while (after := left())[1:] > before[1:] and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert (after[1] <= before[1], after[2] <= before[2]) == (True, True), (before, after)
     assert after[0] - before[0] < EACH_kB * RUNS
 
 
