@@ -65,11 +65,11 @@ def run(
     as_json: o.Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
-    from heavylift.coordinator.participants import PRELOAD, PRELOAD_KERNEL
+    from heavylift.coordinator.participants import PRELOAD_SCENE
     from heavylift.coordinator.supervision.processes import Processes
 
     here = o.one_process(in_process, processes, places)
-    crew = None if here else Processes(PRELOAD, ahead=PRELOAD_KERNEL)  # starts while the rest is imported
+    crew = None if here else Processes(PRELOAD_SCENE)  # starts while the rest is imported
     try:
         from heavylift.coordinator.live.keyboard import Keyboard
         from heavylift.coordinator.live.pace import RealTime

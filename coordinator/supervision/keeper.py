@@ -1,10 +1,8 @@
 """The keeper: the small process that starts the nodes of a run, watches them, and outlives none of them.
 
-It has imported what all nodes need, has one thread and no session, and forks one node per order: 12 nodes
-stand in a quarter of the time that 12 fresh interpreters take. What the kernel alone needs (NumPy, LLVM) a fork imports
-ahead, which waits to become the kernel: in the keeper it would double what the system does for each of the others.
-Where forking without exec is not safe (macOS, or an import that has started threads) it executes a fresh interpreter;
-all else stays the same.
+It has imported what the nodes need, has one thread and no session, and forks one node per order: 12 nodes
+stand in a quarter of the time that 12 fresh interpreters take. Where forking without exec is not safe
+(macOS, or an import that has started threads) it executes a fresh interpreter; all else stays the same.
 
     orders on standard input     {"do": "start", ...}   {"do": "signal", ...}     JSON lines
                                  a signal goes to all nodes, or to the one that is named
@@ -42,7 +40,7 @@ PR_SET_PDEATHSIG = 1
 REMOVE_s = 1.0  # in which a directory that somebody still writes to can be deleted
 
 
-def keep(preload: Sequence[str], ahead: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
+def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
     """Serve the coordinator's orders until they end; `fresh` executes a new interpreter for each node."""
     wake_as_an_orphan()
     reports = os.dup(1)
@@ -51,10 +49,7 @@ def keep(preload: Sequence[str], ahead: Sequence[str], fresh: bool, life_line: i
     for module in () if fresh else preload:
         importlib.import_module(module)
     gc.freeze()
-    keeper = _Keeper(fresh or threads() != 1, reports, life_line, directory)
-    if ahead and not keeper.fresh:
-        keeper.prepare(ahead)
-    keeper.serve()
+    _Keeper(fresh or threads() != 1, reports, life_line, directory).serve()
 
 
 def wake_as_an_orphan() -> None:
@@ -75,27 +70,10 @@ class _Keeper:
     def __init__(self, fresh: bool, reports: int, life_line: int, directory: str) -> None:
         self.fresh, self.reports, self.life_line, self.directory = fresh, reports, life_line, directory
         self.names: dict[int, str] = {}
-        self.spare, self.spare_order = 0, -1  # the fork that waits for the kernel's order, and where it reads that
         self.child_ended, self.child_ended_end = os.pipe()
         os.set_blocking(self.child_ended_end, False)
         signal.signal(signal.SIGCHLD, lambda *_: None)
         signal.set_wakeup_fd(self.child_ended_end, warn_on_full_buffer=False)
-
-    def prepare(self, modules: Sequence[str]) -> None:
-        """Fork the process that will be the kernel, which imports these modules meanwhile."""
-        order, self.spare_order = os.pipe()
-        self.spare = os.fork()
-        if self.spare:
-            return os.close(order)
-        self.leave()
-        os.dup2(order, 0)
-        with contextlib.suppress(Exception):  # it is told where the kernel imports them itself
-            for module in modules:
-                importlib.import_module(module)
-        if not (given := os.read(0, 65536)):
-            os._exit(0)  # the keeper is gone
-        os.close(order)
-        self.become(json.loads(given))
 
     def serve(self) -> None:
         """The keeper's loop: orders and ended nodes, whichever comes first."""
@@ -119,11 +97,10 @@ class _Keeper:
     def obey(self, order: dict[str, Any]) -> None:
         if order["do"] == "start":
             try:
-                pid = (order["kernel"] and self.woken(order)) or os.fork()
+                pid = os.fork()
             except OSError as error:
                 return self.report({"name": order["name"], "ended": error.strerror})
             if pid == 0:
-                self.leave()
                 self.become(order)
             self.names[pid] = order["name"]
             self.report({"name": order["name"], "pid": pid})
@@ -131,18 +108,6 @@ class _Keeper:
             for pid, name in self.names.items():
                 if order.get("name") in (None, name):
                     os.kill(pid, order["signal"])
-
-    def woken(self, order: dict[str, Any]) -> int:
-        """The process that has waited for this order; 0 if none does, or does any more."""
-        pid, self.spare = self.spare, 0
-        if pid:
-            try:
-                os.write(self.spare_order, json.dumps(order).encode())
-            except BrokenPipeError:
-                pid = 0
-            os.close(self.spare_order)
-            self.spare_order = -1
-        return pid
 
     def reap(self) -> None:
         while self.names:
@@ -156,26 +121,22 @@ class _Keeper:
         for pid in self.names:
             os.kill(pid, signal.SIGKILL)
         for pid in self.names:
-            os.waitpid(pid, 0)  # one that waits for its order ends with this process
+            os.waitpid(pid, 0)
 
     def report(self, what: dict[str, object]) -> None:
         """Tell the coordinator; a coordinator that is gone shows at the end of its orders."""
         with contextlib.suppress(BrokenPipeError):
             os.write(self.reports, json.dumps(what).encode() + b"\n")
 
-    def leave(self) -> None:
-        """In the child: give up what the keeper alone needs."""
-        wake_as_an_orphan()
-        signal.set_wakeup_fd(-1)
-        signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-        for fd in (self.reports, self.child_ended, self.child_ended_end, self.spare_order):
-            if fd >= 0:
-                os.close(fd)
-
     def become(self, order: dict[str, Any]) -> NoReturn:
         """In the child: take the node's place, with its own output and its ticket as standard input."""
         try:
+            wake_as_an_orphan()
+            signal.set_wakeup_fd(-1)
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+            for fd in (self.reports, self.child_ended, self.child_ended_end):
+                os.close(fd)
             log = os.open(order["log"], os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
             for to in (1, 2):
                 os.dup2(log, to)

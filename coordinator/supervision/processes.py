@@ -48,10 +48,8 @@ STACKS_s = 0.5  # in which a process writes where it is
 class Processes:
     """The node processes of one run, and its private directory."""
 
-    def __init__(
-        self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux", ahead: Sequence[str] = ()
-    ) -> None:
-        """`preload`: modules for every node, which start no thread, `ahead`: for the kernel; not `fork`: fresh ones."""
+    def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
+        """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
         check_room()
         self.directory = RunDirectory.chosen()
         self.pids: dict[str, int] = {}
@@ -67,7 +65,7 @@ class Processes:
         life_line, life = os.pipe()
         self._life_line, self._life = FileIO(life_line), FileIO(life, "w")
         modules = ["heavylift.coordinator.transport.link", *preload]
-        self._command = python("keep", modules, ahead, not fork, life_line, str(self.directory.path))
+        self._command = python("keep", modules, not fork, life_line, str(self.directory.path))
         try:
             self._launch()
             self.directory.make()  # the keeper knows of it already, and so nobody leaves it behind
@@ -124,17 +122,13 @@ class Processes:
     def begin(self, process: str) -> None:
         """Start the present incarnation of a process."""
         assert self._hub is not None, "there is a run"
-        from heavylift.nodes.models import KERNEL  # after the keeper has started
-
         module, *arguments = self._commands[process]
-        ticket = self._hub.ticket(process)
         self._order(
             do="start",
             name=process,
             module=module,
             arguments=arguments,
-            ticket=ticket.to_text(),
-            kernel=KERNEL in ticket.nodes,
+            ticket=self._hub.ticket(process).to_text(),
             log=str(self.directory.log(process)),
         )
 
