@@ -171,6 +171,7 @@ class Processes:
         with self._change:
             self._orphans.pop(process, None)
             ended, pid = self._exits.pop(process, None), self.pids.pop(process, None)
+            self._unreported.pop(process, None)  # that was the one before
         if ended is None and pid is not None:
             raise ProtocolError(
                 f"process {pid} of {process} cannot be killed, it hangs in the system; "
@@ -220,7 +221,7 @@ class Processes:
         if now >= self._next_look:
             self._next_look = now + REPORT_s
             self._unreported = {n: self._unreported.get(n, now) for n in alive if self.state(n) == "Z"}
-        silent = [name for name, since in self._unreported.items() if now - since > REPORT_s]
+        silent = [name for name in alive if now - self._unreported.get(name, now) > REPORT_s]
         return found | dict.fromkeys(silent, "its process has ended, and the one that keeps all does not say how")
 
     def output(self, node: str) -> str:
