@@ -21,7 +21,7 @@ OF_TENSIONS = (0.01, 0.003, 1e-3, 3e-4, 1e-4, 3e-5)
 STEPS = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
 METHODS = (
     {"semi-implicit-euler": STEPS, "rk4": STEPS}
-    | dict.fromkeys(("dopri5", "dop853", "ros34pw2"), TOLERANCES)
+    | dict.fromkeys(("dopri5", "dop853"), TOLERANCES)
     | {"radau5": (1e-2, *TOLERANCES)}
     | dict.fromkeys(TENSION_METHODS, OF_TENSIONS)
 )

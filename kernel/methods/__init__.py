@@ -4,7 +4,6 @@ tableaus, dop853         coefficients with order and source
 step_state               what the text of a step works on
 method, choice           what every method tells: stages, interpolant, stability; their names
 explicit                 Runge-Kutta pairs; symplectic Euler
-rosenbrock, stiffness    linearly implicit, with the stiffness of ropes in its matrix
 radau, sdirk             Radau IIA of order 5; diagonally implicit, for long steps along the equilibrium path
 velocity_space           Newton systems of both, over the velocities alone
 control, stability       error-controlled and fixed steps; what fixed steps are refused

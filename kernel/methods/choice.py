@@ -15,20 +15,18 @@ from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4, SemiImplicitEuler
 from .method import Method
 from .radau import Radau5
-from .rosenbrock import RosenbrockW
 from .sdirk import DiagonallyImplicit
-from .tableaus import SDIRK2, SDIRK3
+from .tableaus import SDIRK2
 
 METHODS: dict[str, Callable[[Program, bool], Method]] = {
     "semi-implicit-euler": lambda program, tensions_only: SemiImplicitEuler(program),
     "rk4": lambda program, tensions_only: Kutta4(),
     "dopri5": lambda program, tensions_only: DormandPrince5(),
     "dop853": lambda program, tensions_only: DormandPrince8(),
-    "ros34pw2": lambda program, tensions_only: RosenbrockW(program),
     "radau5": lambda program, tensions_only: Radau5(program),
     "sdirk2": lambda program, tensions_only: DiagonallyImplicit(program, SDIRK2, tensions_only),
-    "sdirk3": lambda program, tensions_only: DiagonallyImplicit(program, SDIRK3, tensions_only),
 }
+REMOVED = {"ros34pw2": "radau5", "sdirk3": "radau5"}  # names in older scenes, and what runs instead
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
 
@@ -36,11 +34,11 @@ def choose(name: str, program: Program, tensions_only: bool = False) -> Method:
     """`tensions_only`: as in `Options`.  Raises KernelError for a name that no method has."""
     if name == AtRest.name:
         return AtRest()
-    if name not in METHODS:
+    if name not in METHODS | REMOVED:
         raise KernelError(
             f"method '{name}': there is none of this name; choose one of {', '.join(get_args(MethodName))}"
         )
-    return METHODS[name](program, tensions_only)
+    return METHODS[REMOVED.get(name, name)](program, tensions_only)
 
 
 def control_of(method: Method, step: float | None, program: Program) -> Control:

@@ -62,13 +62,4 @@ def _second() -> Diagonal:
     return Diagonal("sdirk2", 2, g, (g, 1.0), ((g,), (1.0 - g, g)), (-g, g))
 
 
-def _third() -> Diagonal:
-    """Alexander (1977), theorem 5, p = 3; the estimate is the difference to the pair of order 2 of two stages."""
-    g = 0.43586652150845899942
-    b = (-(6.0 * g * g - 16.0 * g + 1.0) / 4.0, (6.0 * g * g - 20.0 * g + 5.0) / 4.0)
-    c = (g, (1.0 + g) / 2.0, 1.0)
-    second = (0.5 - c[0]) / (c[1] - c[0])
-    return Diagonal("sdirk3", 3, g, c, ((g,), (c[1] - g, g), (*b, g)), (b[0] - 1.0 + second, b[1] - second, g))
-
-
-SDIRK2, SDIRK3 = _second(), _third()
+SDIRK2 = _second()

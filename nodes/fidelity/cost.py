@@ -66,11 +66,6 @@ def radau_algebra(n: int, factorisations: float, iterations: float, attempted: f
     return 0.002 * factorisations * n * n + 0.013 * iterations * n + 3.3 * attempted
 
 
-def rosenbrock_algebra(n: int, attempted: float) -> float:
-    """The same of a W-method, which makes its matrix from the equations once a step."""
-    return (3.5 + 0.0014 * n * n) * attempted
-
-
 def sdirk_algebra(n: int, factorisations: float, iterations: float) -> float:
     """The same of diagonally implicit steps, whose systems have the velocities alone."""
     return 0.0004 * factorisations * n * n + 0.013 * iterations * n

@@ -22,7 +22,7 @@ from heavylift.nodes.plan.plan import LOOSEST, Fidelity
 
 from .case import Case
 from .chance import Errors, lightly_hooked, overshoot, tipped
-from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, sdirk_algebra, states
+from .cost import LONGEST, Cost, attempts, duration, radau_algebra, sdirk_algebra, states
 
 PARTS = 1.0, sqrt(sqrt(10.0)), sqrt(10.0), sqrt(sqrt(1000.0))  # of a decade
 TOLERANCES = tuple(float(f"1e-{(k + 3) // 4}") * PARTS[-k % 4] for k in range(8, 49))  # 1e-2 to 1e-12
@@ -40,7 +40,6 @@ LET_GO = 1e-3  # tolerance of `radau5` above which it may follow a load that is 
 LANDS_LIGHT = 4.0  # how much worse long steps follow a load that stands again under light hooks; measured
 SMALL = 0.6  # [m] a swing below it is followed less well by `radau5`
 DAMPS = "nothing damps what it would damp away"
-LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
 
 @dataclass(frozen=True)
@@ -86,18 +85,6 @@ def dop853(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     errors = _errors(case, at, tolerance, often, rattle=3.5 * power(tolerance, 1.5))
     why = f"explicit: the stiffest mode asks for {stable:.0f} steps a second"
     return Stepped("dop853", tolerance, errors, _cost(case, at, 12.0 * often), why, tolerance <= LOOSEST)
-
-
-def ros34pw2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
-    """Bound by accuracy: 4 evaluations, one matrix and its factors a step; knows trees of rigid bodies on ropes."""
-    often = max(1.3 / LONGEST, 30.0 * power(1e-3 / tolerance, 1.0 / 3.0))
-    errors = _errors(case, at, tolerance, often)
-    spent = _cost(case, at, 4.0 * often, rosenbrock_algebra(states(case, at), often))
-    able = at.ropes != "rigid" and at.slings != "rigid" and at.girder == "rigid"
-    why = f"implicit: {often:.0f} steps a second" if able else "it knows neither girders that bend nor rigid ropes"
-    if _bare(case):
-        able, why = False, DAMPS
-    return Stepped("ros34pw2", tolerance, errors, spent, why, able and tolerance <= LOSSY)
 
 
 def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
@@ -148,7 +135,6 @@ class LongSteps:
 
 LONG = {
     "sdirk2": LongSteps(20.0, 0.85, 1.0 / 2.0, 6.0, damped=0.15, most=3e-3, least=1e-4),
-    "sdirk3": LongSteps(39.0, 0.52, 1.0 / 3.0, 9.0, damped=0.3, most=1.0, least=1e-5, loosest=1e-4),
 }
 
 
@@ -178,7 +164,6 @@ def long_steps(name: str, case: Case, at: Fidelity, tolerance: float) -> Stepped
 METHODS: dict[str, Method] = {
     "dopri5": dopri5,
     "dop853": dop853,
-    "ros34pw2": ros34pw2,
     "radau5": radau5,
     **{name: partial(long_steps, name) for name in LONG},
 }

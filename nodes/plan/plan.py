@@ -22,7 +22,7 @@ from typing import Literal
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.forces import Sheave
-from heavylift.kernel.description.mechanics import Line, Matrix, MethodName, Point, Support, Vector
+from heavylift.kernel.description.mechanics import Line, Matrix, MethodName, Point, RemovedMethod, Support, Vector
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
 
@@ -40,7 +40,7 @@ from .mechanism import driven as driven
 from .own import Own
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
-TENSION_METHODS: tuple[MethodName, ...] = ("sdirk2", "sdirk3")  # their tolerance can be that of rope tensions
+TENSION_METHODS: tuple[MethodName, ...] = ("sdirk2",)  # their tolerance can be that of rope tensions
 LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wrong by a fifth, and steps are no cheaper
 
 
@@ -238,7 +238,7 @@ class Plan(Item, frozen=True, kw_only=True):
     name: str
     gravity: float = 9.80665
     tolerance: float = 1e-6
-    method: MethodName = "dopri5"
+    method: MethodName | RemovedMethod = "dopri5"
     step: float | None = None  # of fixed steps [s]
     tensions_only: bool = False  # are asked for: a method may damp away all else
     seed: int = 0

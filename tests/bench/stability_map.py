@@ -29,7 +29,7 @@ from small_scenes import EA, LENGTH, MASS, SECOND, G, Z, hung
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-METHODS = {"semi-implicit-euler": 2.0, "rk4": 2.0 * sqrt(2.0), "ros34pw2": None, "radau5": None}
+METHODS = {"semi-implicit-euler": 2.0, "rk4": 2.0 * sqrt(2.0), "radau5": None}
 COLOURS = dict(zip(METHODS, ("#b5541c", "#1f5fa8", "#3d8f4f", "#7a3fa0"), strict=True))
 STEPS = 40 if SHORT else 400  # of a trial
 GROWN, LONGEST = 3.0, 3.0  # how much may be a beat of two modes; steps [s] tried at most
@@ -121,7 +121,7 @@ def main() -> None:
             guard = np.array([longest(scene, method, w, guarded=True) for scene, w in scenes])
             everywhere = limit is None
             told = f"{method}: stable at every step tried" if everywhere else method
-            shape = {"marker": "^", "ms": 10 if method == "ros34pw2" else 5} if everywhere else {"marker": "o", "ms": 5}
+            shape = {"marker": "^" if everywhere else "o", "ms": 5}
             panel.loglog(values, found, ls="", color=COLOURS[method], label=told, **shape)
             if not everywhere:
                 panel.loglog(values, guard, "o", ms=10, mfc="none", color=COLOURS[method])

@@ -33,20 +33,18 @@ INTEGRATORS = (
     Integrator("dopri5", {"method": "dopri5", "tolerance": 1e-9}, CONTROLLED),
     Integrator("dop853", {"method": "dop853", "tolerance": 1e-9}, CONTROLLED),
     Integrator("radau5", {"method": "radau5", "tolerance": 1e-8}, CONTROLLED),
-    Integrator("ros34pw2", {"method": "ros34pw2", "tolerance": 1e-8}, CONTROLLED),
     Integrator("rk4 5 ms", {"method": "rk4", "step": 5e-3}, FIXED),
     Integrator("radau5 5 ms", {"method": "radau5", "step": 5e-3}, FIXED),
-    Integrator("ros34pw2 5 ms", {"method": "ros34pw2", "step": 5e-3}, FIXED),
     Integrator("euler 1 ms", {"method": "semi-implicit-euler", "step": 1e-3}, FIRST_ORDER),
 )
-LONG_STEPS = tuple(Integrator(name, {"method": name, "tolerance": 1e-8}, CONTROLLED) for name in ("sdirk2", "sdirk3"))
+LONG_STEPS = tuple(Integrator(name, {"method": name, "tolerance": 1e-8}, CONTROLLED) for name in ("sdirk2",))
 PEERS = tuple(
     Integrator(
         name, {"method": name, "tolerance": 1e-8}, MULTISTEP if name in ("scipy-bdf", "scipy-lsoda") else CONTROLLED
     )
     for name in SCIPY
 )
-LEAN = tuple(x for x in INTEGRATORS if x.name in ("dopri5", "radau5", "rk4 5 ms", "ros34pw2 5 ms"))
+LEAN = tuple(x for x in INTEGRATORS if x.name in ("dopri5", "radau5", "rk4 5 ms"))
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,7 @@ def test_what_a_stable_step_does_not_follow_is_said():
     assert started(at_rest).notes == []
 
 
-@pytest.mark.parametrize(("method", "step"), [("radau5", 0.5), ("ros34pw2", 0.3), ("rk4", 0.25)])
+@pytest.mark.parametrize(("method", "step"), [("radau5", 0.5), ("rk4", 0.25)])
 def test_what_moves_and_is_not_followed_is_refused(method, step):
     """The same load let go 10 cm too high: all that moves would be wrong within two swings."""
     with pytest.raises(KernelError) as e:
@@ -129,11 +129,11 @@ def test_a_small_part_that_is_not_followed_is_a_note():
 
 
 def test_too_many_steps_for_a_second_end_a_run():
-    """A gram on a stiff spring, with a method of order three and a tolerance for one of order eight."""
+    """A gram on a stiff spring, by a method of order two to a tolerance for one of order eight."""
     scene = replace(slider(mass=1e-3, axis=X, q0=1e-3), springs=(JointSpring("spring", "load-guide", 3e7),))
     with pytest.raises(KernelError) as e:
-        hand_over(started(scene, method="ros34pw2", tolerance=1e-12), SECOND)
-    assert "a million steps of method 'ros34pw2' were not enough for one second" in str(e.value)
+        hand_over(started(scene, method="sdirk2", tolerance=1e-12), SECOND)
+    assert "a million steps of method 'sdirk2' were not enough for one second" in str(e.value)
     assert "'load' on 'spring' swings at 2.76e+04 Hz; soften that law, or choose method radau5" in str(e.value)
 
 
@@ -157,7 +157,7 @@ def test_energy_out_of_nothing_ends_a_run_of_any_method():
     """A spring that becomes stiffer behind the back of the balance: most of what moves has come out of nothing."""
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
-    for method in ("dopri5", "dop853", "radau5", "ros34pw2"):
+    for method in ("dopri5", "dop853", "radau5"):
         s = started(scene, method=method, sample_ns=SECOND // 20)
         hand_over(s, 4 * SECOND)
         s.settle()

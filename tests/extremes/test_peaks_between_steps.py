@@ -18,7 +18,6 @@ METHODS = {
     "dopri5": {"tolerance": 1e-9},
     "dop853": {"tolerance": 1e-9},
     "radau5": {"tolerance": 1e-7},
-    "ros34pw2": {"tolerance": 1e-8},
     "rk4": {"step": 5e-3},
     **{name: {"tolerance": 1e-8} for name in PEERS},
 }
@@ -162,7 +161,6 @@ TOLERANCES = {
     "dopri5": (1e-5, 1e-8, 1e-11),
     "dop853": (1e-5, 1e-8, 1e-11),
     "radau5": (1e-5, 1e-7, 1e-9),
-    "ros34pw2": (1e-4, 1e-6, 1e-8),
 }
 
 

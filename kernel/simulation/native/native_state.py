@@ -72,6 +72,8 @@ class NativeState:
         self.set(scale=FINEST, grain=1.0, faint=1.0)
         self.set(tol=o.tolerance, h=o.step or 1e-4, error=1e-4, h_min=1e-12, h_max=h_max, rows=ROWS)
         self.X[self.at["y"]] = self.program.initial_state()
+        if chosen.name != o.method:
+            self.notes.append(Note(0, f"method '{o.method}' was removed: '{chosen.name}' takes its place"))
 
     # ---- code ---------------------------------------------------------------------------------------------
 

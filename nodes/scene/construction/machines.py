@@ -6,8 +6,10 @@ Names are resolved here and defaults become numbers; loaders hang and the block 
 from __future__ import annotations
 
 import math
+from typing import get_args
 
 import msgspec
+from heavylift.kernel.description.mechanics import RemovedMethod
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.planar import groups_of, planar
 from heavylift.nodes.scene.keys import schema
@@ -69,7 +71,7 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
 def _check_ends(source: Source, scene: schema.Scene) -> None:
     """Tolerances fit their method, and the run ends some time."""
     if scene.tolerance_of == "rope tension":
-        if scene.method not in plan.TENSION_METHODS:
+        if scene.method not in (*plan.TENSION_METHODS, *get_args(RemovedMethod)):
             known = " or ".join(plan.TENSION_METHODS)
             source.fault(("tolerance of",), f"method {scene.method} knows that of the state only; choose {known}")
         elif scene.tolerance is None and not scene.ask:

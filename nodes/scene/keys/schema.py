@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from heavylift.kernel.description.mechanics import MethodName
+from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import USUAL, Asked
@@ -250,7 +250,7 @@ class Scene(Base):
     accuracy: u.Accuracy | None = None  # of what is asked, by default 1 %; if nothing is, of rope tensions, 0.01 %
     ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more
     samples: u.Sampling = 2.0
-    method: MethodName = "dopri5"  # of integration
+    method: Literal[MethodName, RemovedMethod] = "dopri5"  # of integration
     tolerance: Annotated[float, Field(ge=1e-12, le=0.1)] | None = None  # of a step, instead of accuracy's
     tolerance_of: Literal["state", "rope tension"] = "state"  # what it is relative to, where the method knows both
     step: u.Duration | None = None  # fixed steps instead of steps as long as the accuracy allows

@@ -16,7 +16,7 @@ CASES = [
     ("lift", "position of crane", "500 ms", ("end=12 s", "method=sdirk2")),
     ("snatch", "tension of fall", "10 ms", ("end=3 s",)),  # a rigid rope that snaps taut
     ("trolley", "swing along of fall-1", "50 ms", ("end=20 s", "method=dop853")),
-    ("trolley", "speed of rail", "50 ms", ("end=20 s", "method=ros34pw2")),
+    ("trolley", "speed of rail", "50 ms", ("end=20 s", "method=radau5")),
     ("trolley", "position of rail", "1 ms", ("end=5 s", "step=7 ms")),
     ("damper", "height of plain-load", "125 ms", ("end=30 s",)),  # beside another model, which leads a drive
 ]

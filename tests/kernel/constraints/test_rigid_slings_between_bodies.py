@@ -10,7 +10,7 @@ from small_scenes import SECOND, G, X, Z, column, cube, hand_over, imbalance, st
 
 FAR = 75.0  # [m] of the lift from the origin
 HOOK, BLOCK, HALF, EA = 15e3, 3e5, 6.0, 1e9
-LOOSE = {"dopri5": 1e-3, "dop853": 1e-3, "radau5": 1e-3, "ros34pw2": 1e-4}
+LOOSE = {"dopri5": 1e-3, "dop853": 1e-3, "radau5": 1e-3}
 PEAK = 1e-2  # of peaks at loose tolerances
 STIFF = 1e-3  # what slings a thousand times as stiff as the ropes leave
 

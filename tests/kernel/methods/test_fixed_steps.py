@@ -41,9 +41,8 @@ def test_the_limit_of_stability_is_that_of_theory(method, name):
     started(oscillator(0.0), method=method, step=advised)
 
 
-@pytest.mark.parametrize("method", ["ros34pw2", "radau5"])
-def test_implicit_methods_have_none(method):
-    s = started(oscillator(0.0), method=method, step=2.0)
+def test_implicit_methods_have_none():
+    s = started(oscillator(0.0), method="radau5", step=2.0)
     put_aside(s)
     hand_over(s, 100 * SECOND)
     assert abs(s.state[0]) < 1e-9  # L-stable: what a step cannot follow dies out

@@ -9,7 +9,7 @@ from small_scenes import SECOND, G, X, column, cube, hand_over, started
 BEAM, TROLLEY, LONG = 2.0e4, 4.0e4, 20.0  # [kg], [kg], distance of the ropes [m]
 ASKED = 0.01  # of the tensions
 SLOW = 0.05  # [m/s]
-METHODS = ("sdirk2", "sdirk3")
+METHODS = ("sdirk2",)
 
 
 def carried() -> System:

@@ -16,7 +16,7 @@ from small_scenes import SECOND, Y, hand_over, slider, started, times
 
 PROBLEMS = json.loads((Path(__file__).parents[2] / "data" / "tree_problems.json").read_text())["problems"]
 # method, tolerance, error that it may make (relative to 1)
-METHODS = [("dopri5", 1e-13, 1e-10), ("dop853", 1e-13, 1e-10), ("radau5", 1e-10, 1e-7), ("ros34pw2", 1e-9, 2e-5)]
+METHODS = [("dopri5", 1e-13, 1e-10), ("dop853", 1e-13, 1e-10), ("radau5", 1e-10, 1e-7)]
 every = pytest.mark.parametrize(("method", "tolerance", "error"), METHODS)
 
 

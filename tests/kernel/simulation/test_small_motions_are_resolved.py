@@ -20,7 +20,6 @@ OMEGA, ZETA = 6.0, 0.01  # [rad/s]; 28 swings in END leave 0.16 of the amplitude
 END = 30
 FOLLOWED = 2e-3  # of the first amplitude: 180 rad at 1e-5 each, that is a hundred times the tolerance
 METHODS = {m: FOLLOWED for m in ("dopri5", "dop853", "radau5")}
-METHODS |= {"ros34pw2": 1e-2}  # of order 3
 SWING_OF_60_M = sqrt(G / 60.0)  # [rad/s]
 SAME = 1e-12  # of the amplitude, between steps in machine code and on floats
 

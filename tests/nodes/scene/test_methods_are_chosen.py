@@ -74,7 +74,6 @@ def test_what_cannot_run_is_refused_before_it_starts(keys: str, sentence: str, t
     ("scene", "keys", "sentence"),
     [
         ("lift", ["method=rk4"], "method 'rk4': it has no error estimate; give it a step"),
-        ("lift", ["method=ros34pw2", "fidelity.girder=elastic"], "it knows trees of rigid bodies only; choose radau5"),
         ("lift", ["method=rk4", "step=1 s"], "step 1 s at 0.000 s: too long for method 'rk4', since 'block' on"),
         ("lift", ["method=rk4", "ask=[swing]", "accuracy=1 %"], "method 'rk4': it has no error estimate"),
         ("arm", ["method=semi-implicit-euler"], "it has no error estimate; give it a step"),
@@ -97,3 +96,14 @@ def test_a_step_that_is_short_enough_passes_a_check(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["heavylift", "check", "arm", "--set", "method=rk4", "--set", "step=5 ms"])
     main()
     assert capsys.readouterr().out.startswith("arm: 4 bodies")
+
+
+@pytest.mark.parametrize("keys", ["method: ros34pw2", "method: sdirk3\ntolerance of: rope tension\ntolerance: 1e-3"])
+def test_radau5_runs_in_place_of_a_removed_method_and_a_note_says_so(tmp_path, keys):
+    removed = keys.split("\n")[0].removeprefix("method: ")
+    todays = keys.replace(removed, "radau5").replace("tolerance of: rope tension\n", "")
+    for name, text in (("removed", keys), ("today", todays)):
+        run(parse(SCENE.format(text)), tmp_path / f"{name}.mcap", in_process=True)
+    one, other = (Recording(tmp_path / f"{name}.mcap") for name in ("removed", "today"))
+    assert all((one[name].values == other[name].values).all() for name in one.signals())
+    assert [sentence for _, sentence in one.notes()] == [f"method '{removed}' was removed: 'radau5' takes its place"]

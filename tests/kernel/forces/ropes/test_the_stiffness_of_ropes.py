@@ -1,44 +1,13 @@
-"""The matrix of the linearly implicit method against finite differences, and stiff scenes at steps set by accuracy."""
+"""Stiff ropes and light hooks cost an implicit method few steps."""
 
 import numpy as np
 import pytest
-from goliath import scene
 from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.methods.stiffness import Linearised
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.multibody.motion import rates
 from small_scenes import SECOND, G, Y, hand_over, started
 
-STEP = 1e-6  # of a central difference
-LEFT_OUT = 0.03  # of the stiffness: weights on levers are not in the matrix
 MASS, LENGTH, ANGLE = 3.0e5, 20.0, 0.3
 COARSE, FINE = 1e-5, 1e-7  # tolerances
 CLOSE = 0.01  # [m] after 4 s, on a way of 10 m
-
-
-def test_the_matrix_is_that_of_finite_differences():
-    """At rest under tension."""
-    s = started(scene(), sample_ns=SECOND)
-    p, y, t = s.program, s.state.copy(), 0.0
-    y[p.nq : p.nq + p.nv] = 0.0
-    n = slice(p.nq, p.nq + p.nv)
-    x = Linearised(evaluate(p, t, y, s.P))
-    H, C, K = (np.array(A, float) for A in (x.H, x.C, x.K))
-
-    def slope(move):
-        there, back = (evaluate(p, t, y + sign * STEP * move, s.P).dy[n] for sign in (1.0, -1.0))
-        return (np.array(there, float) - np.array(back, float)) / (2.0 * STEP)
-
-    got_C, got_K = np.zeros_like(C), np.zeros_like(K)
-    for j, one in enumerate(np.eye(p.nv)):
-        move = np.zeros(p.ny)
-        move[n] = one
-        got_C[:, j] = -H @ slope(move)
-        moved = [rates(k.joint.kind, y[k.q], one[k.v]) for k in p.graph.links]
-        got_K[:, j] = -H @ slope(np.concatenate([*moved, np.zeros(p.ny - p.nq)]))
-    assert got_C == pytest.approx(C, abs=LEFT_OUT * np.abs(C).max())
-    scale = np.sqrt(np.outer(np.diag(H), np.diag(H)))
-    assert np.abs((got_K - K) / scale).max() < LEFT_OUT * np.abs(K / scale).max()
 
 
 def diagonal(i):
@@ -72,10 +41,8 @@ def swung(method, tolerance, stiffer=1.0, lighter=1.0):
 @pytest.mark.parametrize(
     ("method", "stiffer", "lighter", "most"),
     [
-        ("ros34pw2", 1.0, 1e-6, 200),  # explicit: 4 s at 7.7e4 rad/s, 1e5 steps
-        ("radau5", 1.0, 1e-6, 200),
-        ("ros34pw2", 1e6, 1.0, 5000),  # explicit: 4 s at 1e4 rad/s for the load, 8e7 rad/s for the loader
-        ("radau5", 1e6, 1.0, 800),
+        ("radau5", 1.0, 1e-6, 200),  # explicit: 4 s at 7.7e4 rad/s, 1e5 steps
+        ("radau5", 1e6, 1.0, 800),  # explicit: 4 s at 1e4 rad/s for the load, 8e7 rad/s for the loader
         ("radau5", 9e5, 1e-6, 6000),
         ("radau5", 1e6, 1e-6, 6000),
     ],
