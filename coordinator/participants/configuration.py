@@ -51,7 +51,6 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
         plan.step,
         hooked_later(plan),
         plan.fidelity.islands == "apart",
-        plan.tensions_only,
         {own.name: Listening(own.period, own.signals) for own in plan.models},
         {
             x.name: [b.name for machine in x.machines for b in declared[machine].bodies]

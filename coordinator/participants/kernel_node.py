@@ -67,7 +67,6 @@ class KernelNode:
             config.step,
             config.ties,
             config.apart,
-            config.tensions_only,
             config.lifts,
         )
         self._apart = dict.fromkeys((lift.name for lift in self.simulation.alone), 0)  # rows sent of each lift alone

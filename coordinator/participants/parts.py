@@ -41,7 +41,6 @@ class KernelConfig(msgspec.Struct, frozen=True):
     step: float | None = None
     ties: list[str] = []  # ropes that the list will hook: what they tie is one island from the start
     apart: bool = True  # islands are solved apart
-    tensions_only: bool = False  # are asked for
     listening: dict[str, Listening] = {}  # models that hear signals
     lifts: dict[str, list[str]] = {}  # bodies of each of several lifts, whose events are shown apart
 

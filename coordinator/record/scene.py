@@ -96,7 +96,6 @@ class Record(FileTape):
             "modelled": remembered(f"{plan_key(plan)}.modelled", str, lambda: str(modelled_as(plan, scene.followed))),
             "tolerance": f"{plan.tolerance:.6g}",
             "method": plan.method,
-            **({"tolerance_of": "rope tension"} if plan.tensions_only else {}),
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
             "samples_hz": plan.samples_hz,
             "fidelity": {key: getattr(plan.fidelity, key) for key in plan.fidelity.__struct_fields__ if key != "where"},

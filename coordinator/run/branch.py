@@ -41,7 +41,7 @@ from .resume import Beginning, Checked
 from .scene import run
 from .watch import Watch
 
-CHOSEN = ("fidelity", "method", "tolerance", "tensions_only", "step", "driven")  # of a plan, whatever comes later
+CHOSEN = ("fidelity", "method", "tolerance", "step", "driven")  # of a plan, whatever comes later
 CHOOSING = ("fidelity", "method", "tolerance", "tolerance of", "step", "ask", "accuracy")  # keys that say otherwise
 NAMED = 3  # differences of two plans in a sentence
 STAGE, END = "stage ", "end of "

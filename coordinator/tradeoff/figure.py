@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7a6fd0", "#6b7682", "#8c3b1b",
            "#17a589", "#c2185b")  # fmt: skip
-MARKS = {"semi-implicit-euler": "v", "rk4": "s", "dopri5": "o", "dop853": "D", "radau5": "P", "sdirk2": "<"}
+MARKS = {"semi-implicit-euler": "v", "rk4": "s", "dopri5": "o", "dop853": "D", "radau5": "P"}
 INK, QUIET, BAND, PAPER, LIMIT = "#1d2733", "#6b7683", "#e6f2ea", "#ffffff", "#a3182b"
 THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "var(--paper)", LIMIT: "var(--limit)"}
 FLOOR = 1e-9  # relative error

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from .settings import Rung, Setting, settings
 
-ORDER = {"dopri5": 5.0, "dop853": 8.0, "radau5": 5.0, "sdirk2": 2.0}
+ORDER = {"dopri5": 5.0, "dop853": 8.0, "radau5": 5.0}
 SETTLED = 0.02  # relative change of the worst error that says that integration no longer shows
 TRIES = 2  # tolerances at which a method may fail: a third would fail for the same reason
 EXACT = 1e-4  # of the limit: nobody needs it tighter

@@ -12,18 +12,16 @@ from dataclasses import dataclass
 import msgspec
 from heavylift.nodes.fidelity import Question, choose
 from heavylift.nodes.plan.fidelity import Asked
-from heavylift.nodes.plan.plan import TENSION_METHODS, Fidelity, Plan
+from heavylift.nodes.plan.plan import Fidelity, Plan
 from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.scene import LoadedScene
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-OF_TENSIONS = (0.01, 0.003, 1e-3, 3e-4, 1e-4, 3e-5)
 STEPS = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
 METHODS = (
     {"semi-implicit-euler": STEPS, "rk4": STEPS}
     | dict.fromkeys(("dopri5", "dop853"), TOLERANCES)
     | {"radau5": (1e-2, *TOLERANCES)}
-    | dict.fromkeys(TENSION_METHODS, OF_TENSIONS)
 )
 FIXED = ("semi-implicit-euler", "rk4")
 AS_WRITTEN, ALL = "as written", "all asked"
@@ -74,8 +72,6 @@ class Setting:
         sets = [*scene.settings, *(["ask=[]"] if scene.scene.ask else []), *([self.rung.words] * bool(self.rung.words))]
         if self.step is None or scene.scene.ask or scene.scene.tolerance:
             sets.append(f"tolerance={plan.tolerance!r}")
-        if plan.tensions_only:
-            sets.append("tolerance of=rope tension")
         if self.step is None and scene.plan.step is not None:
             sets.append("step=null")
         given = [x for words in sets for x in ("--set", words)] + ["--method", self.method]
@@ -87,7 +83,7 @@ class Setting:
         fidelity = self.rung.fidelity or plan.fidelity
         tolerance = self.tolerance if self.tolerance is not None else plan.tolerance
         steps = {"method": self.method, "tolerance": tolerance, "step": self.step}
-        return msgspec.structs.replace(plan, fidelity=fidelity, **steps, tensions_only=self.method in TENSION_METHODS)
+        return msgspec.structs.replace(plan, fidelity=fidelity, **steps)
 
 
 def ladder(scene: LoadedScene) -> tuple[list[Rung], Rung | None]:

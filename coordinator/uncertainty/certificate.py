@@ -265,5 +265,5 @@ def _input_bar(found: Sensitivities | None, figure: Figure) -> float | None:
 
 
 def _stepped(plan: Plan, rung: Fidelity, tolerance: float, method: str = "dop853") -> Plan:
-    steps = {"method": method, "tolerance": tolerance, "step": None, "tensions_only": False}
+    steps = {"method": method, "tolerance": tolerance, "step": None}
     return msgspec.structs.replace(plan, fidelity=rung, **steps)

@@ -31,8 +31,8 @@ from .points import Matrix as Matrix
 from .points import Point as Point
 from .points import Vector as Vector
 
-MethodName = Literal["semi-implicit-euler", "rk4", "dopri5", "dop853", "radau5", "sdirk2"]
-RemovedMethod = Literal["ros34pw2", "sdirk3"]  # in older scenes: radau5 takes their place
+MethodName = Literal["semi-implicit-euler", "rk4", "dopri5", "dop853", "radau5"]
+RemovedMethod = Literal["ros34pw2", "sdirk2", "sdirk3"]  # in older scenes: radau5 takes their place
 JointKind = Literal[
     "fixed", "revolute", "prismatic", "cylindrical", "screw", "universal", "planar", "constant-velocity",
     "spherical", "free", "slider",

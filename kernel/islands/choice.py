@@ -22,7 +22,6 @@ def simulate(
     step: float | None,
     ties: Collection[str] = (),
     apart: bool = True,
-    tensions_only: bool = False,
     lifts: Mapping[str, Collection[str]] | None = None,
 ) -> Simulation | Islands:
     """A scene as one simulation, or (`apart`) as islands if it has several.
@@ -30,7 +29,7 @@ def simulate(
     `ties`: ropes that tie though they are not hooked yet, since they will be; `lifts`: bodies of those whose events are
     shown apart, by name; the other arguments are a `Simulation`'s.
     """
-    options: dict[str, Any] = {"method": method, "step": step, "tensions_only": tensions_only}
+    options: dict[str, Any] = {"method": method, "step": step}
     system = check_description(system)
     if apart and len(islands_of(system, loose_ropes(system, ties))) > 1:
         return Islands(system, tolerance, sample_ns, subscribed, ties, lifts, **options)

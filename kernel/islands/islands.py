@@ -51,7 +51,7 @@ class Islands(RunningAhead):
     ) -> None:
         self.program = Program(system)
         self.system = check_description(system)
-        found = choose(options.get("method", "dopri5"), self.program, options.get("tensions_only", False))
+        found = choose(options.get("method", "dopri5"), self.program)
         self.method = Stepping(self.program, found, control_of(found, options.get("step"), self.program))
         self._options = {"tolerance": tolerance, "sample_ns": sample_ns, **options}
         super().__init__(subscribed, sample_ns)

@@ -4,8 +4,8 @@ tableaus, dop853         coefficients with order and source
 step_state               what the text of a step works on
 method, choice           what every method tells: stages, interpolant, stability; their names
 explicit                 Runge-Kutta pairs; symplectic Euler
-radau, sdirk             Radau IIA of order 5; diagonally implicit, for long steps along the equilibrium path
-velocity_space           Newton systems of both, over the velocities alone
+radau                    Radau IIA of order 5, for stiff laws and long steps along the equilibrium path
+velocity_space           its Newton systems, over the velocities alone
 control, stability       error-controlled and fixed steps; what fixed steps are refused
 small_motions            what the tolerance is relative to where nothing moves fast
 at_rest                  no steps at all, for statics

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from math import isfinite
 from typing import get_args
 
-from heavylift.kernel.description.mechanics import MethodName
+from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.program import Program
 
@@ -15,30 +15,27 @@ from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4, SemiImplicitEuler
 from .method import Method
 from .radau import Radau5
-from .sdirk import DiagonallyImplicit
-from .tableaus import SDIRK2
 
-METHODS: dict[str, Callable[[Program, bool], Method]] = {
-    "semi-implicit-euler": lambda program, tensions_only: SemiImplicitEuler(program),
-    "rk4": lambda program, tensions_only: Kutta4(),
-    "dopri5": lambda program, tensions_only: DormandPrince5(),
-    "dop853": lambda program, tensions_only: DormandPrince8(),
-    "radau5": lambda program, tensions_only: Radau5(program),
-    "sdirk2": lambda program, tensions_only: DiagonallyImplicit(program, SDIRK2, tensions_only),
+METHODS: dict[str, Callable[[Program], Method]] = {
+    "semi-implicit-euler": lambda program: SemiImplicitEuler(program),
+    "rk4": lambda program: Kutta4(),
+    "dopri5": lambda program: DormandPrince5(),
+    "dop853": lambda program: DormandPrince8(),
+    "radau5": lambda program: Radau5(program),
 }
-REMOVED = {"ros34pw2": "radau5", "sdirk3": "radau5"}  # names in older scenes, and what runs instead
+REMOVED = dict.fromkeys(get_args(RemovedMethod), "radau5")  # names in older scenes, and what runs instead
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
 
-def choose(name: str, program: Program, tensions_only: bool = False) -> Method:
-    """`tensions_only`: as in `Options`.  Raises KernelError for a name that no method has."""
+def choose(name: str, program: Program) -> Method:
+    """The method of this name; raises KernelError if no method has it."""
     if name == AtRest.name:
         return AtRest()
     if name not in METHODS | REMOVED:
         raise KernelError(
             f"method '{name}': there is none of this name; choose one of {', '.join(get_args(MethodName))}"
         )
-    return METHODS[REMOVED.get(name, name)](program, tensions_only)
+    return METHODS[REMOVED.get(name, name)](program)
 
 
 def control_of(method: Method, step: float | None, program: Program) -> Control:

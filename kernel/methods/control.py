@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heavylift.kernel.algebra.elementary import power
-from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select, sqrt
+from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
 from heavylift.kernel.methods.step_state import StepState
 
 from .method import Attempt, Exponents
@@ -21,8 +21,6 @@ from .small_motions import allowed
 
 TINY = 1e-200  # keeps the quotient of two vanishing errors at zero
 UNSOLVED = 16.0  # error of a step whose equations were not solved: the next one is half as long
-SLIGHT, WEIGHT = 0.02, 1e3  # a tension counts as this part of the largest, and as [N], at least
-NEAR = 0.1  # [s] steps in which guards are located where longer ones would do
 FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not finite
 
 
@@ -44,10 +42,7 @@ class ErrorControl:
 
     def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> Verdict:
         x = self._exponents
-        if a.felt is None:
-            error = self._weighed(a.error, 1.0 / allowed(s, maximum(abs(s.y), abs(a.y))))
-        else:
-            error = _of_tensions(s, a, h)
+        error = self._weighed(a.error, 1.0 / allowed(s, maximum(abs(s.y), abs(a.y))))
         if hasattr(a.r, "drift"):
             error = maximum(a.r.drift[0] * (1.0 / s.tol), error)
         if a.sound is not None:
@@ -69,20 +64,6 @@ class ErrorControl:
         high, low = (e * weight for e in error)
         square = high @ high
         return square / sqrt((square + 0.01 * (low @ low) + TINY) * self._n)
-
-
-def _of_tensions(s: StepState, a: Attempt, h: Value) -> Value:
-    """The error seen in the tensions, relative to the largest of each so far and the tolerance; a guard that falls
-    within a long step is looked for in shorter ones."""
-    most = 0.0
-    for T in s.top:
-        most = maximum(most, T)
-    error = 0.0
-    for T, felt, top in zip(a.r.T, a.felt, s.top, strict=True):
-        error = maximum(error, abs(felt - T) / maximum(maximum(T, top), SLIGHT * most + WEIGHT))
-    error = error * (1.0 / s.tol)
-    fell = any_of(fell for _, fell in a.seen)
-    return error if fell is False else select(fell & (h > NEAR), maximum(error, UNSOLVED), error)
 
 
 class FixedStep:

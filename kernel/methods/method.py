@@ -52,7 +52,6 @@ class Attempt:
     k: list[Value]
     sound: Value = None  # whether its equations were solved; None: there are none
     fresh: Value = None  # whether they had a new Jacobian
-    felt: Value = None  # (n_ropes,) tensions with the error applied to the state, where tensions are all that counts
 
 
 class Code(Protocol):
@@ -75,7 +74,6 @@ class Method(ABC):
     name: str
     order: int
     longest = LONGEST  # [s] step
-    tensions_only = False  # step control looks at the tensions of ropes alone, and keeps to them at ends of steps
     evaluations: int
     vectors: tuple[str, ...]
     exponents: Exponents | None = None  # None: no error estimate, fixed steps only
@@ -124,10 +122,6 @@ class Method(ABC):
     @abstractmethod
     def interpolate(self, s: StepState, x: Value) -> Value:
         """(ny,) state at s.t0 + x s.h0 inside the last step."""
-
-    def between(self, s: StepState, rate: Rate, t: Value) -> Value:
-        """(ny,) state that samples see at a time inside the last step."""
-        return self.interpolate(s, (t - s.t0) * (1.0 / s.h0))
 
     @abstractmethod
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from heavylift.kernel.compiler.symbol import sqrt
-
 
 @dataclass(frozen=True)
 class Tableau:
@@ -42,24 +40,3 @@ DORMAND_PRINCE_5 = Tableau(
     b=[35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0],
     error=[71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40],
 )
-
-
-@dataclass(frozen=True)
-class Diagonal:
-    """Nodes c, stages A with one gamma on the diagonal, the last of them the solution, and weights of the estimate."""
-
-    name: str
-    order: int
-    gamma: float
-    c: tuple[float, ...]
-    A: tuple[tuple[float, ...], ...]
-    error: tuple[float, ...]
-
-
-def _second() -> Diagonal:
-    """Alexander (1977), theorem 5, p = 2; the estimate is the difference to the first stage's Euler step."""
-    g = 1.0 - sqrt(0.5)
-    return Diagonal("sdirk2", 2, g, (g, 1.0), ((g,), (1.0 - g, g)), (-g, g))
-
-
-SDIRK2 = _second()

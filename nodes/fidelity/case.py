@@ -18,7 +18,7 @@ from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.statics.static_state import Following, Step
 
 from .hooks import Hook
-from .moving import Parting, askew, by_ways, lasts, lifting, tilted, turning
+from .moving import Parting, by_ways, lasts, lifting, tilted, turning
 from .response import Swings, answer, frequencies
 from .rests import awaiting, begins, bouncing, changes, flies_up, recoils, swinging
 
@@ -40,7 +40,6 @@ class Case:
     determinate: bool  # statics alone share the load among the hooks
     mirrored: bool  # about the plane across the rails through its middle
     turns: bool  # the block, on its master
-    askew: bool  # hooks that hold the block are moved sideways against each other
     tilted: float  # how far winches wind against each other while it hangs [m]
     again: bool  # it may part from its stools once more after it has hung
     even: bool  # all winches that may lift the block go at one speed
@@ -103,7 +102,6 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         determinate=len(hooks) <= 3,
         mirrored=_mirrored(plan, ordered, {rope.crane for rope in ropes}),
         turns=turns,
-        askew=askew(plan, followed),
         tilted=tilted(followed, [h.rope for h in hooks]),
         again=any(not x.before.grounded for p in partings for x in followed.acted[: p.action]),
         even=all(len({abs(m.speed) for m in x.moves if m.actuator in loads}) <= 1 for x in partings),

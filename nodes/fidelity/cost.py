@@ -66,11 +66,6 @@ def radau_algebra(n: int, factorisations: float, iterations: float, attempted: f
     return 0.002 * factorisations * n * n + 0.013 * iterations * n + 3.3 * attempted
 
 
-def sdirk_algebra(n: int, factorisations: float, iterations: float) -> float:
-    """The same of diagonally implicit steps, whose systems have the velocities alone."""
-    return 0.0004 * factorisations * n * n + 0.013 * iterations * n
-
-
 def states(case: Case, at: Fidelity) -> int:
     """Coordinates and velocities."""
     lumps, cranes, hooks = at.lumps if at.ropes == "massive" else 0, len(case.drives) // 3, len(case.hinges)

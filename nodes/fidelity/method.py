@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from math import isfinite, sqrt
 
 from heavylift.kernel.algebra.elementary import power
@@ -21,16 +20,14 @@ from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import LOOSEST, Fidelity
 
 from .case import Case
-from .chance import Errors, lightly_hooked, overshoot, tipped
-from .cost import LONGEST, Cost, attempts, duration, radau_algebra, sdirk_algebra, states
+from .chance import Errors, lightly_hooked, overshoot
+from .cost import LONGEST, Cost, attempts, duration, radau_algebra, states
 
 PARTS = 1.0, sqrt(sqrt(10.0)), sqrt(10.0), sqrt(sqrt(1000.0))  # of a decade
 TOLERANCES = tuple(float(f"1e-{(k + 3) // 4}") * PARTS[-k % 4] for k in range(8, 49))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
 BOTH_SIDES = 2.0  # a place is an excursion to either side of the rest
-SWUNG, FOLLOWED = 0.45, 6e-4  # part of what a swing tips that long steps damp, and tolerance from which they do
-AGAIN = 0.025  # what else long steps miss where a load is lifted again, whose loaders they have damped; measured: 0.022
 DAMPED = 0.03  # usual damping of ropes
 RATTLES = 2e4, 2e5  # how much more loads rattle without any, up to two lumps and more; measured
 SNAPS = 10.0  # times the fourth power of their number: how much more lumps do as slack slings come taut; measured
@@ -117,55 +114,10 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     return Stepped("radau5", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 
-@dataclass(frozen=True)
-class LongSteps:
-    """Of a method along the equilibrium path: steps of a stage, in which what rings behind an event is followed, at a
-    tolerance of 5e-3, and the power by which they grow with finer ones; power of all others; evaluations a step; errors
-    of the tensions, what is damped away: over sqrt(tol), and at most; tolerances between which it is used."""
-
-    stage: float
-    finer: float
-    path: float
-    evaluations: float
-    damped: float
-    most: float
-    least: float
-    loosest: float = 1.0
-
-
-LONG = {
-    "sdirk2": LongSteps(20.0, 0.85, 1.0 / 2.0, 6.0, damped=0.15, most=3e-3, least=1e-4),
-}
-
-
-def long_steps(name: str, case: Case, at: Fidelity, tolerance: float) -> Stepped:
-    """Along the equilibrium path in steps of up to 10 s: the tolerance is that of the tensions, and nothing else is
-    promised.  Behind events and commands steps begin short again; a Jacobian serves until a rope comes off or taut, or
-    the path has gone far."""
-    m, n = LONG[name], states(case, at)
-    ringing = m.stage * case.stages * max(1.0, power(5e-3 / tolerance, m.finer))
-    steps = ringing + duration(case) / 8.0 * power(1e-2 / tolerance, m.path)
-    jacobians = 1.5 * case.stages + duration(case) / 15.0
-    errors: Errors = dict.fromkeys(("swing", "position", "lift-off time"), float("inf"))
-    errors["rope tension"] = max(5.0 * tolerance, min(m.most, m.damped * sqrt(tolerance)))
-    if case.askew:  # swings that no ramp has made decide a peak, and are damped
-        errors["rope tension"] += SWUNG * tipped(case, 1.0) * min(1.0, sqrt(tolerance / FOLLOWED))
-    errors["rope tension"] += AGAIN if case.again else 0.0
-    able = at.ropes != "rigid" and at.slings != "rigid"
-    why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
-    if _bare(case) or case.recoils:
-        able, why = False, DAMPS if _bare(case) else "they would damp away how a rope recoils"
-    able = able and not case.swings.jumps and m.least <= tolerance <= m.loosest
-    spent = m.evaluations * steps + 0.5 * n * jacobians  # by displacements alone
-    linear = sdirk_algebra(n, jacobians + 0.5 * steps, (m.evaluations - 1.0) * steps)
-    return Stepped(name, tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
-
-
 METHODS: dict[str, Method] = {
     "dopri5": dopri5,
     "dop853": dop853,
     "radau5": radau5,
-    **{name: partial(long_steps, name) for name in LONG},
 }
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from math import sqrt
 
 import msgspec
@@ -17,8 +16,6 @@ from heavylift.nodes.plan.actions import Action, Condition, Lifted, Move, Turn, 
 from heavylift.nodes.plan.plan import Plan, drive_name
 from heavylift.nodes.plan.pulses import times
 from heavylift.nodes.statics.static_state import Following, State
-
-ASKEW = 0.005  # [m] that trolleys move against each other and nobody minds
 
 
 @dataclass(frozen=True)
@@ -58,21 +55,6 @@ def lifting(plan: Plan, followed: Following, stretch: float) -> list[Parting]:
             found.append(Parting(i, hoists, here.before if here else None))
         hangs = hangs or any(_awaits_lifting(m.until) for m in hoists)
     return found
-
-
-def askew(plan: Plan, followed: Following) -> bool:
-    """Whether hooks that hold the block are moved sideways against each other, but to turn it."""
-    if turning(plan):
-        return False
-    trolleys = {h.rope: (c.name, h.trolley) for c in plan.cranes for h in c.hooks}
-    for a, b in pairwise(x for x in followed.steps if x.loads):
-        held = [r.name for r in plan.rig.hook_ropes if min((x.loads or {}).get(r.carries, 0.0) for x in (a, b)) > 0.0]
-        ways = [
-            [y - x for x, y in zip(*(_place(s.state, *trolleys[name]) for s in (a, b)), strict=True)] for name in held
-        ]
-        if any(max(abs(x - ways[0][0]), abs(y - ways[0][1])) > ASKEW for x, y in ways):
-            return True
-    return False
 
 
 def tilted(followed: Following, ropes: Sequence[str]) -> float:

@@ -40,7 +40,6 @@ from .mechanism import driven as driven
 from .own import Own
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
-TENSION_METHODS: tuple[MethodName, ...] = ("sdirk2",)  # their tolerance can be that of rope tensions
 LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wrong by a fifth, and steps are no cheaper
 
 
@@ -240,7 +239,6 @@ class Plan(Item, frozen=True, kw_only=True):
     tolerance: float = 1e-6
     method: MethodName | RemovedMethod = "dopri5"
     step: float | None = None  # of fixed steps [s]
-    tensions_only: bool = False  # are asked for: a method may damp away all else
     seed: int = 0
     microsteps: int = LIMIT  # in which no time passes, and that are a loop
     samples_hz: float = 10.0

@@ -169,7 +169,6 @@ def _common(scene: schema.Scene) -> dict[str, Any]:
         "tolerance": scene.tolerance or min(scene.wanted_accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
         "method": scene.method,
         "step": scene.step,
-        "tensions_only": scene.tolerance_of == "rope tension",
         "seed": scene.seed,
         "microsteps": scene.microsteps,
         "samples_hz": scene.samples,

@@ -39,7 +39,7 @@ LEAST = {"length": 1.0}  # scale [SI] of quantities whose own size says little o
 SIGNED = ("length", "angle")
 FAR = 20.0  # times more or less: an input that leads there is not told by a log
 DIGITS = 6  # of a value without uncertainty
-KEPT = ("fidelity", "method", "tolerance", "tensions_only", "step", "driven", "end")  # of a plan, whatever an input is
+KEPT = ("fidelity", "method", "tolerance", "step", "driven", "end")  # of a plan, whatever an input is
 USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depends on
     *("block.mass", "block.com", "rig.sling.EA", "rig.loaders.*.sling", "cranes.*.fall EA", "cranes.*.rope damping"),
     *("cranes.*.girder stiffness", "cranes.*.sheave efficiency", "mechanism.bodies.*.mass", "mechanism.bodies.*.com"),

@@ -107,14 +107,13 @@ class LoadedScene:
 
     def modelled(self, verdict: Verdict) -> Plan:
         """The plan with what a question requires."""
-        built, question = self._as_written.plan, verdict.question
+        built = self._as_written.plan
         if self._as_written.followed is None or built.models:
             return built
         built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
         if verdict.steps:
             steps = verdict.steps[0]
-            only = built.tensions_only or (steps.method in plan.TENSION_METHODS and question.ask == ("rope tension",))
-            built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance, tensions_only=only)
+            built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance)
         return built
 
     @cached_property

@@ -72,7 +72,7 @@ def at_rest(built: plan.Plan) -> plan.Plan:
     nothing depends on how steps are taken; models beside the kernel hear nothing."""
     fidelity = plan.Fidelity(girder=built.fidelity.girder)
     usual = plan.Plan(name=built.name)
-    steps = {key: getattr(usual, key) for key in ("method", "tolerance", "step", "tensions_only", "samples_hz")}
+    steps = {key: getattr(usual, key) for key in ("method", "tolerance", "step", "samples_hz")}
     return msgspec.structs.replace(built, fidelity=fidelity, models=(), **steps)
 
 

@@ -6,7 +6,6 @@ decoding          messages of several topics made numbers in one pass; rows of o
 signal, part      a signal over time; all that is recorded of a part of the scene
 notebook          how a signal looks in a notebook
 verdict           the verdict of a run
-pace              where steps were long and where short
 info, export      a recording as text; as a table for other programs
 said              what the ports of a DEVS run said, which has no samples
 recover           what a cut-off or damaged file still holds

@@ -11,7 +11,6 @@ from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration, table
 
-from .pace import followed, paces
 from .reader import Recording
 from .verdict import Judged, recorded_verdict
 
@@ -62,7 +61,6 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
     lines = [("model", run["model"]) if "model" in run else ("scene", run.get("scene", "without a name"))]
     lines += [("settings", f"seed {run['seed']}")] if run.get("seed") else []
     lines += settings(run).items()
-    lines += [("", f"follow {told}")] if (told := followed(paces(rec))) else []
     reason = rec.result.get("reason")
     status = rec.result.get("status", "cut off")
     lines.append(("status", f"{status}: {reason}" if reason else status))

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 PAGE = Path(__file__).parents[1] / "page"
-LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate", "steps")  # for tables, not for the eye
+LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate")  # for tables, not for the eye
 FLOATING = {*POSE_COLUMNS, "vx", "vy", "vz", "wx", "wy", "wz"}  # of free joints: the scene shows these
 INNER = ("order", "input", "state")  # ports on which models talk among themselves
 SENTENCES = {  # by type of message

@@ -16,7 +16,6 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import clock, duration
-from heavylift.recordings.read.pace import followed, paces
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.said import silent
 from heavylift.recordings.write.outputs import output_path
@@ -35,7 +34,6 @@ LEFT, RIGHT, BOTTOM = 0.075, 0.955, 0.075  # the panels, as shares of the figure
 LABEL, SLOPE, GAP = 8.5, 38.0, 17.0  # stage labels: size [pt], angle [degrees], least distance [pt]
 LONGEST = 30  # [letters] of a stage label
 FINE = 4000  # steps of a band: two a pixel
-STRIP = (0.975, 0.025)  # of the upper panel, from where and how high: what steps followed
 PEAK = "peak tension "  # of a rope, in a certificate
 LEADER = {"arrowstyle": "-", "color": QUIET, "lw": 0.6, "alpha": 0.6, "shrinkA": 0, "shrinkB": 0}
 
@@ -149,13 +147,8 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
         )
         note = "dashed: measured; " * bool(curves.measured) + "curves that coincide lie inside one another"
         figure.text(RIGHT, 13 / (72 * HEIGHT), note, size=LABEL, color=QUIET, ha="right")
-    told = ["bands: peaks with their bars at 95 %"] if curves.bars else []
-    if found := paces(rec):
-        for long, shade in ((True, 0.12), (False, 0.8)):
-            spans = [(p.start, p.end - p.start) for p in found if p.long is long]
-            upper.broken_barh(spans, STRIP, transform=upper.get_xaxis_transform(), color=INK, alpha=shade, lw=0.4)
-        told.append(f"dark strip: steps follow {followed(found)}")
-    figure.text(LEFT, 13 / (72 * HEIGHT), "; ".join(told), size=LABEL, color=QUIET)
+    told = "bands: peaks with their bars at 95 %" if curves.bars else ""
+    figure.text(LEFT, 13 / (72 * HEIGHT), told, size=LABEL, color=QUIET)
     timed(lowest)
     _label_stages(upper, [t for t, _ in stages], shown)
     return figure

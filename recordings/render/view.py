@@ -16,7 +16,6 @@ from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChanne
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.format.viewer_messages import Box
 from heavylift.recordings.read.container import guarded
-from heavylift.recordings.read.pace import followed, paces
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
@@ -80,9 +79,7 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
     stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
     events, told = _events(rec)
     told += [("beside", f"{beside.path.name}, as glass and dashed curves")] if beside is not None else []
-    followed_for = followed(found := paces(rec))
-    more = [("steps follow", followed_for)] if followed_for else []
-    more += [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
+    more = [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
     more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
     more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
     made = [("recording", rec.path.name), ("made by", rec.library)]
@@ -99,7 +96,6 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
         "rated": rated,
         "supports": [s for s in rec.fact("supports", []) if not s.get("on")],  # what moves is drawn as it is
         "stages": [{"t": t, "name": name} for t, name in stages if name],
-        "paces": [{"t": p.start, "end": p.end, "name": p.name, "long": p.long} for p in found],
         "events": events,
         "peaks": [{"name": name, **peak, "rated": rated.get(name)} for name, peak in rec.fact("peaks", {}).items()],
     }

@@ -44,7 +44,6 @@ LEVELS = ("5 %",) if SHORT else (*KERNEL, "")
 LIFTS, SEED = (1, 3002) if SHORT else (40, 3000)
 DECADES = [10.0**-n for n in range(1, 7)]
 SETTINGS = {
-    "sdirk2": ("1e-2", "1e-3", "1e-4"),
     "radau5": ("1e-2", "1e-3", "1e-4", "1e-5", "1e-6"),
     "dopri5": ("1e-4", "1e-6"),
     "dop853": ("1e-5", "1e-7", "1e-9"),
@@ -62,7 +61,7 @@ def on_its_rung(accuracy: str, tolerance: float | None, path: Path) -> tuple[flo
     """The same of the rung that the question gets, by `dopri5` at a tolerance, None: the one that it needs."""
     scene = load(SCENE, asking(accuracy))
     needed = {s.method: s.tolerance for s in scene.verdict.steps}["dopri5"]
-    plan = replace(scene.plan, method="dopri5", tolerance=tolerance or needed, tensions_only=False)
+    plan = replace(scene.plan, method="dopri5", tolerance=tolerance or needed)
     return measured([], path, dataclasses.replace(scene, plan=plan))
 
 
@@ -120,7 +119,7 @@ def random_lifts(count: int) -> None:
             at = {s.method: s.tolerance for s in scene.verdict.steps} if scene.verdict else {}
             if not at or scene.verdict.notes:
                 continue
-            plain = replace(scene.plan, method="dopri5", tolerance=at["dopri5"], tensions_only=False)
+            plain = replace(scene.plan, method="dopri5", tolerance=at["dopri5"])
             with suppress(HeavyliftError):
                 mine, its = (min(play(p).cpu_s for _ in range(1 if SHORT else 3)) for p in (scene.plan, plain))
                 ratios.append(mine / its)

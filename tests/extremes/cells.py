@@ -37,7 +37,6 @@ INTEGRATORS = (
     Integrator("radau5 5 ms", {"method": "radau5", "step": 5e-3}, FIXED),
     Integrator("euler 1 ms", {"method": "semi-implicit-euler", "step": 1e-3}, FIRST_ORDER),
 )
-LONG_STEPS = tuple(Integrator(name, {"method": name, "tolerance": 1e-8}, CONTROLLED) for name in ("sdirk2",))
 PEERS = tuple(
     Integrator(
         name, {"method": name, "tolerance": 1e-8}, MULTISTEP if name in ("scipy-bdf", "scipy-lsoda") else CONTROLLED

@@ -10,7 +10,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "extremes"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 
-from cells import INTEGRATORS, LONG_STEPS, PEERS, cell
+from cells import INTEGRATORS, PEERS, cell
 from independent import G, period
 from loads_and_swings import bar
 from small_scenes import SECOND, column, hand_over, started
@@ -19,7 +19,7 @@ from table import EXTREMES
 PHASE, ENERGY = 2e-4, 2e-7  # drift in 1e6 s: in periods, and of what swings; measured 9.3e-5 and 9.5e-8
 
 
-@pytest.mark.parametrize("integrator", [*INTEGRATORS, *LONG_STEPS, *PEERS], ids=lambda i: i.name)
+@pytest.mark.parametrize("integrator", [*INTEGRATORS, *PEERS], ids=lambda i: i.name)
 @pytest.mark.parametrize("extreme", EXTREMES, ids=lambda x: x.name)
 def test_no_finite_wrong_answer_without_a_word(extreme, integrator):
     found = cell(extreme, integrator)

@@ -80,8 +80,7 @@ class Stepping:
             "step": self._on_block("step", take, matrices=matrices),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate, method)),
             "commit": self._projecting(
-                "commit",
-                lambda s, project: commit(s, p.quaternions, slice(nq, nq + nv), project, not method.tensions_only),
+                "commit", lambda s, project: commit(s, p.quaternions, slice(nq, nq + nv), project)
             ),
             "sample": self._on_block(
                 "sample", lambda s, rate, row: sample(s, rate, row, method), table=True, matrices=matrices

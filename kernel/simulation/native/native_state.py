@@ -92,7 +92,7 @@ class NativeState:
         program = Program(self._system, o.formulation, locked, clamped, at_rest, self.calm)
         if not program.nv:
             raise KernelError("nothing in this scene can move: all joints are fixed")
-        found = choose(o.method, program, o.tensions_only)
+        found = choose(o.method, program)
         key = self._structure(program, found), o.opt
         if o.native and o.cache and key in _loaded:
             alike, library = _loaded[key]
@@ -109,7 +109,7 @@ class NativeState:
         return program, m, found.run(code, m.layout.at, m.rate_sizes)
 
     def _structure(self, program: Program, method: Method) -> str:
-        return structure(program, method.name, self.options.step is not None, self.options.fused, method.tensions_only)
+        return structure(program, method.name, self.options.step is not None, self.options.fused)
 
     @property
     def structure(self) -> str:

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Options:
-    """`tolerance`: of a step, relative to 1 + |y|, or (`tensions_only`) of rope tensions, relative to the largest of
-    each so far; `sample_ns`: period of samples; `h_max`: longest step [s], None: the method's; `native=False` runs the
-    same text on floats (slow oracle); `opt`: LLVM's level; `cache`: of machine code; `method`: one of
-    `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
+    """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `h_max`: longest step [s], None: the
+    method's; `native=False` runs the same text on floats (slow oracle); `opt`: LLVM's level; `cache`: of machine code;
+    `method`: one of `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
     `kernel.multibody.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits
     that depend on the processor."""
 
@@ -24,4 +23,3 @@ class Options:
     step: float | None = None
     formulation: str = "recursive"
     fused: bool = False
-    tensions_only: bool = False

@@ -68,8 +68,8 @@ Topic = tuple[str, Sequence[str], str, Read]  # topic, names, unit, where its co
 
 
 @lru_cache(maxsize=256)
-def _topics(p: Program, long_steps: bool) -> list[Topic]:
-    """All channels of a scene that have columns, in their order; `long_steps`: how many there were is one of them."""
+def _topics(p: Program) -> list[Topic]:
+    """All channels of a scene that have columns, in their order."""
     s, loops = p.system, [f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"]
     ropes, straight = ([r.name for r in group] for group in (s.ropes, s.straight_ropes))
     winches = [i for i, r in enumerate(s.ropes) if r.winch]
@@ -107,7 +107,6 @@ def _topics(p: Program, long_steps: bool) -> list[Topic]:
             for (topic, unit), columns in shown(p).items()
         ),
         ("deflection", [n for names, *_ in gauges for n in names], "m", lambda raw: _bent(raw, gauges)),
-        of("steps", ["taken"] if long_steps else [], "steps"),
         *((f"pose/{k.body.name}", POSE, "m, quaternion x y z w", _pose(7 * i)) for i, k in enumerate(p.graph.links)),
     ]
     return [topic for topic in topics if topic[1]]
@@ -150,7 +149,7 @@ def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
 def channels(method: Stepping) -> list[Channel]:
     """The channels of a scene in the order of `published`'s columns."""
     out, at = [], 0
-    for topic, names, unit, _ in _topics(method.program, method.method.tensions_only):
+    for topic, names, unit, _ in _topics(method.program):
         out.append(Channel(topic, tuple(names), unit, at, at + len(names)))
         at += len(names)
     return out
@@ -159,5 +158,5 @@ def channels(method: Stepping) -> list[Channel]:
 def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     """(n, columns) samples from (n, method.columns) raw rows."""
     raw = Raw(method, rows)
-    parts = [read(raw) for *_, read in _topics(method.program, method.method.tensions_only)]
+    parts = [read(raw) for *_, read in _topics(method.program)]
     return np.ascontiguousarray(np.concatenate(parts, axis=1))

@@ -107,14 +107,11 @@ def bisect(s: StepState, rate: Rate, method: Method) -> None:
     go_on(s, select(none > 0.0, s.calm, s.status))
 
 
-def commit(
-    s: StepState, quaternions: list[int], velocities: slice, project: Project | None, hills: bool = True
-) -> None:
+def commit(s: StepState, quaternions: list[int], velocities: slice, project: Project | None) -> None:
     """The tentative step becomes history: peaks of the tensions, samples that are due, unit quaternions.
 
-    `project` puts it back onto the constraints, of which the widest gaps so far are kept; `hills`: tops of tensions
-    between its ends are looked for.  `still` is set when all velocities and accelerations vanish after the last
-    command has run out.
+    `project` puts it back onto the constraints, of which the widest gaps so far are kept.  `still` is set when all
+    velocities and accelerations vanish after the last command has run out.
     """
     higher = [(s.tentative > 0.0) & (p < T) for T, p in zip(s.T, s.peak, strict=True)]
     s.peak = np.array([select(c, T, p) for c, T, p in zip(higher, s.T, s.peak, strict=True)], dtype=object)
@@ -122,8 +119,7 @@ def commit(
         s.top = np.array(
             [select(c, maximum(T, p), p) for c, T, p in zip(higher, s.T, s.top, strict=True)], dtype=object
         )
-        if hills:
-            watch(s, s.tentative > 0.0)
+        watch(s, s.tentative > 0.0)
     s.peak_time = np.array([select(c, s.t, p) for c, p in zip(higher, s.peak_time, strict=True)], dtype=object)
     if project:
         x = project(s.t, s.y)
@@ -168,7 +164,7 @@ def look(s: StepState, row: Row) -> tuple[Value, list[Value]]:
 
 def sample(s: StepState, rate: Rate, row: Row, method: Method) -> tuple[Value, list[Value]]:
     """One row from the dense output of the committed step; steps are never shortened for samples."""
-    values = [*row(s.t_out, method.between(s, rate, s.t_out)), *kept(s)]
+    values = [*row(s.t_out, method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))), *kept(s)]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0
     s.t_out = s.t_base + s.count * s.dt_out

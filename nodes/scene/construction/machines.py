@@ -69,13 +69,9 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
 
 
 def _check_ends(source: Source, scene: schema.Scene) -> None:
-    """Tolerances fit their method, and the run ends some time."""
-    if scene.tolerance_of == "rope tension":
-        if scene.method not in (*plan.TENSION_METHODS, *get_args(RemovedMethod)):
-            known = " or ".join(plan.TENSION_METHODS)
-            source.fault(("tolerance of",), f"method {scene.method} knows that of the state only; choose {known}")
-        elif scene.tolerance is None and not scene.ask:
-            source.fault(("tolerance of",), "no tolerance is given; add one, such as 'tolerance: 0.01'")
+    """The run ends some time, and its tolerance is that of the state."""
+    if scene.tolerance_of == "rope tension" and scene.method not in get_args(RemovedMethod):
+        source.fault(("tolerance of",), "no method has a tolerance of rope tension alone; leave this key out")
     if not scene.actions and scene.end is None:
         source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
 

@@ -252,7 +252,7 @@ class Scene(Base):
     samples: u.Sampling = 2.0
     method: Literal[MethodName, RemovedMethod] = "dopri5"  # of integration
     tolerance: Annotated[float, Field(ge=1e-12, le=0.1)] | None = None  # of a step, instead of accuracy's
-    tolerance_of: Literal["state", "rope tension"] = "state"  # what it is relative to, where the method knows both
+    tolerance_of: Literal["state", "rope tension"] = "state"  # of older scenes; it is always that of the state
     step: u.Duration | None = None  # fixed steps instead of steps as long as the accuracy allows
     seed: Annotated[int, Field(ge=0)] = 0
     microsteps: Annotated[int, Field(ge=1, le=2**31 - 1)] = LIMIT  # so many steps in no time are a loop

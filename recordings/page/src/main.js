@@ -6,7 +6,7 @@ import { Charts } from "./charts.js";
 import { Run } from "./data.js";
 import { keyboard } from "./keys.js";
 import { listen } from "./live.js";
-import { EventList, StageBar, factList, paceBar, ropeTable } from "./panel.js";
+import { EventList, StageBar, factList, ropeTable } from "./panel.js";
 import { Player } from "./player.js";
 import { Stage } from "./stage.js";
 
@@ -23,7 +23,6 @@ function open(run) {
   const jump = (t) => player.jump(t);
   const charts = new Charts(el("charts"), el("picker"), run, jump);
   const stages = new StageBar(el("stages"), el("timetable"), run, jump);
-  paceBar(el("paces"), run);
   const events = new EventList(el("events"), el("all"), run, jump);
   const seek = el("seek");
   const speed = el("speed");

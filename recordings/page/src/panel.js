@@ -37,18 +37,6 @@ export class StageBar {
   }
 }
 
-// What the steps followed when, under the stages; a run that goes on does not tell yet.
-export function paceBar(host, run) {
-  const part = (t) => `${(100 * (t - run.first)) / (run.last - run.first || 1)}%`;
-  const bars = (run.paces ?? []).map(({ t, end, name, long }) => {
-    const bar = element("i", { title: `steps: ${name}, ${run.clock(t)}`, className: long ? "long" : "" });
-    Object.assign(bar.style, { left: part(t), width: part(run.first + end - t) });
-    return bar;
-  });
-  host.replaceChildren(...bars);
-  host.hidden = !bars.length;
-}
-
 // Orders and inputs are for whoever debugs a model: hidden until they are asked for.
 export class EventList {
   constructor(host, all, run, jump) {

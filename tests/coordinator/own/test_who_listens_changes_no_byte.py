@@ -13,7 +13,7 @@ from scenes import listening
 
 CASES = [
     ("lift", "tension of crane H1", "37 ms", ("end=20 s",)),  # slings go taut, the load is lifted; islands
-    ("lift", "position of crane", "500 ms", ("end=12 s", "method=sdirk2")),
+    ("lift", "position of crane", "500 ms", ("end=12 s", "method=radau5")),
     ("snatch", "tension of fall", "10 ms", ("end=3 s",)),  # a rigid rope that snaps taut
     ("trolley", "swing along of fall-1", "50 ms", ("end=20 s", "method=dop853")),
     ("trolley", "speed of rail", "50 ms", ("end=20 s", "method=radau5")),

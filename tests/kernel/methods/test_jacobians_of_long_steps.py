@@ -17,7 +17,7 @@ def moving(seed: int, **options):
     """A tree of random joints with springs and ropes, in motion."""
     system = mechanism(seed, 1.0)
     tree = tuple(j for j in system.joints if not j.name.startswith("loop"))
-    return started(replace(system, joints=tree, rigid_ropes=()), method="sdirk2", opt=0, **options)
+    return started(replace(system, joints=tree, rigid_ropes=()), method="radau5", opt=0, **options)
 
 
 def by_native_loop(s) -> np.ndarray:
@@ -26,8 +26,7 @@ def by_native_loop(s) -> np.ndarray:
     native.X[at["z"]], native.X[at["here"]] = native.state, native.rate(native.state)[0]
     native.set(now=native["t"], within=native.among(), columns=2.0 * n)
     if isinstance(native.code, Oracle):
-        (stages,) = (part for part in s.method.functions["step"].parts if part.name == "stages")
-        native.code._functions |= {part.name: part for part in stages.parts}
+        native.code._functions |= {part.name: part for part in s.method.functions["step"].parts}
     native.code.call("differences", native.X, native.P, native.M)
     row = s.method.method._row
     return native.M[: 2 * n * row].reshape(2, n, row)[:, :, :n].copy()

@@ -15,7 +15,7 @@ from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.simulation.native.native_state import _loaded
 from heavylift.nodes.devs import Simulator, Tag, ns
-from heavylift.nodes.fidelity.cost import radau_algebra, sdirk_algebra
+from heavylift.nodes.fidelity.cost import radau_algebra
 from heavylift.nodes.models import COMMANDER, KERNEL, build
 from heavylift.nodes.models.parts.messages import Finished, Stage
 from heavylift.nodes.scene import load
@@ -97,7 +97,7 @@ def _algebra(s, method: str) -> float:
     n, attempted = 2 * s.program.nv, s["accepted"] + s["rejected"]
     if method == "radau5":
         return radau_algebra(n, s["factorisations"], s["iterations"], attempted)
-    return sdirk_algebra(n, s["factorisations"], s["iterations"]) if method == "sdirk2" else 0.0
+    return 0.0
 
 
 if __name__ == "__main__":

@@ -133,7 +133,7 @@ def _judged(seed: int, draw: Drawing, accuracy: float, rough: bool, runs: dict[o
     ropes = f"{f.lumps} lumps" if f.ropes == "massive" else f"{f.ropes} ropes"
     rung = f"{ropes}, {f.girder} girder, {f.motion}, {plan.method} at {plan.tolerance:.0e}"
     predicted = {q: verdict.errors.get(q, inf) + verdict.chance.get(q, 0.0) + steps.get(q, 0.0) for q in ask}
-    alike = None if verdict.notes else (f, plan.method, plan.tolerance, plan.tensions_only)
+    alike = None if verdict.notes else (f, plan.method, plan.tolerance)
     if alike is None:  # nothing is promised
         runs[alike] = {}, inf, ""
     elif alike not in runs:

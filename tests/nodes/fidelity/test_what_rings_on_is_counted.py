@@ -14,7 +14,6 @@ from lifts_of_kinds import lift_of_kinds
 ONE_TO_THREE = 2, 3, 16  # seeds of lifts of so many hooks, moved and hoisted
 ASIDE, LEVEL = 9, 12  # lifts of four hooks: one that is let go beside them
 FAR, AGAINST = 8005011, 9001004  # two hooks, off-lead across
-RECOILS = 9012050  # a hook is taken from four
 LIGHT = {"hook block": "2.5 t"}, {"upper mass": "1 t", "lower mass": "1 t"}
 MIRRORED, OTHERS = (2, 16, 30), (8, 15, 29)
 
@@ -38,8 +37,8 @@ def test_steps_miss_more_of_a_bounce_that_nothing_damps(seed):
     for name in ("dopri5", "dop853"):
         errors = [METHODS[name](case, at, 1e-4).errors["rope tension"] for case in (damped, bare)]
         assert errors[1] > 1.5 * errors[0]
-    for name in ("sdirk2", "radau5"):  # steps that damp: 1.5 % of a peak at 3e-5 in one lift
-        assert [METHODS[name](case, at, 1e-3).allowed for case in (damped, bare)] == [True, False]
+    # steps that damp: 1.5 % of a peak at 3e-5 in one lift
+    assert [METHODS["radau5"](case, at, 1e-3).allowed for case in (damped, bare)] == [True, False]
 
 
 def test_what_long_steps_delay_moves_the_place_of_a_load_that_swings_far():
@@ -119,15 +118,6 @@ def test_what_rings_undamped_at_the_edge_of_stability_is_counted(seed: int, tole
     assert METHODS["dop853"](case, scene.plan.fidelity, tolerance).errors["rope tension"] > measured
 
 
-def test_ropes_recoil_in_no_long_steps():
-    """As a hook is taken from the load: by `sdirk2` at 6e-3 a peak was wrong by 16 %."""
-    scene = parse(lift_of_kinds(RECOILS).text)
-    case = case_of(scene.plan, scene.followed)
-    assert case.recoils
-    allowed = {name: METHODS[name](case, scene.plan.fidelity, 1e-4).allowed for name in METHODS}
-    assert (allowed["sdirk2"], allowed["radau5"]) == (False, True)
-
-
 TILTED = [(9014068, "swing", 0.0350), (9014024, "position", 0.0041), (9013160, "position", 0.0046)]
 
 
@@ -138,12 +128,3 @@ def test_a_load_that_is_tilted_leans_on_servos(seed: int, quantity: Asked, measu
     case = case_of(scene.plan, scene.followed)
     assert 0.1 < case.tilted < 0.4
     assert measured < idle_drives(case, scene.plan.fidelity).errors[quantity] < 15.0 * measured
-
-
-def test_what_is_let_go_aside_is_followed_in_no_long_steps():
-    """By `sdirk2` at 1.8e-3 a peak was wrong by 53 %."""
-    scene = parse(lift_of_kinds(9014096).text)
-    case = case_of(scene.plan, scene.followed)
-    assert case.swings.jumps > 0.1
-    allowed = {name: METHODS[name](case, scene.plan.fidelity, 1e-4).allowed for name in METHODS}
-    assert (allowed["sdirk2"], allowed["radau5"]) == (False, True)
