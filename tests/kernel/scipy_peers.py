@@ -200,4 +200,4 @@ def _top(t: list[float], T: list[float]) -> tuple[float, float]:
     return top, T[0] + (top - t[0]) * (up + bend * (top - t[1]))
 
 
-METHODS.update({name: lambda program, asked, name=name: Peer(name) for name in PEERS})
+METHODS.update({name: lambda program, name=name: Peer(name) for name in PEERS})
