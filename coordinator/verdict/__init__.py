@@ -28,6 +28,4 @@ __getattr__ = on_demand(__name__, dict.fromkeys(("judge", "verdict_of"), ".judgi
 
 def prepare() -> None:
     """Import what a verdict needs, while there is nothing else to do."""
-    import coal  # noqa: F401
-
     from . import judging  # noqa: F401

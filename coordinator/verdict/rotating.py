@@ -29,6 +29,17 @@ def dots(a: Floats, b: Floats) -> Floats:
     return found
 
 
+def turned(R: Floats, x: Floats) -> Floats:
+    """(..., 3) R x of rotations (..., 3, 3), summed in one order."""
+    found: Floats = R[..., 0] * x[..., :1] + R[..., 1] * x[..., 1:2] + R[..., 2] * x[..., 2:]
+    return found
+
+
+def product(R: Floats, S: Floats) -> Floats:
+    """(..., 3, 3) R S of rotations, summed in one order."""
+    return np.stack([turned(R, S[..., i]) for i in range(3)], axis=-1)
+
+
 def chords(a: Floats, b: Floats) -> Floats:
     """(...,) by how much a point at 1 m from an axis moves from turns (..., 4) to others, at most."""
     w = dots(a, b)

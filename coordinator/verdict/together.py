@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from .distance import Placed
 from .moving import IDENTITY, Moving
-from .rotating import chords, dots, lengths, matrices, onto
+from .rotating import chords, dots, lengths, matrices, onto, product
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -71,7 +71,9 @@ class Together:
             half[strand, 2] = length / 2
         if not strand.all():
             solid = ~strand
-            R[solid] = matrices(turn[solid]) if self._own is None else matrices(turn[solid]) @ self._own[i[solid]]
+            R[solid] = (
+                matrices(turn[solid]) if self._own is None else product(matrices(turn[solid]), self._own[i[solid]])
+            )
         return Placed(self._centre[i * self._n + k], R, half, self._radius[i])
 
     def moved(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
