@@ -47,8 +47,7 @@ class Near(NamedTuple):
 
 def bounds(a: Placed, b: Placed) -> Floats:
     """(m,) what the distances are at least."""
-    d = b.centre - a.centre
-    found: Floats = _gaps(_directions(a, b, d), a, b, d).max(axis=1)
+    found: Floats = _gaps(_directions(a, b), a, b).max(axis=0)
     return found
 
 
@@ -58,70 +57,85 @@ def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats
     Seen from a shape that does not turn the gap along a fixed direction is concave in time while the other goes
     straight, so it is least at an end; what turning adds is the caller's.
     """
-    d = b[0].centre - a[0].centre
-    first = _directions(a[0], b[0], d)
-    second = np.concatenate([a[1].R.transpose(0, 2, 1), b[1].R.transpose(0, 2, 1), first[:, 6:]], axis=1)
-    second[:, :6] *= np.where(
-        (first[:, :6] * np.concatenate([a[0].R, b[0].R], 2).transpose(0, 2, 1)).sum(2) < 0, -1, 1
-    )[:, :, None]
+    first = _directions(a[0], b[0])
+    faces = [np.concatenate([_columns(x.R), _columns(y.R)], axis=1) for x, y in zip(a, b, strict=True)]
+    turned_round = _along(first[:, :6], faces[0]) < 0.0
+    second = np.concatenate([np.where(turned_round, -faces[1], faces[1]), first[:, 6:]], axis=1)
     return _at_both(first, second, a, b)
 
 
 def bounds_along(a: tuple[Placed, Placed], b: tuple[Placed, Placed], n: Floats, n_A: Floats, n_B: Floats) -> Floats:
     """(m,) the same along one direction from a to b alone: as it is in the world, in the first or the second shape."""
     first, second = (
-        np.stack([np.broadcast_to(n, (len(x.centre), 3)), turned(x.R, n_A), turned(y.R, n_B)], axis=1)
+        np.stack([np.broadcast_to(n, x.centre.shape).T, turned(x.R, n_A).T, turned(y.R, n_B).T], axis=1)
         for x, y in zip(a, b, strict=True)
     )
     return _at_both(first, second, a, b)
 
 
 def _at_both(first: Floats, second: Floats, a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats:
-    gaps = [_gaps(n, x, y, y.centre - x.centre) for n, x, y in zip((first, second), a, b, strict=True)]
-    found: Floats = np.minimum(*gaps).max(axis=1)
+    gaps = [_gaps(n, x, y) for n, x, y in zip((first, second), a, b, strict=True)]
+    found: Floats = np.minimum(*gaps).max(axis=0)
     return found
 
 
-def _directions(a: Placed, b: Placed, d: Floats) -> Floats:
-    """(m, directions, 3) that are tried."""
-    n = np.concatenate([a.R, b.R, _candidates(d, a.R[:, :, 2], b.R[:, :, 2])], axis=2).transpose(0, 2, 1)
-    found: Floats = n * np.where(dots(n, d[:, None]) < 0.0, -1.0, 1.0)[:, :, None]
+def _columns(R: Floats) -> Floats:
+    """(3, 3, m) a component of an axis in all poses, so that it can lie in one piece of memory."""
+    return R.transpose(1, 2, 0)
+
+
+def _along(a: Floats, b: Floats) -> Floats:
+    """Products of vectors (3, ..., m)."""
+    found: Floats = a[0] * b[0]
+    found += a[1] * b[1]
+    found += a[2] * b[2]
     return found
 
 
-def _gaps(n: Floats, a: Placed, b: Placed, d: Floats) -> Floats:
-    """(m, directions) gaps along unit vectors n (m, directions, 3); along 0 there is none to speak of."""
-    gap = dots(n, d[:, None])
-    for x in (a, b):
-        for i in range(3):
-            gap -= x.half[:, i, None] * np.abs(dots(n, x.R[:, None, :, i]))
-    round_ = np.broadcast_to(np.asarray(a.radius) + np.asarray(b.radius), len(d))[:, None]
-    found: Floats = np.where(np.abs(n).sum(axis=2) > 0.5, gap - round_, -np.inf)
+def _middles(a: Placed, b: Placed) -> Floats:
+    """(3, m) from the middles of a to those of b."""
+    return np.subtract(b.centre.T, a.centre.T, order="C")
+
+
+def _directions(a: Placed, b: Placed) -> Floats:
+    """(3, directions, m) unit vectors that are tried: square to faces, between the middles, also square to each third
+    axis, and square to both of them; 0 where there is none."""
+    A, B, d = _columns(a.R), _columns(b.R), _middles(a, b)
+    u, v = A[:, 2], B[:, 2]
+    rows = [d, d - _along(d, u) * u, d - _along(d, v) * v, cross(u.T, v.T).T]
+    return _towards(d, np.concatenate([A, B, _units(np.stack(rows, axis=1), TINY)], axis=1))
+
+
+def _units(n: Floats, least: float) -> Floats:
+    length = np.sqrt(_along(n, n))
+    found: Floats = np.where(length > least, n / np.maximum(length, least), 0.0)
     return found
 
 
-def _candidates(d: Floats, u: Floats, v: Floats) -> Floats:
-    """(m, 3, 4) unit columns: between the middles, also square to each third axis, and square to both of them."""
-    across = cross(u, v)
-    rows = [d, d - (d * u).sum(axis=1)[:, None] * u, d - (d * v).sum(axis=1)[:, None] * v, across]
-    n = np.stack(rows, axis=2)
-    length = lengths(n.transpose(0, 2, 1))[:, None]
-    unit: Floats = np.where(length > TINY, n / np.maximum(length, TINY), 0.0)
-    return unit
+def _towards(d: Floats, n: Floats) -> Floats:
+    found: Floats = np.where(_along(n, d[:, None]) < 0.0, -n, n)
+    return found
+
+
+def _gaps(n: Floats, a: Placed, b: Placed) -> Floats:
+    """(directions, m) gaps along unit vectors n (3, directions, m); along 0 there is none to speak of."""
+    edges = np.concatenate([_columns(x.R) * x.half.T for x in (a, b)], axis=1)
+    reach = _along(n[:, :, None], edges[:, None])
+    np.abs(reach, out=reach)
+    gap = _along(n, _middles(a, b)[:, None]) - reach.sum(axis=1) - (np.asarray(a.radius) + b.radius)
+    found: Floats = np.where(np.abs(n).sum(axis=0) > 0.5, gap, -np.inf)
+    return found
 
 
 def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
     """(m,) largest gaps along the normals of all faces and across all pairs of edges, and (m, 3) their directions: the
     distances themselves where boxes overlap."""
-    crosses = np.stack([cross(a.R[:, :, i], b.R[:, :, j]) for i in range(3) for j in range(3)], axis=1)
-    length = lengths(crosses)[:, :, None]
-    unit = np.where(length > PARALLEL, crosses / np.maximum(length, PARALLEL), 0.0)
-    d = b.centre - a.centre
-    n = np.concatenate([a.R.transpose(0, 2, 1), b.R.transpose(0, 2, 1), unit], axis=1)
-    n *= np.where(dots(n, d[:, None]) < 0.0, -1.0, 1.0)[:, :, None]
-    gaps = _gaps(n, a, b, d)
-    k = np.arange(len(d)), gaps.argmax(axis=1)
-    return gaps[k], n[k]
+    A, B = _columns(a.R), _columns(b.R)
+    crosses = np.stack([cross(A[:, i].T, B[:, j].T).T for i in range(3) for j in range(3)], axis=1)
+    n = _towards(_middles(a, b), np.concatenate([A, B, _units(crosses, PARALLEL)], axis=1))
+    gaps = _gaps(n, a, b)
+    best = gaps.argmax(axis=0), np.arange(len(a.centre))
+    return gaps[best], n.transpose(1, 2, 0)[best]
 
 
 def exactly(a: Placed, b: Placed) -> Near:
@@ -149,7 +163,7 @@ def _nearest(a: Placed, b: Placed) -> tuple[Floats, Floats]:
     back = R.transpose(0, 2, 1)
     C, middle = product(back, S), turned(back, np.concatenate([d, -d]))
     edges = middle[:, None] + turned(C[:, None], EDGES * k[:, None])
-    x = _along(edges, C.transpose(0, 2, 1)[:, ALONG], k[:, ALONG, None], h)
+    x = _nearest_along(edges, C.transpose(0, 2, 1)[:, ALONG], k[:, ALONG, None], h)
     y = np.clip(x, -h, h)
     apart = lengths(x - y)
     x, y = turned(R[:, None], x), turned(R[:, None], y)
@@ -163,7 +177,7 @@ def _nearest(a: Placed, b: Placed) -> tuple[Floats, Floats]:
     return p, q
 
 
-def _along(p: Floats, c: Floats, k: Floats, h: Floats) -> Floats:
+def _nearest_along(p: Floats, c: Floats, k: Floats, h: Floats) -> Floats:
     """(m, n, 3) points nearest to a box of half edges h (m, 1, 3) on lines p + t c (m, n, 3) with |t| <= k (m, n, 1):
     where the slope of the squared distance, linear between the planes of the faces, is zero."""
     steep = np.where(np.abs(c) > PARALLEL, c, np.inf)

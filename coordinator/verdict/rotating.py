@@ -66,7 +66,7 @@ def onto(n: Floats) -> Floats:
     sign = np.where(z >= 0.0, 1.0, -1.0)
     a = -1.0 / (sign + z)
     b = x * y * a
-    R = np.empty((len(n), 3, 3))
+    R = np.empty((3, 3, len(n))).transpose(2, 0, 1)
     R[:, :, 0] = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
     R[:, :, 1] = np.stack([b, sign + y * y * a, -y], axis=1)
     R[:, :, 2] = n
