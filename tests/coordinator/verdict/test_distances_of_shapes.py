@@ -83,9 +83,7 @@ def test_no_shapes_are_nearer_than_a_gap_between_planes_nor_farther_than_two_of_
         off = np.linalg.norm(core - np.clip(core, -x.half, x.half), axis=1)
         assert off.max() < SLIVER + ROUNDING * size, "the points are on the shapes"
     apart = near.distance + a.radius + b.radius
-    unsure = np.where(
-        (apart > 0.0) & (apart < BARELY), ROUNDING / BARELY * size, 0.0
-    )  # of its direction
+    unsure = np.where((apart > 0.0) & (apart < BARELY), ROUNDING / BARELY * size, 0.0)  # of its direction
     assert (np.abs(below - near.distance) < ROUNDING * size + unsure).all()
     along = np.einsum("mi,mi->m", near.b - near.a, near.normal)
     assert along == pytest.approx(near.distance, abs=ROUNDING * size)
