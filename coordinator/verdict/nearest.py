@@ -155,5 +155,5 @@ def _step(all_: Together, now: Stretches, known: Known) -> None:
             found = between(a, b, int(steps.k[i]), float(steps.turning[i]), float(steps.stray[i]), bar)
             known.add(g, found)
             steps.least[i] = np.inf
-            steps.sharpen(found)
             steps = steps.of(steps.least < known.bar(g))
+            steps.sharpen(found)

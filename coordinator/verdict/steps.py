@@ -64,7 +64,8 @@ class Steps:
 
 
 def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
-    return Placed(x.centre[kept], x.R[kept], x.half[kept], np.asarray(x.radius)[kept])
+    """Some of the poses; a component stays in one piece of memory."""
+    return Placed(*(np.asarray(y).T[..., kept].T for y in x))
 
 
 def steps_of(all_: Together, now: Stretches, n: int) -> Steps:

@@ -71,11 +71,11 @@ def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
 
 
 def joined(parts: Sequence[Some]) -> Some:
-    """Arrays end to end, and tuples and classes of them."""
+    """Arrays end to end, each component in one piece of memory, and tuples and classes of them."""
     one, all_ = cast("Any", parts[0]), cast("Any", parts)
     found: Any
     if isinstance(one, np.ndarray):
-        found = np.concatenate(all_)
+        found = np.concatenate([x.T for x in all_], axis=-1).T
     elif isinstance(one, tuple):
         columns = [joined(x) for x in zip(*all_, strict=True)]
         found = type(one)(*columns) if hasattr(one, "_fields") else tuple(columns)

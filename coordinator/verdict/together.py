@@ -17,7 +17,7 @@ Indices = NDArray[np.intp]
 
 def _rows(columns: Floats, i: Indices) -> Floats:
     """(..., d) some of the columns of (d, n)."""
-    found: Floats = np.moveaxis(np.take(columns, i, axis=1), 0, -1)
+    found: Floats = columns.take(i, axis=1).transpose(*range(1, i.ndim + 1), 0)
     return found
 
 
