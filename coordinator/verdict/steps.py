@@ -99,7 +99,7 @@ def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: flo
 
 def seen(pairs: Sequence[tuple[Moving, Moving, int]], s: float = 0.0, stray: float = 0.0) -> list[Minimum]:
     """What is seen of pairs of shapes at the part s from a sample of each to the next."""
-    x, y = (_posed([(pair[i], pair[2]) for pair in pairs], s) for i in (0, 1))
+    x, y = _posed([(a, k) for a, _, k in pairs], s), _posed([(b, k) for _, b, k in pairs], s)
     near = exactly(x, y)
     n = near.normal
     directions = zip(n, turned(x.R.transpose(0, 2, 1), n), turned(y.R.transpose(0, 2, 1), n), strict=True)

@@ -38,7 +38,8 @@ def meets(contact: Contact, before: StaticState | None, after: StaticState) -> f
         return gap(contact, *here) < -DEEP
 
     parts = np.arange(0 if before is None else 1, looks + 1) / looks
-    for high in parts[_near(contact, ends, parts)].tolist():
+    looked_at: list[float] = parts[_near(contact, ends, parts)].tolist()
+    for high in looked_at:
         if deep(high):
             low = max(0.0, high - 1.0 / looks)
             while way * (high - low) > DEEP:
