@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 TINY = 1e-9
 PARALLEL = 1e-12  # sine of the angle between lines
 EQUAL = 1e-12  # distances [m]
-STEEPEST = 1e300
+STEEPEST = 1e300  # beyond all slopes
 EDGES = np.array([np.roll([0, y, z], i) for i in range(3) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])  # their middles
 ALONG = np.repeat(np.arange(3), 4)  # the axis of each
 
