@@ -131,7 +131,7 @@ class Played:
 
     def judging(self, **options: int) -> tuple[Judged, Sequence[Use]]:
         """The same, with options of `judged_with_uses`."""
-        from heavylift.coordinator.verdict.judging import judged_with_uses  # with the library of collisions
+        from heavylift.coordinator.verdict.judging import judged_with_uses
 
         return judged_with_uses(self.plan, self.past, self.conduct, mechanics=self.mechanics, **options)
 

@@ -23,11 +23,9 @@ if TYPE_CHECKING:
     from .judging import judge, verdict_of
 
 __all__ = ["judge", "prepare", "verdict_of"]
-__getattr__ = on_demand(__name__, dict.fromkeys(("judge", "verdict_of"), ".judging"))  # with the library of collisions
+__getattr__ = on_demand(__name__, dict.fromkeys(("judge", "verdict_of"), ".judging"))
 
 
 def prepare() -> None:
     """Import what a verdict needs, while there is nothing else to do."""
-    import coal  # noqa: F401
-
     from . import judging  # noqa: F401

@@ -22,7 +22,7 @@ from .ground import TOUCH, Ground, Low, Spans
 from .history import BLOCK, History, Past
 from .moving import Moving, moving
 from .nearest import Known, search
-from .rotating import matrices
+from .rotating import matrices, turned
 from .steps import Minimum
 from .stretches import whole
 
@@ -192,7 +192,7 @@ def _names(a: Moving, b: Moving) -> tuple[str, str]:
 
 
 def _told(limit: float, m: Minimum) -> Clearance:
-    a, b, p, q = m.a, m.b, m.near.a, m.near.b
+    a, b, p, q = m.a, m.b, *m.near
     if (a.shape.thing, b.shape.thing) != _names(a, b):
         a, b, p, q = b, a, q, p
     parts = [x for x in (_part(a, p, m.t), _part(b, q, m.t)) if x]
@@ -226,7 +226,7 @@ def _part(s: Moving, p: Floats, t: float) -> str:
     if isinstance(s.shape, Solid) and s.shape.kind == "block":
         k = int(np.argmin(np.abs(s.t - t)))
         turn = s.turn[min(k, len(s.turn) - 1)]
-        u, v, w = np.array(s.shape.centre) + matrices(turn[None])[0].T @ (p - s.centre[k])
+        u, v, w = np.array(s.shape.centre) + turned(matrices(turn[None])[0].T, p - s.centre[k])
         return f"{s.shape.thing} at u, v, w = {u:.1f}, {v:.1f}, {w:.1f} m"
     part = s.shape.part if isinstance(s.shape, Solid) else ""
     return f"{part} of {s.shape.thing}" if part and s.shape.kind != "stools" else ""

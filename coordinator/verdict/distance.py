@@ -1,23 +1,29 @@
-"""The distance of two shapes: bounds for many poses at once by separating axes, and exactly by Coal for one pose.
+"""The distance of two shapes: bounds for many poses at once along a few directions, and the distance itself.
 
 Shapes are rounded boxes, so along a unit vector n they are apart by |n d| - sum h_i |n a_i| - r of both (Gottschalk et
-al. 1996, OBBTree); the largest over any directions bounds the distance, penetrations too, which are negative.  Coal
-(Pan et al. 2012, FCL; Montaut et al. 2022) gives the distance itself with the nearest points.  Where shapes touch to
-its tolerance its penetration algorithm may fail; the bound, which is exact for boxes, then stands for it.
+al. 1996, OBBTree); the largest over any directions bounds the distance, penetrations too, which are negative.  Where
+boxes are apart, a pair of their nearest points has one on an edge, and the square of an edge's distance from a box is
+convex along it, with a slope that is piecewise linear.  Where they overlap, one of the normals of faces and across
+pairs of edges is the direction of the shortest way out.  All sums run in a stated order, so no bit depends on a
+processor.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .rotating import cross
+from .rotating import cross, dots, lengths, product, turned
 
 Floats = NDArray[np.float64]
 TINY = 1e-9
-TOLERANCE = 1e-6  # of Coal [m]
+PARALLEL = 1e-12  # sine of the angle between lines
+EQUAL = 1e-12  # distances [m]
+STEEPEST = 1e300  # beyond all slopes
+EDGES = np.array([np.roll([0, y, z], i) for i in range(3) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])  # their middles
+ALONG = np.repeat(np.arange(3), 4)  # the axis of each
 
 
 class Placed(NamedTuple):
@@ -30,9 +36,10 @@ class Placed(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Distance [m], negative in a penetration; the nearest or deepest points in the world; direction from a to b."""
+    """Distances (m,) [m], negative in a penetration; nearest or deepest points in the world and directions from a to b
+    (m, 3)."""
 
-    distance: float
+    distance: Floats
     a: Floats
     b: Floats
     normal: Floats
@@ -40,8 +47,7 @@ class Near(NamedTuple):
 
 def bounds(a: Placed, b: Placed) -> Floats:
     """(m,) what the distances are at least."""
-    d = b.centre - a.centre
-    found: Floats = _gaps(_directions(a, b, d), a, b, d).max(axis=1)
+    found: Floats = _gaps(_directions(a, b), a, b).max(axis=0)
     return found
 
 
@@ -51,102 +57,136 @@ def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats
     Seen from a shape that does not turn the gap along a fixed direction is concave in time while the other goes
     straight, so it is least at an end; what turning adds is the caller's.
     """
-    d = b[0].centre - a[0].centre
-    first = _directions(a[0], b[0], d)
-    second = np.concatenate([a[1].R.transpose(0, 2, 1), b[1].R.transpose(0, 2, 1), first[:, 6:]], axis=1)
-    second[:, :6] *= np.where(
-        (first[:, :6] * np.concatenate([a[0].R, b[0].R], 2).transpose(0, 2, 1)).sum(2) < 0, -1, 1
-    )[:, :, None]
+    first = _directions(a[0], b[0])
+    faces = [np.concatenate([_columns(x.R), _columns(y.R)], axis=1) for x, y in zip(a, b, strict=True)]
+    turned_round = _along(first[:, :6], faces[0]) < 0.0
+    second = np.concatenate([np.where(turned_round, -faces[1], faces[1]), first[:, 6:]], axis=1)
     return _at_both(first, second, a, b)
 
 
 def bounds_along(a: tuple[Placed, Placed], b: tuple[Placed, Placed], n: Floats, n_A: Floats, n_B: Floats) -> Floats:
     """(m,) the same along one direction from a to b alone: as it is in the world, in the first or the second shape."""
     first, second = (
-        np.stack([np.broadcast_to(n, (len(x.centre), 3)), x.R @ n_A, y.R @ n_B], axis=1)
+        np.stack([np.broadcast_to(n, x.centre.shape).T, turned(x.R, n_A).T, turned(y.R, n_B).T], axis=1)
         for x, y in zip(a, b, strict=True)
     )
     return _at_both(first, second, a, b)
 
 
 def _at_both(first: Floats, second: Floats, a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats:
-    gaps = [_gaps(n, x, y, y.centre - x.centre) for n, x, y in zip((first, second), a, b, strict=True)]
-    found: Floats = np.minimum(*gaps).max(axis=1)
+    gaps = [_gaps(n, x, y) for n, x, y in zip((first, second), a, b, strict=True)]
+    found: Floats = np.minimum(*gaps).max(axis=0)
     return found
 
 
-def _directions(a: Placed, b: Placed, d: Floats) -> Floats:
-    """(m, directions, 3) that are tried."""
-    n = np.concatenate([a.R, b.R, _candidates(d, a.R[:, :, 2], b.R[:, :, 2])], axis=2).transpose(0, 2, 1)
-    found: Floats = n * np.where((n @ d[:, :, None]) < 0.0, -1.0, 1.0)
+def _columns(R: Floats) -> Floats:
+    """(3, 3, m) a component of an axis in all poses, so that it can lie in one piece of memory."""
+    return R.transpose(1, 2, 0)
+
+
+def _along(a: Floats, b: Floats) -> Floats:
+    """Products of vectors (3, ..., m)."""
+    found: Floats = a[0] * b[0]
+    found += a[1] * b[1]
+    found += a[2] * b[2]
     return found
 
 
-def _gaps(n: Floats, a: Placed, b: Placed, d: Floats) -> Floats:
-    """(m, directions) gaps along unit vectors n (m, directions, 3); along 0 there is none to speak of."""
-    mine, theirs = a.R * a.half[:, None, :], b.R * b.half[:, None, :]  # half edges as columns
-    gap = (n @ d[:, :, None])[:, :, 0] - np.abs(n @ mine).sum(axis=2) - np.abs(n @ theirs).sum(axis=2)
-    round_ = np.broadcast_to(np.asarray(a.radius) + np.asarray(b.radius), len(d))[:, None]
-    found: Floats = np.where(np.abs(n).sum(axis=2) > 0.5, gap - round_, -np.inf)
+def _middles(a: Placed, b: Placed) -> Floats:
+    """(3, m) from the middles of a to those of b."""
+    return np.subtract(b.centre.T, a.centre.T, order="C")
+
+
+def _directions(a: Placed, b: Placed) -> Floats:
+    """(3, directions, m) unit vectors that are tried: square to faces, between the middles, also square to each third
+    axis, and square to both of them; 0 where there is none."""
+    A, B, d = _columns(a.R), _columns(b.R), _middles(a, b)
+    u, v = A[:, 2], B[:, 2]
+    rows = [d, d - _along(d, u) * u, d - _along(d, v) * v, cross(u.T, v.T).T]
+    return _towards(d, np.concatenate([A, B, _units(np.stack(rows, axis=1), TINY)], axis=1))
+
+
+def _units(n: Floats, least: float) -> Floats:
+    length = np.sqrt(_along(n, n))
+    found: Floats = np.where(length > least, n / np.maximum(length, least), 0.0)
     return found
 
 
-def _candidates(d: Floats, u: Floats, v: Floats) -> Floats:
-    """(m, 3, 4) unit columns: between the middles, also square to each third axis, and square to both of them."""
-    across = cross(u, v)
-    rows = [d, d - (d * u).sum(axis=1)[:, None] * u, d - (d * v).sum(axis=1)[:, None] * v, across]
-    n = np.stack(rows, axis=2)
-    length = np.linalg.norm(n, axis=1, keepdims=True)
-    unit: Floats = np.where(length > TINY, n / np.maximum(length, TINY), 0.0)
-    return unit
+def _towards(d: Floats, n: Floats) -> Floats:
+    found: Floats = np.where(_along(n, d[:, None]) < 0.0, -n, n)
+    return found
 
 
-def separation(a: Placed, b: Placed) -> tuple[float, Floats]:
-    """Largest gap of two shapes along the normals of all faces and across all pairs of edges, and its direction: the
-    distance itself of two boxes that overlap."""
-    d = b.centre[0] - a.centre[0]
-    A, B = a.R[0], b.R[0]
-    crosses = np.cross(A.T[:, None, :], B.T[None, :, :]).reshape(9, 3)
-    length = np.linalg.norm(crosses, axis=1)
-    n = np.concatenate([A.T, B.T, crosses[length > 1e-6] / length[length > 1e-6, None]])
-    reach = np.abs(n @ A) @ a.half[0] + np.abs(n @ B) @ b.half[0] + a.radius + b.radius
-    gap = np.abs(n @ d) - reach
-    k = int(np.argmax(gap))
-    return float(gap[k]), n[k] * (1.0 if n[k] @ d >= 0.0 else -1.0)
+def _gaps(n: Floats, a: Placed, b: Placed) -> Floats:
+    """(directions, m) gaps along unit vectors n (3, directions, m); along 0 there is none to speak of."""
+    edges = np.concatenate([_columns(x.R) * x.half.T for x in (a, b)], axis=1)
+    reach = _along(n[:, :, None], edges[:, None])
+    np.abs(reach, out=reach)
+    gap = _along(n, _middles(a, b)[:, None]) - reach.sum(axis=1) - (np.asarray(a.radius) + b.radius)
+    found: Floats = np.where(np.abs(n).sum(axis=0) > 0.5, gap, -np.inf)
+    return found
+
+
+def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
+    """(m,) largest gaps along the normals of all faces and across all pairs of edges, and (m, 3) their directions: the
+    distances themselves where boxes overlap."""
+    A, B = _columns(a.R), _columns(b.R)
+    crosses = np.stack([cross(A[:, i].T, B[:, j].T).T for i in range(3) for j in range(3)], axis=1)
+    n = _towards(_middles(a, b), np.concatenate([A, B, _units(crosses, PARALLEL)], axis=1))
+    gaps = _gaps(n, a, b)
+    best = gaps.argmax(axis=0), np.arange(len(a.centre))
+    return gaps[best], n.transpose(1, 2, 0)[best]
 
 
 def exactly(a: Placed, b: Placed) -> Near:
-    """The distance of two shapes at one pose each (m = 1)."""
-    import coal
-
-    request, result = coal.DistanceRequest(), coal.DistanceResult()
-    request.gjk_tolerance = request.epa_tolerance = TOLERANCE
-    distance = coal.distance(*_made(coal, a), *_made(coal, b), request, result)
-    p, q = np.array(result.getNearestPoint1()), np.array(result.getNearestPoint2())
-    if distance > TOLERANCE:
-        return Near(distance, p, q, (q - p) / max(distance, TINY))
-    gap, normal = separation(a, b)
-    if gap <= distance:
-        return Near(distance, p, q, np.array(result.normal))
-    middle = _support(a, normal)
-    return Near(gap, middle, middle + gap * normal, normal)
-
-
-def _support(a: Placed, n: Floats) -> Floats:
-    """The middle of what of a shape is farthest along n."""
-    along = a.R[0].T @ n
-    point: Floats = a.centre[0] + a.R[0] @ (np.where(np.abs(along) > 1e-6, np.sign(along), 0.0) * a.half[0])
-    return point + float(a.radius) * n
+    """The distances of shapes at m poses; the deepest points are those that still touch once the shapes are apart."""
+    p, q = _nearest(a, b)
+    gap = lengths(q - p)
+    n = (q - p) / np.maximum(gap, TINY)[:, None]
+    deep = np.flatnonzero(gap < TINY)
+    if len(deep):
+        one, two = (Placed(x.centre[deep], x.R[deep], x.half[deep], 0.0) for x in (a, b))
+        gap[deep], n[deep] = separation(one, two)
+        out = gap[deep, None] * n[deep]
+        p[deep] = _nearest(one._replace(centre=one.centre + out), two)[0]
+        q[deep] = p[deep] + out
+    r, s = (np.broadcast_to(x.radius, gap.shape) for x in (a, b))
+    return Near(gap - r - s, a.centre + p + r[:, None] * n, a.centre + q - s[:, None] * n, n)
 
 
-def _made(coal: Any, s: Placed) -> tuple[Any, Any]:
-    """Coal's shape and pose of a rounded box: a box, a capsule along the third axis, or a ball."""
-    x, y, z = s.half[0].tolist()
-    radius = float(s.radius)
-    if radius == 0.0:
-        shape = coal.Box(2 * x, 2 * y, 2 * z)
-    elif z > 0.0:
-        shape = coal.Capsule(radius, 2 * z)
-    else:
-        shape = coal.Sphere(radius)
-    return shape, coal.Transform3s(s.R[0], s.centre[0])
+def _nearest(a: Placed, b: Placed) -> tuple[Floats, Floats]:
+    """(m, 3) nearest points of a and of b without their radii, seen from the middle of a: of edges of either from the
+    other; of several pairs that are as near, their middle."""
+    m, d = len(a.centre), b.centre - a.centre
+    R, S = np.concatenate([a.R, b.R]), np.concatenate([b.R, a.R])  # of boxes, and of those whose edges are tried
+    h, k = np.concatenate([a.half, b.half])[:, None], np.concatenate([b.half, a.half])
+    back = R.transpose(0, 2, 1)
+    C, middle = product(back, S), turned(back, np.concatenate([d, -d]))
+    edges = middle[:, None] + turned(C[:, None], EDGES * k[:, None])
+    x = _nearest_along(edges, C.transpose(0, 2, 1)[:, ALONG], k[:, ALONG, None], h)
+    y = np.clip(x, -h, h)
+    apart = lengths(x - y)
+    x, y = turned(R[:, None], x), turned(R[:, None], y)
+    x[m:] += d[:, None]
+    y[m:] += d[:, None]
+    apart = np.concatenate([apart[:m], apart[m:]], axis=1)
+    weight = (apart <= apart.min(axis=1, keepdims=True) + EQUAL) * 1.0
+    weight /= weight.sum(axis=1, keepdims=True)
+    pairs = ([y[:m], x[m:]], [x[:m], y[m:]])
+    p, q = ((weight[:, :, None] * np.concatenate(z, axis=1)).sum(axis=1) for z in pairs)
+    return p, q
+
+
+def _nearest_along(p: Floats, c: Floats, k: Floats, h: Floats) -> Floats:
+    """(m, n, 3) points nearest to a box of half edges h (m, 1, 3) on lines p + t c (m, n, 3) with |t| <= k (m, n, 1):
+    where the slope of the squared distance, linear between the planes of the faces, is zero."""
+    steep = np.where(np.abs(c) > PARALLEL, c, np.inf)
+    t = np.clip(np.concatenate([(-h - p) / steep, (h - p) / steep, -k, k], axis=2), -k, k)
+    x, sides = p[:, :, None] + t[..., None] * c[:, :, None], h[:, None]
+    slope = dots(x - np.clip(x, -sides, sides), c[:, :, None])
+    low, high = slope <= 0.0, slope >= 0.0
+    before, after = np.where(low, t, -k).max(axis=2), np.where(high, t, k).min(axis=2)
+    falls, rises = np.where(low, slope, -STEEPEST).max(axis=2), np.where(high, slope, STEEPEST).min(axis=2)
+    part = np.where(rises > falls, -falls / np.maximum(rises - falls, 1e-300), 0.5)
+    found: Floats = p + (before + part * (after - before))[:, :, None] * c
+    return found

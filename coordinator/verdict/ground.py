@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .coarse import Coarse
 from .history import History
 from .moving import Moving, moving, posed
-from .rotating import chords
+from .rotating import chords, turned
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -176,7 +176,7 @@ def _lowest(s: Moving, k: int) -> Floats:
     """(3,) the middle of what of a shape is lowest at a sample."""
     R, half = (x[0] for x in s.axes(np.array([k])))
     down = np.where(np.abs(R[2]) > 1e-6, -np.sign(R[2]), 0.0)
-    point: Floats = s.centre[k] + R @ (down * half)
+    point: Floats = s.centre[k] + turned(R, down * half)
     point[2] -= s.radius
     return point
 

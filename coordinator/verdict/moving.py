@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 from heavylift.kernel.description.mechanics import WORLD, Joint, Vector
@@ -20,7 +20,7 @@ from heavylift.nodes.plan.shapes import Solid, Strand, solids, strands
 from numpy.typing import NDArray
 
 from .history import History
-from .rotating import axes_onto, dots, lengths, matrices, onto
+from .rotating import axes_onto, dots, lengths, matrices, onto, product
 from .speeds import Twist, strays, twists
 
 Floats = NDArray[np.float64]
@@ -131,7 +131,7 @@ class Moving:
     @cached_property
     def reach(self) -> float:
         """Of its farthest point from its middle, but for the radius [m]."""
-        return float(np.linalg.norm(self.half))
+        return float(lengths(self.half))
 
     def axes(self, k: Indices) -> tuple[Floats, Floats]:
         """R (m, 3, 3) and half edges (m, 3) at these samples."""
@@ -149,7 +149,7 @@ class Moving:
             return onto(turn / np.maximum(length, SHORTEST)[:, None]), half
         R = matrices(turn)
         if self.shape.R != IDENTITY:
-            R = R @ np.array(self.shape.R)
+            R = product(R, np.array(self.shape.R))
         return R, np.broadcast_to(self.half, (len(turn), 3))
 
     def at(self, k: int, s: float) -> tuple[Floats, Floats, Floats]:
@@ -167,7 +167,7 @@ class Moving:
             (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
         )
         R = np.array(rows)
-        return p, R if self.shape.R == IDENTITY else R @ np.array(self.shape.R), self.half
+        return p, R if self.shape.R == IDENTITY else product(R, np.array(self.shape.R)), self.half
 
     def _between(self, k: int, s: float) -> tuple[Floats, Floats]:
         if s == 0.0:
@@ -177,9 +177,9 @@ class Moving:
             return p, self.turn[0]
         a, b = self.turn[k], self.turn[k + 1]
         if self.turn.shape[1] == 4:
-            b = b if a @ b >= 0.0 else -b
+            b = b if dots(a, b) >= 0.0 else -b
             q = (1 - s) * a + s * b
-            return p, q / np.linalg.norm(q)
+            return p, q / lengths(q)
         return p, (1 - s) * a + s * b
 
     @cached_property
@@ -204,7 +204,7 @@ class Moving:
 
 def size(p: Vector) -> float:
     """How far a point is from its origin [m]."""
-    return float(np.linalg.norm(p))
+    return hypot(*p)
 
 
 def posed(s: Moving, k: Indices) -> tuple[Floats, Floats]:

@@ -122,10 +122,14 @@ def _look(shapes: list[Moving], now: Stretches, known: Known, each: int = PROMIS
     order = np.lexsort((gap, now.group))
     group = now.group[order]
     rank = np.arange(len(group)) - np.searchsorted(group, group)
-    for i in order[rank < each].tolist():
-        g, k, a, b = int(now.group[i]), int(middle[i]), shapes[now.a[i]], shapes[now.b[i]]
-        if gap[i] < known.bar(g) and all(s.there is None or s.there[k] for s in (a, b)):
-            known.add(g, seen(a, b, k))
+    order = order[(rank < each) & (gap[order] < known.bars()[group])]
+    pairs = [(shapes[now.a[i]], shapes[now.b[i]], int(middle[i])) for i in order.tolist()]
+    there = [all(s.there is None or s.there[k] for s in (a, b)) for a, b, k in pairs]
+    order, pairs = order[there], [pair for pair, here in zip(pairs, there, strict=True) if here]
+    for i, found in zip(order.tolist(), seen(pairs) if pairs else (), strict=True):
+        g = int(now.group[i])
+        if gap[i] < known.bar(g):
+            known.add(g, found)
 
 
 def _step(all_: Together, now: Stretches, known: Known) -> None:
@@ -151,5 +155,5 @@ def _step(all_: Together, now: Stretches, known: Known) -> None:
             found = between(a, b, int(steps.k[i]), float(steps.turning[i]), float(steps.stray[i]), bar)
             known.add(g, found)
             steps.least[i] = np.inf
-            steps.sharpen(found)
             steps = steps.of(steps.least < known.bar(g))
+            steps.sharpen(found)

@@ -29,6 +29,17 @@ def dots(a: Floats, b: Floats) -> Floats:
     return found
 
 
+def turned(R: Floats, x: Floats) -> Floats:
+    """(..., 3) R x of rotations (..., 3, 3), summed in one order."""
+    found: Floats = R[..., 0] * x[..., :1] + R[..., 1] * x[..., 1:2] + R[..., 2] * x[..., 2:]
+    return found
+
+
+def product(R: Floats, S: Floats) -> Floats:
+    """(..., 3, 3) R S of rotations, summed in one order."""
+    return np.stack([turned(R, S[..., i]) for i in range(3)], axis=-1)
+
+
 def chords(a: Floats, b: Floats) -> Floats:
     """(...,) by how much a point at 1 m from an axis moves from turns (..., 4) to others, at most."""
     w = dots(a, b)
@@ -55,7 +66,7 @@ def onto(n: Floats) -> Floats:
     sign = np.where(z >= 0.0, 1.0, -1.0)
     a = -1.0 / (sign + z)
     b = x * y * a
-    R = np.empty((len(n), 3, 3))
+    R = np.empty((3, 3, len(n))).transpose(2, 0, 1)
     R[:, :, 0] = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
     R[:, :, 1] = np.stack([b, sign + y * y * a, -y], axis=1)
     R[:, :, 2] = n

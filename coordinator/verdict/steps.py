@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .distance import Near, Placed, bounds_along, bounds_between, exactly
+from .distance import Placed, bounds_along, bounds_between, exactly
 from .moving import Moving
+from .rotating import turned
 from .stretches import Stretches
 from .together import Together
 
@@ -22,14 +24,14 @@ FINEST = 2.0**-20  # part of the time between two samples that is not cut any mo
 @dataclass(frozen=True)
 class Minimum:
     """What two things come near to: at least `least` [m], `seen` on the way that is taken between samples, when [s];
-    the direction of the nearest points in the world, in a and in b."""
+    the nearest points (3,), and the direction from a to b in the world, in a and in b."""
 
     least: float
     seen: float
     t: float
     a: Moving
     b: Moving
-    near: Near
+    near: tuple[Floats, Floats]
     directions: tuple[Floats, Floats, Floats]
 
 
@@ -62,7 +64,8 @@ class Steps:
 
 
 def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
-    return Placed(x.centre[kept], x.R[kept], x.half[kept], np.asarray(x.radius)[kept])
+    """Some of the poses; a component stays in one piece of memory."""
+    return Placed(*(np.asarray(y).T[..., kept].T for y in x))
 
 
 def steps_of(all_: Together, now: Stretches, n: int) -> Steps:
@@ -79,14 +82,14 @@ def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: flo
     """The minimum from sample k to the next as far as it is below a bar [m]: halved in time until the gap along the
     direction of the nearest points, least at one end of a piece, says that nothing nearer is in it."""
     if k + 1 >= len(a.t):
-        return seen(a, b, k)
+        return seen([(a, b, k)])[0]
     best: Minimum | None = None
     pieces = [(0.0, 1.0)]
     while pieces:
         low, high = pieces.pop()
-        found = seen(a, b, k, (low + high) / 2, stray)
+        (found,) = seen([(a, b, k)], (low + high) / 2, stray)
         best = found if best is None or found.least < best.least else best
-        (a0, b0), (a1, b1) = ([_posed(x, k, s) for x in (a, b)] for s in (low, high))
+        (a0, b0), (a1, b1) = ([_posed([(x, k)], s) for x in (a, b)] for s in (low, high))
         gap = float(bounds_along((a0, a1), (b0, b1), *found.directions)[0])
         if gap - turning * (high - low) ** 2 - stray < min(bar, best.least - SHARP) and high - low > FINEST:
             pieces += [((low + high) / 2, high), (low, (low + high) / 2)]
@@ -94,16 +97,21 @@ def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: flo
     return best
 
 
-def seen(a: Moving, b: Moving, k: int, s: float = 0.0, stray: float = 0.0) -> Minimum:
-    """What is seen at the part s from sample k to the next."""
-    x, y = _posed(a, k, s), _posed(b, k, s)
+def seen(pairs: Sequence[tuple[Moving, Moving, int]], s: float = 0.0, stray: float = 0.0) -> list[Minimum]:
+    """What is seen of pairs of shapes at the part s from a sample of each to the next."""
+    x, y = _posed([(a, k) for a, _, k in pairs], s), _posed([(b, k) for _, b, k in pairs], s)
     near = exactly(x, y)
-    t = float(a.t[k] if s == 0.0 else (1 - s) * a.t[k] + s * a.t[k + 1])
-    directions = near.normal, x.R[0].T @ near.normal, y.R[0].T @ near.normal
-    return Minimum(near.distance - stray, near.distance, t, a, b, near, directions)
+    n = near.normal
+    directions = zip(n, turned(x.R.transpose(0, 2, 1), n), turned(y.R.transpose(0, 2, 1), n), strict=True)
+    found = zip(pairs, near.distance.tolist(), near.a, near.b, directions, strict=True)
+    return [Minimum(gap - stray, gap, _time(a.t, k, s), a, b, (p, q), along) for (a, b, k), gap, p, q, along in found]
 
 
-def _posed(x: Moving, k: int, s: float) -> Placed:
-    """A shape at the part s from sample k to the next."""
-    p, R, half = x.at(k, s)
-    return Placed(p[None], R[None], half[None], x.radius)
+def _time(t: Floats, k: int, s: float) -> float:
+    return float(t[k] if s == 0.0 else (1 - s) * t[k] + s * t[k + 1])
+
+
+def _posed(shapes: Sequence[tuple[Moving, int]], s: float) -> Placed:
+    """Each shape at the part s from its sample to the next."""
+    p, R, half = (np.array(column) for column in zip(*(x.at(k, s) for x, k in shapes), strict=True))
+    return Placed(p, R, half, np.array([x.radius for x, _ in shapes]))

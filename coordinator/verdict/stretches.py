@@ -16,7 +16,7 @@ from .together import Together
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 SIZES = (LONGEST, 16, 4, 1)  # samples in a stretch, from the first cut to the last
-PIECE = 1 << 14  # stretches that are looked at together
+PIECE = 1 << 10  # stretches that are looked at together: so few that their numbers stay in the cache
 Some = TypeVar("Some")
 
 
@@ -71,11 +71,11 @@ def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
 
 
 def joined(parts: Sequence[Some]) -> Some:
-    """Arrays end to end, and tuples and classes of them."""
+    """Arrays end to end, each component in one piece of memory, and tuples and classes of them."""
     one, all_ = cast("Any", parts[0]), cast("Any", parts)
     found: Any
     if isinstance(one, np.ndarray):
-        found = np.concatenate(all_)
+        found = np.concatenate([x.T for x in all_], axis=-1).T
     elif isinstance(one, tuple):
         columns = [joined(x) for x in zip(*all_, strict=True)]
         found = type(one)(*columns) if hasattr(one, "_fields") else tuple(columns)
@@ -103,6 +103,6 @@ def cut(all_: Together, now: Stretches, size: int) -> Stretches:
     kept = all_.there(a, first, last) & all_.there(b, first, last)
     first, last, a, b, of = first[kept], last[kept], a[kept], b[kept], of[kept]
     k = np.minimum(first[:, None] + np.arange(size + 1), last[:, None])
-    one, two, middle = a[:, None], b[:, None], np.broadcast_to(((first + last) // 2)[:, None], k.shape)
+    one, two, middle = a[:, None], b[:, None], ((first + last) // 2)[:, None]
     way = all_.moved(one, two, k, middle) + all_.stray(one, two, k)
     return Stretches(a, b, first, last, way.max(axis=1, initial=0.0), np.full(len(a), -np.inf), now.group[of])

@@ -1,4 +1,5 @@
-"""Many moving shapes end to end in a few arrays, so that one look takes any number of them at any samples."""
+"""Many moving shapes end to end in a few arrays, so that one look takes any number of them at any samples; a component
+of all of them lies in one piece of memory."""
 
 from __future__ import annotations
 
@@ -8,10 +9,16 @@ from numpy.typing import NDArray
 
 from .distance import Placed
 from .moving import IDENTITY, Moving
-from .rotating import chords, dots, lengths, matrices, onto
+from .rotating import chords, dots, lengths, matrices, onto, product
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+
+def _rows(columns: Floats, i: Indices) -> Floats:
+    """(..., d) some of the columns of (d, n)."""
+    found: Floats = columns.take(i, axis=1).transpose(*range(1, i.ndim + 1), 0)
+    return found
 
 
 class Together:
@@ -24,18 +31,18 @@ class Together:
         self._of = np.zeros(len(shapes), np.intp)  # number of a shape among those that are used
         self._of[used] = np.arange(len(used))
         self._n = n = len(shapes[0].t)
-        self._centre = np.concatenate([s.centre for s in some])
+        self._centre = np.concatenate([s.centre.T for s in some], axis=1)
         strays = [s.stray if len(s.stray) else np.zeros(1) for s in some]
         self._steps = len(strays[0])
         self._stray = np.concatenate(strays)
-        self._turn = np.zeros((sum(len(s.turn) for s in some), 4))
+        self._turn = np.zeros((4, sum(len(s.turn) for s in some)))
         self._begin = np.cumsum([0, *(len(s.turn) for s in some)])[:-1]  # of each shape's turns
         self._last = np.array([len(s.turn) - 1 for s in some])
         for s, i in zip(some, self._begin, strict=True):
-            self._turn[i : i + len(s.turn), : s.turn.shape[1]] = s.turn
+            self._turn[: s.turn.shape[1], i : i + len(s.turn)] = s.turn.T
         self._strand = np.array([isinstance(s.shape, Strand) for s in some])
         self._reach = np.array([s.reach for s in some])
-        self._half = np.array([s.half for s in some])
+        self._half = np.array([s.half for s in some]).T
         self._radius = np.array([float(s.radius) for s in some])
         own = [IDENTITY if isinstance(s.shape, Strand) else s.shape.R for s in some]
         self._own = np.array(own) if any(R != IDENTITY for R in own) else None
@@ -55,14 +62,13 @@ class Together:
 
     def centre(self, which: Indices, k: Indices) -> Floats:
         """(..., 3) their middles [m]."""
-        found: Floats = self._centre[self._of[which] * self._n + k]
-        return found
+        return _rows(self._centre, self._of[which] * self._n + k)
 
     def placed(self, which: Indices, k: Indices) -> Placed:
         """Each shape (m,) at its sample."""
         i = self._of[which]
         turn = self._turns(i, k)
-        R, half = np.empty((len(i), 3, 3)), self._half[i]
+        R, half = np.empty((3, 3, len(i))).transpose(2, 0, 1), _rows(self._half, i)
         strand = self._strand[i]
         if strand.any():
             along = turn[strand, :3]
@@ -71,8 +77,10 @@ class Together:
             half[strand, 2] = length / 2
         if not strand.all():
             solid = ~strand
-            R[solid] = matrices(turn[solid]) if self._own is None else matrices(turn[solid]) @ self._own[i[solid]]
-        return Placed(self._centre[i * self._n + k], R, half, self._radius[i])
+            R[solid] = (
+                matrices(turn[solid]) if self._own is None else product(matrices(turn[solid]), self._own[i[solid]])
+            )
+        return Placed(self.centre(which, k), R, half, self._radius[i])
 
     def moved(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
         """By how much points of shapes a move against shapes b from samples r to samples k, at most [m]."""
@@ -97,8 +105,7 @@ class Together:
         return found
 
     def _turns(self, i: Indices, k: Indices) -> Floats:
-        found: Floats = self._turn[self._begin[i] + np.minimum(k, self._last[i])]
-        return found
+        return _rows(self._turn, self._begin[i] + np.minimum(k, self._last[i]))
 
     def _spin(self, which: Indices, k: Indices, r: Indices, way: Floats) -> None:
         """Add what shapes turn and stretch about their middles; `which` (m,) or (m, 1), k and r alike or wider."""

@@ -10,10 +10,12 @@ import dataclasses
 from math import ceil, pi
 
 import msgspec
+import numpy as np
 from heavylift.kernel.analysis.path import EquilibriumPath, Rest
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
 from heavylift.kernel.methods.at_rest import AtRest
+from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateEvent as Switched
 from heavylift.kernel.simulation.native.samples import shown
 from heavylift.kernel.simulation.simulation import Simulation
@@ -25,7 +27,7 @@ from heavylift.nodes.models.parts.inputs import obey
 from heavylift.nodes.plan.plan import Plan
 
 from .state import REEVING, Acted, Pose, StaticState, reeved
-from .touching import meets
+from .touching import apart, meets
 
 LAST_NS = 100 * 3600 * 10**9  # simulated time after which a list that has not ended never does
 WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
@@ -73,7 +75,8 @@ class Rehearsal:
         self.models = Models(plan)
         self._hears = subscriptions(plan, self.models.models)
         placed = _placed(system(plan, self.models.models))
-        self.path = EquilibriumPath(Simulation(placed, method=AtRest.name), frozenset(self._hears))
+        self._contacts = placed.contacts
+        self.path = EquilibriumPath(_simulation(placed), frozenset(self._hears))
         self.states: list[StaticState] = []
         self.acted: list[Acted] = []
         self.stages: list[str] = []
@@ -231,9 +234,10 @@ class Rehearsal:
     def _look(self, state: StaticState) -> None:
         """Raises KernelError where shapes go through each other on the way to a state."""
         before = self.states[-1] if self.states else None
-        for contact in self.path.command.program.system.contacts:
-            if meets(contact, before, state):
-                at = f"at {state.t:.1f} s" if before else "at the start"
+        for contact in self._contacts:
+            part = meets(contact, before, state)
+            if part is not None:
+                at = f"at {before.t + part * (state.t - before.t):.1f} s" if before else "at the start"
                 raise KernelError(
                     f"'{contact.name}' touches {at}, and with what rigid contacts press no rest is followed"
                 )
@@ -271,6 +275,24 @@ class Rehearsal:
 
 def _pose(x: list[float]) -> Pose:
     return (x[0], x[1], x[2]), ((x[3], x[4], x[5]), (x[6], x[7], x[8]), (x[9], x[10], x[11]))
+
+
+def _simulation(system: System) -> Simulation:
+    """Only contacts that touch at the start can press: what is at rest never comes with a speed, and the path ends
+    where shapes meet.  All are kept where loops decide where bodies are."""
+    if system.contacts:
+        free = dataclasses.replace(system, contacts=())
+        program = Program(free)
+        if not len(program.constraints):
+            touching = [c for c in system.contacts if not apart(c, *(_begins(program, x.body) for x in (c.a, c.b)))]
+            system = dataclasses.replace(system, contacts=tuple(touching)) if touching else free
+    return Simulation(system, method=AtRest.name)
+
+
+def _begins(program: Program, body: str) -> tuple[np.ndarray, np.ndarray]:
+    """Place and rotation of a body at the start."""
+    R, p = program.poses_at_start(body)
+    return p.astype(float), R.astype(float)
 
 
 def _placed(system: System) -> System:

@@ -5,12 +5,12 @@ Between two points of the path bodies are looked at on straight ways.
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, inf
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.constraints.contact.pairs import gap
-from heavylift.kernel.description.contacts import Contact
+from heavylift.kernel.constraints.contact.pairs import Pose, gap
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Shape
 from heavylift.kernel.description.mechanics import WORLD
 from numpy.typing import NDArray
 
@@ -18,20 +18,54 @@ from .state import StaticState
 
 STEP = 0.1  # [m] of a way from look to look
 DEEP = 1e-3  # [m] by which shapes may lie in each other by rounding, or since they begin in touch
-Poses = list[tuple[NDArray[np.float64], NDArray[np.float64]]]
+Poses = list[Pose]
 
 
-def meets(contact: Contact, before: StaticState | None, after: StaticState) -> bool:
-    """Whether the shapes of a contact go through each other from one point of the path to the next."""
+def apart(contact: Contact, a: Pose, b: Pose) -> bool:
+    """Whether shapes of bodies at these places are so far apart that the path does not begin with their contact."""
+    return gap(contact, a, b) > DEEP
+
+
+def meets(contact: Contact, before: StaticState | None, after: StaticState) -> float | None:
+    """At which part of the way from one point of the path to the next the shapes of a contact begin to go through each
+    other; None if they do not."""
     ends = _poses(contact, before or after), _poses(contact, after)
     way = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
     looks = max(1, ceil(way / STEP))
-    for i in range(0 if before is None else 1, looks + 1):
-        part = i / looks
+
+    def deep(part: float) -> bool:
         here = [(a + part * (b - a), R if part > 0.5 else Q) for (a, Q), (b, R) in zip(*ends, strict=True)]
-        if gap(contact, *here) < -DEEP:
-            return True
-    return False
+        return gap(contact, *here) < -DEEP
+
+    parts = np.arange(0 if before is None else 1, looks + 1) / looks
+    looked_at: list[float] = parts[_near(contact, ends, parts)].tolist()
+    for high in looked_at:
+        if deep(high):
+            low = max(0.0, high - 1.0 / looks)
+            while way * (high - low) > DEEP:
+                middle = (low + high) / 2
+                low, high = (low, middle) if deep(middle) else (middle, high)
+            return high
+    return None
+
+
+def _near(contact: Contact, ends: tuple[Poses, Poses], parts: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(n,) where on the way the boxes along the world's axes around the two shapes overlap."""
+    late = parts[:, None] > 0.5
+    middles, reach = [], np.zeros((1, 3))
+    for shape, (a, Q), (b, R) in zip((contact.a, contact.b), *ends, strict=True):
+        middles.append(a + parts[:, None] * (b - a) + np.where(late, R @ shape.p, Q @ shape.p))
+        reach = reach + np.where(late, _reach(shape, R), _reach(shape, Q))
+    found: NDArray[np.bool_] = (np.abs(middles[0] - middles[1]) <= reach).all(axis=1)
+    return found
+
+
+def _reach(shape: Shape, R: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3,) half edges of the box around a shape of a body turned by R [m]."""
+    if isinstance(shape, Box):
+        found: NDArray[np.float64] = np.abs(R @ shape.R) @ shape.size / 2
+        return found
+    return np.full(3, shape.radius if isinstance(shape, Ball) else inf)
 
 
 def _poses(contact: Contact, x: StaticState) -> Poses:

@@ -5,8 +5,7 @@
 Whole processes are as a user starts them, all twelve of them and with full recording, cold and warm; no peer runs this
 scene.  The equilibrium path is walked with compiled code that is warm, but anew for each plan.  The verdict with all
 clearances is timed where a run takes it, at its end in one process; beside it stands the kernel's time of the same run,
-so a slow machine shows as such.  The library of distances and the judges are imported before and counted on their own
-line.  Medians of three.
+so a slow machine shows as such.  The judges are imported before and counted on their own line.  Medians of three.
 """
 
 import os
@@ -93,7 +92,7 @@ def main() -> None:
         judged, kernel, imported = verdicts(folder)
         name = f"{SCENE}, verdict and clearances"
         row(name, judged, "s", "kernel of the same run", kernel, at_most=VERDICT_s, absolute=True)
-        row("import of the judges and their library", imported, "s")
+        row("import of the judges", imported, "s")
 
 
 if __name__ == "__main__":

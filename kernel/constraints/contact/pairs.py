@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.compiler.symbol import Array, Scalar, select
 from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.errors import KernelError
@@ -29,6 +28,7 @@ EVERYWHERE = 1e9  # [m] half width of a plane
 Pose = tuple[np.ndarray, np.ndarray]  # position [m], rotation matrix
 ON_B, ON_A, CROSSING = 0.0, 1.0, 2.0  # kinds between two boxes: vertex of A on a face of B, of B on A, edges
 ON_EDGE, ON_CORNER = 1.0, 2.0  # kinds of a ball on a box, beside ON_B
+PARALLEL = 1e-12  # [m, m2] of edges that have a direction
 NEAREST = 1e-12  # [m] beyond a face where a ball lies at its edge
 
 
@@ -205,7 +205,26 @@ def check_contact(c: Contact) -> None:
 
 
 def gap(c: Contact, a: Pose, b: Pose) -> float:
-    """Smallest witness of a contact [m] between bodies at given places and rotations."""
-    A, B = (exact(np.concatenate([np.ravel(R), p, np.zeros(9)])) for p, R in (a, b))
-    first, second = (exact(shape_numbers(s)) for s in (c.a, c.b))
-    return float(min(x for x, _ in pair_of(c).watch(first, second, A, B)))
+    """Gap of the shapes of a contact along the axis that separates them best [m], of bodies at given places and
+    rotations: where they overlap it is the depth, negative; where they are apart it is at most their distance."""
+    (p, E, r), (q, F, s) = _solid(c.a, a), _solid(c.b, b)
+    d = p - q
+    if isinstance(c.b, Plane):
+        n = (b[1] * np.array(c.b.normal)).sum(axis=1)[None] / norm(c.b.normal)
+    else:
+        across = [np.cross(x, y) for x in E for y in F]
+        n = np.array([x for x in (*E, *F, *across, d) if norm(x.tolist()) > PARALLEL])
+        n = n / np.sqrt((n * n).sum(axis=1))[:, None]
+        n = n * np.where((n * d).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
+    reach = sum((np.abs((n * edge).sum(axis=1)) for edge in (*E, *F)), np.zeros(len(n)))
+    return float(((n * d).sum(axis=1) - reach).max(initial=-np.inf if len(n) else 0.0) - r - s)
+
+
+def _solid(s: Shape, at: Pose) -> tuple[np.ndarray, np.ndarray, float]:
+    """Middle (3,), half edges as rows (n, 3) in the world, and radius of a shape; of a plane a point [m]."""
+    place, R = at
+    middle = place + (R * np.array(s.p)).sum(axis=1)
+    if not isinstance(s, Box):
+        return middle, np.zeros((0, 3)), s.radius if isinstance(s, Ball) else 0.0
+    axes = np.array([[(R[i] * column).sum() for i in range(3)] for column in np.array(s.R).T])
+    return middle, axes * (np.array(s.size) / 2)[:, None], 0.0

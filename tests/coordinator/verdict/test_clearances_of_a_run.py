@@ -76,7 +76,7 @@ def ways(history: History, draw: np.random.Generator) -> History:
 
 
 def test_nothing_is_lost_by_looking_closely_only_where_it_may_be_near(tmp_path: Path) -> None:
-    """Random ways: each pair of shapes at each sample by the library of distances alone, but for those whose balls are
+    """Random ways: each pair of shapes at each sample exactly, but for those whose balls are
     farther apart."""
     plan = load("lift").plan
     run(load("lift", ["end=1 s"]), tmp_path / RUN, in_process=True)
@@ -97,7 +97,7 @@ def nothing_is_lost(plan: Plan, history: History) -> None:
         balls = np.linalg.norm(a.centre - b.centre, axis=1).min() - a.reach - b.reach - a.radius - b.radius
         if balls > found[-1].distance + BETWEEN:
             continue
-        each = min(seen(a, b, k).least for k in range(len(history.t)))
+        each = min(x.least for x in seen([(a, b, k) for k in range(len(history.t))]))
         if means == "apart" or each < -0.01:
             least[both] = min(least.get(both, np.inf), each)
     nearest = sorted(least.values())

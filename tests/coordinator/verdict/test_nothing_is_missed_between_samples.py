@@ -55,7 +55,7 @@ def test_a_box_that_flies_through_another_between_two_samples_is_seen() -> None:
     t = np.arange(10.0)
     way = np.stack([30.0 * t - 135.0, np.zeros(10), np.zeros(10)], axis=1)  # at -15 m and 15 m, never at 0
     post, bullet = solid((2, 2, 2), t, np.zeros((10, 3))), solid((1, 1, 1), t, way)
-    samples = [exactly(*(Placed(x.centre[[k]], np.eye(3)[None], x.half[None], 0.0) for x in (post, bullet))).distance
+    samples = [exactly(*(Placed(x.centre[[k]], np.eye(3)[None], x.half[None], 0.0) for x in (post, bullet))).distance[0]
                for k in range(10)]  # fmt: skip
     assert min(samples) == pytest.approx(13.5), "no sample shows it"
     least, when = minimum(post, bullet)
@@ -95,12 +95,8 @@ def test_the_minimum_of_random_turning_ways_is_that_of_a_fine_search() -> None:
             (np.stack([np.interp(fine, t, w[:, i]) for i in range(3)], axis=1), Slerp(t, q)(fine).as_matrix())
             for w, q in zip(ways, turns, strict=True)
         ]
-        seen = min(
-            exactly(
-                *(Placed(p[[k]], R[[k]], s.half[None], 0.0) for (p, R), s in zip(poses, shapes, strict=True))
-            ).distance
-            for k in range(FINE + 1)
-        )
+        placed = (Placed(p, R, np.broadcast_to(s.half, p.shape), 0.0) for (p, R), s in zip(poses, shapes, strict=True))
+        seen = exactly(*placed).distance.min()
         strays = sum(float(s.stray.max()) for s in shapes)
         assert least <= seen + CLOSE, "the bound is never above what there is"
         assert least >= seen - strays - 0.05, "and below by no more than shapes may stray between samples"

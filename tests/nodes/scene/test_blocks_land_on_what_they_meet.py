@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import product
 from pathlib import Path
 
@@ -12,6 +13,9 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.model.quantities import points, scalar
 from heavylift.nodes.scene import parse
+from heavylift.nodes.statics import rehearsal
+from heavylift.nodes.statics.action_preview import at_rest
+from heavylift.nodes.statics.rehearsal import Rehearsal
 from heavylift.recordings import Recording
 from scipy.spatial.transform import Rotation
 
@@ -97,3 +101,28 @@ def test_what_it_cannot_land_on_is_told(words: str, told: str) -> None:
         parse(TEXT.replace("landed on quay", words), passing=True)
     assert told.split(":")[0] in str(error.value)
     assert "scene.yaml:12:" in str(error.value)
+
+
+def test_contacts_that_nothing_presses_yet_change_no_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = at_rest(parse(TEXT, passing=True, followed=False).plan)
+    few = Rehearsal(plan)
+    monkeypatch.setattr(rehearsal, "apart", lambda *contact: False)
+    all_ = Rehearsal(plan)
+    assert [len(r.path.command.program.system.contacts) for r in (few, all_)] == [0, 4]
+    for r in (few, all_):
+        r.walk()
+    assert [x.t for x in few.states] == pytest.approx([x.t for x in all_.states], abs=1e-5)
+    for x, y in zip(few.states, all_.states, strict=True):
+        assert (x.stage, x.event) == (y.stage, y.event)
+        assert x.tensions == pytest.approx(y.tensions, rel=1e-6)
+        assert x.poses["block"][0] == pytest.approx(y.poses["block"][0], abs=1e-6)
+
+
+def test_what_is_lowered_too_far_is_followed_until_it_touches() -> None:
+    """The quay is 1 m high, the middle 2 m above the lower face; half of the ramp's time is lost."""
+    scene = parse(TEXT.replace("lower 0.5 m/min until landed on quay", "lower 0.5 m/min by 2 m"), passing=True)
+    begun, speed = scene.statics.acted[-1], 0.5 / 60.0
+    touches = begun.t + (begun.before.poses["block"][0][2] - 3.0) / speed + speed / (2.0 * 0.05)
+    found = re.search(r"'block-quay-\d' touches at ([\d.]+) s", scene.statics.why)
+    assert found
+    assert float(found[1]) == pytest.approx(touches, abs=0.5)

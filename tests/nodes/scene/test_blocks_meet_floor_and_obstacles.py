@@ -83,3 +83,23 @@ def test_obstacles_on_a_vessel_move_with_it() -> None:
         parse(on.replace("on: barge", "on: bargee"))
     with pytest.raises(SceneError, match="there is no block that could meet it"):
         parse("heavylift: 1\nname: bare\nend: 1 s\nfloor: {}\n" + vessel)
+
+
+@pytest.mark.parametrize("meets", ["boxes", "corners", "lower corners"])
+@pytest.mark.parametrize("deep", [1e-5, 0.25, 2.0])
+def test_a_block_does_not_begin_inside_of_an_obstacle(meets: str, deep: float) -> None:
+    """Its face lies 2 m from its middle, the wall's 0.5 m; a wall within the block is met by no corner."""
+    wall = PUSHED.replace("2.75 m, 2 m], meets: corners", f"{2.5 - deep:.6f} m, 2 m], meets: {meets}")
+    if meets == "boxes" or deep < 1.0:
+        with pytest.raises(SceneError, match=rf"scene\.yaml:18:.*'block' begins {deep:g} m inside of 'wall'"):
+            parse(wall)
+    else:
+        parse(wall)
+    parse(wall.replace(f"{2.5 - deep:.6f} m", "2.5 m"))
+
+
+def test_nor_inside_of_the_floor_or_of_another_block() -> None:
+    with pytest.raises(SceneError, match=r"scene\.yaml:20:.*inside of the floor"):
+        parse(TWO.replace("height: -1 m", "height: 0.7 m"))
+    with pytest.raises(SceneError, match=r"scene\.yaml:13:.*'left' begins 0.5 m inside of 'right'"):
+        parse(TWO.replace("[0 m, 9 m, 2 m]", "[0 m, 3.5 m, 2 m]"))

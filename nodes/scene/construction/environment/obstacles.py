@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import combinations, product
 
-from heavylift.kernel.constraints.contact.pairs import check_contact
+from heavylift.kernel.constraints.contact.pairs import check_contact, gap
 from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, Vector, merge
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.simulation.impacts.touching import INSIDE
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.base import turned
@@ -60,8 +61,22 @@ def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
     )
     where = source.where((OBSTACLES,) if scene.obstacles else ("floor",))
     at = {} if source.faults else kinematics.poses(merge([around, made], scene.gravity))
+    deepest: dict[tuple[str, str], float] = {}
+    for contact in contacts if at else ():
+        block, other = contact.a.body, contact.b.body
+        deepest[block, other] = min(deepest.get((block, other), -INSIDE), gap(contact, at[block], at[other]))
+    for (block, other), depth in deepest.items():
+        if depth < -INSIDE:
+            _overlaps(yard, block, other, -depth)
     closed = tuple(contact.name for contact in contacts if at and touches(contact, at, TOUCH))
     return plan.Mechanism(name=OBSTACLES, system=made, closed=closed, shapes=shapes, where=where)
+
+
+def _overlaps(yard: Yard, block: str, other: str, depth: float) -> None:
+    """Blocks do not begin inside of anything."""
+    path: tuple[str, ...] = (OBSTACLES if other in yard.scene.obstacles else "blocks", other)
+    path, of = (("floor",), "the floor") if other == WORLD else (path, f"'{other}'")
+    yard.source.fault(path, f"'{block}' begins {depth:.3g} m inside of {of}: move them apart", on_key=True)
 
 
 def _contacts(yard: Yard, sizes: dict[str, Vector]) -> Iterator[Contact]:
