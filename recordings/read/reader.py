@@ -72,7 +72,7 @@ class Recording:
 
     @property
     def version(self) -> str:
-        """That of the heavylift which made it."""
+        """The version of heavylift that made it."""
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
