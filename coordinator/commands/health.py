@@ -67,9 +67,9 @@ def doctor(
 
 def findings() -> Iterator[Finding]:
     """What is found, one after the other."""
-    yield Finding("heavylift", "ok", f"{__version__}, Python {platform.python_version()}, {platform.platform()}")
     from packaging.requirements import Requirement
 
+    yield Finding("heavylift", "ok", f"{__version__}, Python {platform.python_version()}, {platform.platform()}")
     needed = [Requirement(line) for line in requires("heavylift") or []]
     yield from (_package(x) for x in needed if x.marker is None)
     optional = {x.name: x for x in needed if x.name in EXTRAS}

@@ -6,7 +6,6 @@ import contextlib
 import os
 import socket
 import ssl
-import sys
 import time
 from collections.abc import Callable
 
@@ -38,7 +37,7 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
         if KERNEL in ticket.nodes:
             from heavylift.coordinator.participants import kernel_node  # noqa: F401
         link = Link(ticket, session)
-        playing = _Playing(session, ticket, door)
+        playing = _Playing(session, ticket, door, say)
         models = ", ".join(model for some in ticket.nodes.values() for model in some)
         say(printable(f"joined run {ticket.run} at {door.endpoint} with {models}"))
         failed = serve(link)
@@ -54,15 +53,15 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
 class _Playing:
     """Ends this process when the coordinator is gone before the run is over, whatever its nodes are doing."""
 
-    def __init__(self, session: zenoh.Session, ticket: Ticket, door: Door) -> None:
-        self.over = False
+    def __init__(self, session: zenoh.Session, ticket: Ticket, door: Door, say: Callable[[str], None]) -> None:
+        self.over, self._say = False, say
         self._told = f"process {ticket.process}: the coordinator of run {ticket.run} at {door.endpoint} is gone"
         at = key(ticket.run, "alive", HUB)
         self._watch = session.liveliness().declare_subscriber(at, self._changed, history=True)
 
     def _changed(self, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.DELETE and not self.over:
-            print(f"heavylift: {self._told}; join again when it runs again", file=sys.stderr, flush=True)
+            self._say(f"heavylift: {self._told}; join again when it runs again")
             os._exit(LOST)
 
 
