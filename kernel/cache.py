@@ -4,35 +4,63 @@ this user alone can write it.
 The folder is this user's own, with mode 0700, and no link; a file in it is regular and nobody else's.  Anything else is
 passed over as if nothing were kept.  Files appear by atomic rename and begin with a checksum, which tells damage, not
 forgery; a broken one is replaced.
+
+All that is kept is bounded: who has written much looks, and lets go of what nobody has used for longest.  Any number of
+processes read, write and let go at once: a file that is read stays readable, a folder in use is locked and stays.
 """
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
+import math
 import os
+import re
+import shutil
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
+from uuid import uuid4
 
 import msgspec
 
+from .errors import OutputError
 from .trust import others_write
 
 T = TypeVar("T")
 
 CHECKSUM = 32  # bytes of a SHA-256
 MOST = 1 << 28  # of a file [bytes]
+USUAL_MB = 512.0  # of all that is kept
+LOOK, LEFT = 1 / 32, 0.8  # of the bound: what a process writes before it looks again; what is left of too much
+BLOCK = 4096  # that the smallest file takes [bytes]
+OURS = re.compile(r"[0-9a-f]{64}\.[a-z]+(\.\d+)?|(fmu|gone)-[0-9a-f]{32}(-[0-9a-f]{32})?")  # all else is of others
 ONLY_THERE = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC  # no link, and no waiting for the other end of a pipe
+_unseen = math.inf  # bytes that this process has written since it looked what there is
 
 
 def cache_folder() -> Path:
     """Where files are kept: $HEAVYLIFT_CACHE, else the user's cache folder."""
-    own = os.environ.get("HEAVYLIFT_CACHE")
-    base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(own).expanduser() if own else Path(base).expanduser() / "heavylift"
+    if own := os.environ.get("HEAVYLIFT_CACHE"):
+        return Path(own).expanduser()
+    from platformdirs import user_cache_path
+
+    return user_cache_path("heavylift")
+
+
+def cache_bound() -> int:
+    """How much is kept at most [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; OutputError if that is no number."""
+    given = os.environ.get("HEAVYLIFT_CACHE_MB", "")
+    try:
+        megabytes = float(given or USUAL_MB)
+    except ValueError:
+        megabytes = math.nan
+    if not 0.0 <= megabytes < math.inf:
+        raise OutputError(f"HEAVYLIFT_CACHE_MB={given!r} is no size; give megabytes, such as 512, or unset it")
+    return int(megabytes * 1e6)
 
 
 def unsafe_cache() -> str:
@@ -51,6 +79,8 @@ def read_cached(name: str) -> bytes:
             found = os.fstat(file.fileno())
             safe = stat.S_ISREG(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022
             whole = file.read() if safe and found.st_size <= MOST else b""
+            with suppress(OSError):
+                os.utime(file.fileno())  # used now
     except OSError:
         return b""
     checksum, content = whole[:CHECKSUM], whole[CHECKSUM:]
@@ -59,6 +89,7 @@ def read_cached(name: str) -> bytes:
 
 def write_cached(name: str, content: bytes) -> None:
     """Atomic; a cache that cannot be written is no error, only slower starts."""
+    global _unseen
     part = f"{name}.{os.getpid()}"
     with suppress(OSError), _opened() as folder:
         try:
@@ -69,6 +100,115 @@ def write_cached(name: str, content: bytes) -> None:
         except OSError:
             with suppress(OSError):
                 os.unlink(part, dir_fd=folder)
+    _unseen += max(len(content), BLOCK)
+    if _unseen > LOOK * cache_bound():
+        prune_cache()
+
+
+def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
+    """A folder of the cache, filled if it is not there; it stays as long as this process."""
+    there = cache_folder() / name
+    while True:
+        try:
+            held = _held(there)
+        except FileNotFoundError:
+            _filled(there, fill)
+            continue
+        with suppress(FileNotFoundError):
+            if os.path.samestat(os.stat(there), os.fstat(held)):
+                os.utime(held)
+                prune_cache()
+                return there
+        os.close(held)  # let go of by another process just now
+
+
+def _held(folder: Path) -> int:
+    """A descriptor whose lock keeps a folder."""
+    held = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | ONLY_THERE)
+    fcntl.flock(held, fcntl.LOCK_SH)
+    return held
+
+
+def _filled(there: Path, fill: Callable[[Path], object]) -> None:
+    fresh = there.with_name(f"{there.name}-{uuid4().hex}")
+    fresh.mkdir(mode=0o700)
+    held = _held(fresh)
+    try:
+        fill(fresh)
+        try:
+            os.rename(fresh, there)
+        except OSError:
+            if not there.is_dir():  # no other process was quicker
+                raise
+    finally:
+        os.close(held)
+        shutil.rmtree(fresh, ignore_errors=True)
+
+
+class Kept(NamedTuple):
+    """A file or folder of the cache: when it was used last [ns], its name, bytes on the disk, which of both it is."""
+
+    used_ns: int
+    name: str
+    size: int
+    is_folder: bool
+
+
+def kept() -> list[Kept]:
+    """All that heavylift keeps, what was used last at the end; files of others in that folder are passed over."""
+    found = []
+    with suppress(OSError), _opened() as folder, os.scandir(folder) as entries:
+        for entry in entries:
+            with suppress(FileNotFoundError):
+                if OURS.fullmatch(entry.name):
+                    at, is_folder = entry.stat(follow_symlinks=False), entry.is_dir(follow_symlinks=False)
+                    size = _size(folder, entry.name) if is_folder else at.st_size
+                    found.append(Kept(at.st_mtime_ns, entry.name, max(size, BLOCK), is_folder))
+    return sorted(found)
+
+
+def prune_cache(bound: int | None = None) -> int:
+    """Let go of what was not used for longest if there is more than the bound; how many bytes."""
+    global _unseen
+    _unseen, bound = 0.0, cache_bound() if bound is None else bound
+    there = kept()
+    whole = left = sum(x.size for x in there)
+    with suppress(OSError), _opened() as folder:
+        for x in there:
+            if left <= (LEFT * bound if whole > bound else bound):
+                break
+            left -= x.size if _let_go(folder, x) else 0
+    return whole - left
+
+
+def _let_go(folder: int, x: Kept) -> bool:
+    """Whether it is gone now; a folder that a process is using is not."""
+    try:
+        if not x.is_folder:
+            os.unlink(x.name, dir_fd=folder)
+            return True
+        held = os.open(x.name, os.O_RDONLY | os.O_DIRECTORY | ONLY_THERE, dir_fd=folder)
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            gone = f"gone-{uuid4().hex}"
+            os.rename(x.name, gone, src_dir_fd=folder, dst_dir_fd=folder)
+            shutil.rmtree(gone, dir_fd=folder)
+        finally:
+            os.close(held)
+    except FileNotFoundError:  # another process was quicker
+        return True
+    except OSError:
+        return False
+    return True
+
+
+def _size(folder: int, name: str) -> int:
+    """Of all files below."""
+    return sum(
+        max(os.stat(file, dir_fd=at, follow_symlinks=False).st_size, BLOCK)
+        for _, _, files, at in os.fwalk(name, dir_fd=folder)
+        for file in files
+    )
 
 
 @cache
@@ -98,6 +238,7 @@ def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
 @contextmanager
 def _opened() -> Iterator[int]:
     """A descriptor of the folder, which is made if need be; OSError, whose `strerror` tells why, if it is not safe."""
+    cache_bound()  # says so at once if it is none
     path = cache_folder()
     path.parent.mkdir(parents=True, exist_ok=True)
     with suppress(FileExistsError):

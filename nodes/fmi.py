@@ -15,14 +15,11 @@ Standards: FMI 2.0.4 and 3.0.1, Modelica Association.
 from __future__ import annotations
 
 import hashlib
-import os
-import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
-from heavylift.kernel.cache import cache_folder, unsafe_cache
+from heavylift.kernel.cache import cache_folder, kept_folder, unsafe_cache
 from heavylift.kernel.errors import ModelError, extra
 from heavylift.kernel.trust import refusal
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out
@@ -228,15 +225,9 @@ def unpacked(file: Path) -> Path:
     """The folder of an unpacked unit, kept for the next run under the hash of its bytes."""
     if why := unsafe_cache():
         raise ModelError(f"{file.name} cannot be unpacked: {cache_folder()} {why}")
-    there = cache_folder() / f"fmu-{hashlib.sha256(file.read_bytes()).hexdigest()[:32]}"
-    if not there.is_dir():
-        fresh = there.with_name(f"{there.name}-{uuid4().hex}")
-        library(file.name).extract(str(file), str(fresh))
-        try:
-            os.rename(fresh, there)
-        except OSError:  # another process was quicker
-            shutil.rmtree(fresh)
-    return there
+    unit = library(file.name)
+    name = f"fmu-{hashlib.sha256(file.read_bytes()).hexdigest()[:32]}"
+    return kept_folder(name, lambda fresh: unit.extract(str(file), str(fresh)))
 
 
 def library(name: str) -> Any:

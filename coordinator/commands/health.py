@@ -13,14 +13,18 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel.version import __version__
+from packaging.requirements import Requirement
+
+if TYPE_CHECKING:
+    from packaging.requirements import Requirement
 
 EXTRAS = {  # what some commands need, and what for
     "cryptography": "certificates of runs over several hosts: pip install 'heavylift[hosts]'",
@@ -41,9 +45,16 @@ class Finding(NamedTuple):
 
 
 @app.command()
-def doctor(as_json: o.Json = False) -> None:
-    """Check the installation: versions, rights, a short run in processes.    heavylift doctor"""
+def doctor(
+    as_json: o.Json = False,
+    clear_cache: Annotated[bool, typer.Option("--clear-cache", help="empty the cache first")] = False,
+) -> None:
+    """Check the installation: versions, rights, cache, a short run in processes.    heavylift doctor"""
     found = []
+    if clear_cache:
+        from heavylift.kernel.cache import prune_cache
+
+        prune_cache(0)
     for finding in findings():
         found.append(finding)
         if not as_json:
@@ -56,33 +67,30 @@ def doctor(as_json: o.Json = False) -> None:
 
 def findings() -> Iterator[Finding]:
     """What is found, one after the other."""
-    yield Finding(
-        "heavylift", "ok", f"{version('heavylift')}, Python {platform.python_version()}, {platform.platform()}"
-    )
-    yield from map(_package, _needed())
-    yield from (_extra(name, purpose) for name, purpose in EXTRAS.items())
+    from packaging.requirements import Requirement
+
+    yield Finding("heavylift", "ok", f"{__version__}, Python {platform.python_version()}, {platform.platform()}")
+    needed = [Requirement(line) for line in requires("heavylift") or []]
+    yield from (_package(x) for x in needed if x.marker is None)
+    optional = {x.name: x for x in needed if x.name in EXTRAS}
+    yield from (_package(optional[name], f"needed for {purpose}") for name, purpose in EXTRAS.items())
     yield _browser()
     yield _folder("this folder", Path())
     yield _cache()
     yield _run()
 
 
-def _needed() -> list[str]:
-    """Packages that heavylift cannot do without, from its own metadata."""
-    lines = [line for line in requires("heavylift") or [] if "extra ==" not in line]
-    return ["".join(c if c.isalnum() or c in "-_." else " " for c in line).split()[0] for line in lines]
-
-
-def _package(name: str) -> Finding:
+def _package(needed: Requirement, purpose: str = "") -> Finding:
+    """What is installed of what heavylift's own metadata demand, always or for a purpose."""
     try:
-        return Finding(name, "ok", version(name))
+        found = version(needed.name)
     except PackageNotFoundError:
-        return Finding(name, "broken", "is not installed; install heavylift again")
-
-
-def _extra(name: str, purpose: str) -> Finding:
-    there = find_spec(name) is not None
-    return Finding(name, "ok", version(name)) if there else Finding(name, "missing", f"needed for {purpose}")
+        told = purpose or "is not installed; install heavylift again"
+        return Finding(needed.name, "missing" if purpose else "broken", told)
+    if needed.specifier.contains(found, prereleases=True):
+        return Finding(needed.name, "ok", found)
+    told = f"{found} is too old; pip install '{needed.name}{needed.specifier}'"
+    return Finding(needed.name, "broken", told)
 
 
 def _browser() -> Finding:
@@ -104,13 +112,17 @@ def _folder(what: str, folder: Path) -> Finding:
 
 
 def _cache() -> Finding:
-    from heavylift.kernel.cache import cache_folder, unsafe_cache
+    from heavylift.kernel.cache import cache_bound, cache_folder, kept, unsafe_cache
 
     if why := unsafe_cache():
         told = f"{cache_folder().absolute()} is not used, so every start compiles anew: it {why}"
         return Finding("cache", "broken", f"{told}; or name another by HEAVYLIFT_CACHE")
     found = _folder("cache", cache_folder())
-    return found if found.state == "ok" else found._replace(told=f"{found.told}; name another by HEAVYLIFT_CACHE")
+    if found.state != "ok":
+        return found._replace(told=f"{found.told}; name another by HEAVYLIFT_CACHE")
+    there = kept()
+    used = f"{len(there)} files, {sum(x.size for x in there) / 1e6:.1f} MB of at most {cache_bound() / 1e6:g} MB"
+    return found._replace(told=f"{found.told}; {used} (HEAVYLIFT_CACHE_MB)")
 
 
 def _run() -> Finding:
@@ -126,5 +138,7 @@ def _run() -> Finding:
             swing = Recording(output).signal("joint/position")
         except HeavyliftError as error:
             return Finding("a short run", "broken", str(error))
+        except Exception as error:  # of a package that is older or newer than what is tested
+            return Finding("a short run", "broken", f"{type(error).__name__}: {error}; install heavylift again")
     told = f"{len(swing.t)} samples of a pendulum in {result.wall_s:.1f} s, {os.cpu_count()} cores"
     return Finding("a short run", "ok", told)

@@ -9,6 +9,7 @@ import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import UNREADABLE, RecordingError
+from heavylift.kernel.version import __version__
 
 from .running import live_page
 
@@ -70,8 +71,7 @@ def _tell(run: RecordedRun, found: Outcome, who: str, as_json: bool) -> None:
         typer.echo(msgspec.json.encode(found).decode())
     elif found.deviation:
         typer.echo(f"{who} deviates after {found.events} equal events, {found.deviation}")
-        made = run.recording.library.partition(" mcap")[0]
-        typer.echo(f"the recording was made by {made}")
+        typer.echo(f"the recording was made by heavylift {run.recording.version}, this is {__version__}")
     elif found.digest:
         typer.echo(f"reproduced: {found.events} events and all samples, digest {found.digest}")
     else:

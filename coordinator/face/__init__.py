@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.scene import run
     from heavylift.coordinator.run.simulate import Result, simulate
     from heavylift.coordinator.sweeps import sweep
+    from heavylift.kernel.version import __version__
     from heavylift.nodes.scene import load
     from heavylift.recordings import Recording
 
@@ -30,7 +31,8 @@ MODULES = {
     "run_models": "coordinator.run.models",
     "simulate": "coordinator.run.simulate",
     "sweep": "coordinator.sweeps",
+    "__version__": "kernel.version",
 }
 
-__all__ = ["Recording", "Result", "load", "replicate", "run", "run_models", "simulate", "sweep"]
+__all__ = ["Recording", "Result", "__version__", "load", "replicate", "run", "run_models", "simulate", "sweep"]
 __getattr__ = on_demand("heavylift", {name: f".{module}" for name, module in MODULES.items()})

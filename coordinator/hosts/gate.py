@@ -1,6 +1,6 @@
 """Who may join a run from another host: the conversation before a process is a part of the run.
 
-    process -> coordinator   ASK at join/NAME            its name, heavylift's version, its host, and what it insists on
+    process -> coordinator   ASK at join/NAME            its name, version and code, its host, what it insists on
     coordinator -> process   ANSWER                      the run, or the sentence that says why not
     process -> coordinator   ASK at RUN/enter/NAME       only a certificate of this name gets here (access.py)
     coordinator -> process   ANSWER                      a ticket, or the sentence that says why not
@@ -11,19 +11,23 @@ the name in its certificate as well.  Refusals are told at both sides; what a st
 
 from __future__ import annotations
 
+import hashlib
 import math
 import time
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from threading import Lock
 
 import msgspec
 import zenoh
-from heavylift.coordinator.participants.participant import version
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.keys import JOIN, key
 from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.session import Ticket
+from heavylift.kernel.cache import contents
 from heavylift.kernel.errors import UNREADABLE
+from heavylift.kernel.version import __version__, install
 from heavylift.recordings.format.text import printable
 from zenoh.handlers import Callback
 
@@ -31,14 +35,26 @@ SHOWN = 64  # characters of what a stranger says of itself
 REFUSALS = 100  # that are told
 
 
+ROOMS = ("kernel", "nodes", "coordinator", "recordings")
+
+
+@cache
+def code() -> str:
+    """A fingerprint of all of heavylift that this process may run: versions are told at installation, code changes."""
+    rooms = Path(__file__).parent.parent.parent
+    return hashlib.sha256(b"".join(contents(rooms / room, ".py", ".yaml") for room in ROOMS)).hexdigest()
+
+
 class Ask(msgspec.Struct, frozen=True):
-    """A process on another host wants to join; an empty `run` or `scene` insists on nothing."""
+    """A process on another host wants to join; an empty `run` or `scene` insists on nothing.  Any version can read it
+    of any other: fields come, with a default, and never go."""
 
     process: str
     version: str
     host: str
     run: str = ""
     scene: str = ""
+    code: str = ""
 
 
 class Answer(msgspec.Struct, frozen=True):
@@ -86,6 +102,8 @@ class Gate:
             return msgspec.msgpack.decode(query.payload.to_bytes() if query.payload else b"", type=Ask)
         except UNREADABLE:
             self._tell("somebody with a certificate of this yard asked to join in words of another program")
+            told = f"it asks in words that heavylift {__version__} does not know; {install(__version__)} there"
+            query.reply(query.key_expr, msgspec.msgpack.encode(Answer(None, told)))
             return None
 
     def _answer(self, query: zenoh.Query, asked: Ask, answer: Answer) -> None:
@@ -116,9 +134,12 @@ class Gate:
         """Why a process may not join; "" if the run waits for it."""
         hub, name = self._hub, asked.process
         remote = hub.placement.remote
-        if asked.version != version():
+        if asked.version != __version__:
             other = printable(asked.version, SHOWN)
-            return f"it runs heavylift {other}, the coordinator {version()}; install one version on all hosts"
+            return f"it runs heavylift {other}, the coordinator {__version__}; {install(__version__)} on all hosts"
+        if asked.code != code():
+            same = f"it runs heavylift {__version__} as the coordinator does, but files of one of them were changed"
+            return f"{same}; {install(__version__)} anew on both hosts"
         if asked.run not in ("", hub.run):
             return f"it insists on run {printable(asked.run, SHOWN)}, but this is run {hub.run}"
         if asked.scene not in ("", self._scene):

@@ -6,24 +6,23 @@ import contextlib
 import os
 import socket
 import ssl
-import sys
 import time
 from collections.abc import Callable
 
 import msgspec
 import zenoh
 from heavylift.coordinator.participants.node_process import serve
-from heavylift.coordinator.participants.participant import version
 from heavylift.coordinator.transport.keys import HUB, JOIN, key
 from heavylift.coordinator.transport.link import JOIN_s, Link
 from heavylift.coordinator.transport.session import Ticket, remote_session
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
+from heavylift.kernel.version import __version__
 from heavylift.nodes.models import KERNEL
 from heavylift.recordings.format.text import printable
 from zenoh.handlers import FifoChannel
 
 from .door import Door
-from .gate import Answer, Ask
+from .gate import Answer, Ask, code
 
 LOST = 86  # exit code of a process that has lost its coordinator
 KNOCK_s = 0.5  # in which a coordinator refuses a certificate
@@ -34,11 +33,11 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
     _knock(name, door)
     session = remote_session(door)
     try:
-        ticket = _ask(session, Ask(name, version(), socket.gethostname(), run, scene), door)
+        ticket = _ask(session, Ask(name, __version__, socket.gethostname(), run, scene, code()), door)
         if KERNEL in ticket.nodes:
             from heavylift.coordinator.participants import kernel_node  # noqa: F401
         link = Link(ticket, session)
-        playing = _Playing(session, ticket, door)
+        playing = _Playing(session, ticket, door, say)
         models = ", ".join(model for some in ticket.nodes.values() for model in some)
         say(printable(f"joined run {ticket.run} at {door.endpoint} with {models}"))
         failed = serve(link)
@@ -54,15 +53,15 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
 class _Playing:
     """Ends this process when the coordinator is gone before the run is over, whatever its nodes are doing."""
 
-    def __init__(self, session: zenoh.Session, ticket: Ticket, door: Door) -> None:
-        self.over = False
+    def __init__(self, session: zenoh.Session, ticket: Ticket, door: Door, say: Callable[[str], None]) -> None:
+        self.over, self._say = False, say
         self._told = f"process {ticket.process}: the coordinator of run {ticket.run} at {door.endpoint} is gone"
         at = key(ticket.run, "alive", HUB)
         self._watch = session.liveliness().declare_subscriber(at, self._changed, history=True)
 
     def _changed(self, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.DELETE and not self.over:
-            print(f"heavylift: {self._told}; join again when it runs again", file=sys.stderr, flush=True)
+            self._say(f"heavylift: {self._told}; join again when it runs again")
             os._exit(LOST)
 
 
@@ -93,7 +92,10 @@ def _decoded(data: bytes, door: Door) -> Answer:
     try:
         return msgspec.msgpack.decode(data, type=Answer)
     except UNREADABLE:
-        raise ProtocolError(f"who answers at {door.endpoint} speaks the words of another program") from None
+        raise ProtocolError(
+            f"who answers at {door.endpoint} speaks the words of another program, or of another heavylift than "
+            f"{__version__}; install one version on both hosts"
+        ) from None
 
 
 def _knock(name: str, door: Door) -> None:

@@ -17,6 +17,7 @@ from typing import NamedTuple, Self
 import msgspec
 from heavylift.coordinator.transport.run_directory import places
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
+from heavylift.kernel.version import __version__
 
 NAME = "run.json"
 
@@ -31,6 +32,7 @@ class Notice(msgspec.Struct, frozen=True):
     started: float
     units: dict[str, dict[str, str]] = {}  # of the fields of an event, by its type
     angles: tuple[str, ...] = ()  # actuators whose coordinate is an angle
+    version: str = "0.1.0"  # of heavylift
 
 
 class Found(NamedTuple):
@@ -58,9 +60,8 @@ class Announcement:
         angles: tuple[str, ...],
     ) -> None:
         plain = {name: dict(fields) for name, fields in units.items()}
-        notice = Notice(
-            run, scene, str(recording.absolute()) if recording else "", os.getpid(), time.time(), plain, angles
-        )
+        given = str(recording.absolute()) if recording else ""
+        notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
         fresh = directory / (NAME + ".new")
         self._file = FileIO(fresh, "w", opener=lambda name, flags: os.open(name, flags, 0o600))
         fcntl.flock(self._file, fcntl.LOCK_EX)

@@ -15,6 +15,7 @@ import zenoh
 from heavylift.coordinator.transport.keys import OPERATOR, key
 from heavylift.coordinator.transport.session import guest_session
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
+from heavylift.kernel.version import __version__, install
 from heavylift.nodes.devs import NEVER
 
 from .announce import Found, find
@@ -71,7 +72,11 @@ def ask(
             try:
                 answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Reply)
             except UNREADABLE:
-                raise ProtocolError(f"run {found.notice.run} answers in words of another version") from None
+                made = found.notice.version
+                raise ProtocolError(
+                    f"run {found.notice.run} is of heavylift {made} and answers in words that {__version__} does not "
+                    f"know; {install(made)} to give it orders"
+                ) from None
             if answer.last:
                 return answer
             said = answer.said

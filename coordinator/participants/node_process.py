@@ -19,9 +19,7 @@ from heavylift.coordinator.transport.link import Link
 from heavylift.coordinator.transport.session import Ticket
 from heavylift.nodes.models import KERNEL
 
-from .participant import Participant, version
-
-version()  # which every node tells: read once, before processes are forked
+from .participant import Participant
 
 
 def main(arguments: list[str]) -> int:

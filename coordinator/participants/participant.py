@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from functools import cache, partial
-from importlib import metadata
+from functools import partial
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -18,18 +17,13 @@ from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.node_state import together
 from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.kernel.version import __version__
 from heavylift.nodes.devs import Simulator, Tag
 
 from . import parts
 
 if TYPE_CHECKING:
     from .recalled import Past, Recalled
-
-
-@cache
-def version() -> str:
-    """The version of heavylift that this process runs."""
-    return metadata.version("heavylift")
 
 
 class Participant:
@@ -106,7 +100,7 @@ class Participant:
             return Node.failure(self.name, error)
         self._node = node
         node.handle(welcome)
-        return node.hello(declaration, version(), agreed)
+        return node.hello(declaration, __version__, agreed)
 
     def _take(self, part: parts.Part) -> tuple[Node, bytes, str]:
         """The node that plays this part, what it declares, and the fingerprint of what it has been told."""

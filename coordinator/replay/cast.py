@@ -17,6 +17,7 @@ from heavylift.coordinator.participants.pause import configured
 from heavylift.coordinator.record.scene import RESOLVED
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.kernel.trust import demand
+from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import Model, OutPort, Simulator, Steppable
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one
@@ -58,7 +59,7 @@ def cast_of(rec: Recording) -> Cast:
                 return _of_plan(plan)
         except UNREADABLE as error:
             raise RecordingError(
-                f"{rec.path}: this version cannot run its scene ({error}); use the version that made it, {rec.library}"
+                f"{rec.path}: heavylift {__version__} cannot run its scene ({error}); {again(rec.version)}"
             ) from None
     if "model" in rec.run:
         return _of_model(rec.run["model"], f"{rec.path}", _microsteps(rec), str(rec.fact("stop", "")))

@@ -12,6 +12,7 @@ from pathlib import Path
 import msgspec
 from heavylift.coordinator.protocol.core import Outcome
 from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError
+from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import FOREVER, Event, Tag, encode, message_type, ns
 from heavylift.recordings import RecordedEvent, Recording
 
@@ -41,8 +42,8 @@ class RecordedRun:
             value = msgspec.convert(e.value, message_type(e.type))
         except (*UNREADABLE, ModelError) as error:
             raise RecordingError(
-                f"{self.path}: {e.source}.{e.port} at {Tag(e.t_ns, e.microstep)} is no {e.type} that this version "
-                f"knows ({error}); use the version that made it, {self.recording.library}"
+                f"{self.path}: {e.source}.{e.port} at {Tag(e.t_ns, e.microstep)} is no {e.type} that heavylift "
+                f"{__version__} knows ({error}); {again(self.recording.version)}"
             ) from None
         return Event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, encode(value))
 

@@ -25,6 +25,7 @@ from heavylift.coordinator.record.scene import MERGED, Result
 from heavylift.coordinator.replay.deviation import Deviation
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError
+from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import Event, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL
 from heavylift.nodes.plan.plan import Plan
@@ -34,7 +35,6 @@ from heavylift.nodes.scene.text.units import DURATION
 from heavylift.recordings import Recording, file_path
 from heavylift.recordings.format.text import clock, meant
 from heavylift.recordings.write.outputs import PART, beside
-from heavylift.recordings.write.sink import library
 from numpy.typing import NDArray
 
 from .resume import Beginning, Checked
@@ -77,12 +77,9 @@ class Branch:
         if not settings and scene is None:
             raise SceneError("nothing is to be different after the branch; give --set or an edited --scene")
         run = RecordedRun(path)
-        if run.recording.library != library():
-            made = run.recording.library.partition(" mcap")[0]
-            raise RecordingError(
-                f"{path}: was made by {made}, this is {library().partition(' mcap')[0]}, which may compute otherwise; "
-                "run the scene again"
-            )
+        if (made := run.recording.version) != __version__:
+            told = f"was made by heavylift {made}, this is {__version__}, which may compute otherwise"
+            raise RecordingError(f"{path}: {told}; {again(made)}")
         begun = Beginning.left(path, run, "run the scene again")
         point = _point(run, at)
         new = _new(begun, run.recording, settings, scene)

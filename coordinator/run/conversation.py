@@ -18,7 +18,6 @@ from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import External
-from heavylift.coordinator.participants.participant import version
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.core import Outcome
 from heavylift.coordinator.protocol.node import kept
@@ -28,6 +27,7 @@ from heavylift.coordinator.stopping import whole
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.kernel.errors import ProtocolError, RecordingError, Stopped
+from heavylift.kernel.version import __version__
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs.execution.rules import LIMIT
 
@@ -95,10 +95,10 @@ class Conversation:
         node, message = self._receive()
         if not isinstance(message, m.Hello):
             raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
-        if node not in self.externals and (message.version, message.scene) != (version(), self._agreed.get(node)):
+        if node not in self.externals and (message.version, message.scene) != (__version__, self._agreed.get(node)):
             raise ProtocolError(
-                f"node {node} runs heavylift {message.version} with another scene or version than the coordinator's "
-                f"{version()}; use one installation for all nodes"
+                f"node {node} runs heavylift {message.version}, the coordinator {__version__}, or they have read "
+                "different files; start the run again from one installation whose files nobody changes meanwhile"
             )
         self.core.hello(node, message)
         return node, message.declaration

@@ -24,6 +24,7 @@ from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.kernel.errors import RecordingError
 from heavylift.kernel.trust import demand
+from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import FOREVER, Event, Tag
 from heavylift.nodes.models import build
 from heavylift.nodes.plan.plan import decode, functions
@@ -45,6 +46,7 @@ class Beginning:
     scene: LoadedScene
     events: list[Event]
     commands: list[Given]
+    version: str  # of heavylift that made it
 
     @classmethod
     def of(cls, part: str | Path, within: Path | None = None) -> Beginning:
@@ -75,11 +77,13 @@ class Beginning:
             scene = restored(plan, files[name].decode(), files.get(MERGED, b"").decode(), name)
             configured(plan, build(plan))  # a plan may be readable and yet make no sense
         except BROKEN as error:
-            told = f"its scene is damaged, or of another version ({error or type(error).__name__})"
+            made = left.recording.version
+            told = "is damaged" if made == __version__ else f"is of heavylift {made}, this is {__version__}"
+            told = f"its scene {told} ({error or type(error).__name__})"
             raise RecordingError(f"{part}: {told}; {instead}") from None
         said = {Given(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
         commands = said.union(journaled(part.with_name(part.name.removesuffix(PART))))
-        return cls(scene, left.events, sorted(commands))
+        return cls(scene, left.events, sorted(commands), left.recording.version)
 
 
 class Checked(Watch):
@@ -126,7 +130,7 @@ def resume(
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):
         raise RecordingError(f"{target}: would overwrite what is to be resumed; choose another name with -o")
-    checked = Checked(begun.events, partial(_parted, part), watch or Watch())
+    checked = Checked(begun.events, partial(_parted, part, begun.version), watch or Watch())
     result = run(
         begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands, force=force
     )
@@ -134,8 +138,8 @@ def resume(
     return result
 
 
-def _parted(part: Path, found: Deviation) -> RecordingError:
+def _parted(part: Path, made: str, found: Deviation) -> RecordingError:
     return RecordingError(
-        f"{part}: the run parts from what was recorded, {found}; use the version that made the recording, or "
+        f"{part}: the run parts from what was recorded, {found}; {again(made)}, or "
         f"`heavylift recover {part}` to keep what there is"
     )

@@ -1,13 +1,17 @@
-"""What a run tells while it runs; the command line draws it, tests and scripts need not."""
+"""What a run reports while it runs: the command line draws it, a script finds the sentences in its log."""
+
+import logging
 
 from heavylift.nodes.devs import Event
 
 PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
 # that swings undamped never comes to rest, and a run must not go on for ever
 
+LOG = logging.getLogger("heavylift.run")
+
 
 class Watch:
-    """Hears of every committed event and of the simulation time; this one keeps silent."""
+    """Hears of every committed event and of the simulation time; this one logs what is said, at level INFO."""
 
     def event(self, event: Event) -> None:
         """A committed event."""
@@ -20,3 +24,4 @@ class Watch:
 
     def say(self, sentence: str) -> None:
         """Something that the user should know or do now."""
+        LOG.info(sentence)

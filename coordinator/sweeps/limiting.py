@@ -7,6 +7,7 @@ the limit; what lies beyond is looked at in a few places, for a scene that is gr
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -26,6 +27,7 @@ from .axes import RANGE, Axis, Variant, axes_of
 from .motions import motion_of, motions
 from .variant import Row, Task, judged_uses, played
 
+LOG = logging.getLogger("heavylift.sweeps")
 NEAR = 0.005  # of the way from the start: how near the last green and the first red value shall be
 ASIDE = 0.4  # of that, by which a guess lies on one side of where the use is 100 %, so that the other one follows
 STEPS, BEYOND = 8, 3  # doublings without an end of the range; values that are looked at beyond the limit
@@ -128,7 +130,7 @@ def limits_of_all(
     asked: Sequence[str],
     limit_s: float = 60.0,
     workers: int = 0,
-    say: Callable[[str], None] = print,
+    say: Callable[[str], None] = LOG.info,
 ) -> list[Limited]:
     """How far each of several numbers may go, alone; side by side in processes.  `say` hears of the runs."""
 

@@ -8,6 +8,7 @@ that is not quicker.
 
 from __future__ import annotations
 
+import logging
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -26,12 +27,13 @@ from heavylift.recordings.format.text import clock
 from .timetable import Parts, Planned, done, last_wait
 from .timing import Step, overlaps, ramps, speeds
 
+LOG = logging.getLogger("heavylift.sweeps")
 WORTH_s = 0.5  # of a gain that counts
 HALVINGS = 5  # of a step that the path at rest does not allow whole
 LEAST = 0.2  # part of a step below which it is given up in runs
 
 
-def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = lambda told: None) -> Planned:
+def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.info) -> Planned:
     """The shortest timing of a scene that is found within so many seconds of wall time; raises SceneError."""
     search = _Search(scene, time.monotonic() + budget, say)
     try:

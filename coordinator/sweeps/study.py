@@ -18,9 +18,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import msgspec
-from heavylift.coordinator.participants.participant import version
 from heavylift.kernel.errors import OutputError, RecordingError, SceneError
+from heavylift.kernel.version import __version__, install
 from heavylift.nodes.scene import LoadedScene
+from heavylift.recordings.format.text import printable
 from heavylift.recordings.write.outputs import file_path, writing
 
 from .axes import Axis, Variant
@@ -46,7 +47,7 @@ class Planned:
 
     def about(self, task: Task) -> dict[str, Any]:
         """As it stands in the folder."""
-        said = [asdict(task), [v.settings for v in self.variants], self.design, version()]
+        said = [asdict(task), [v.settings for v in self.variants], self.design, __version__]
         return {
             "heavylift study": 1,
             "scene": self.scene.plan.name,
@@ -54,7 +55,7 @@ class Planned:
             "variants": len(self.variants),
             "design": self.design or "grid",
             "seed": self.seed,
-            "heavylift": version(),
+            "heavylift": __version__,
             "set": list(self.scene.settings),
             "limit": f"{task.limit_s:g} s",
             "keep": task.keep,
@@ -102,7 +103,9 @@ class Study:
         names = [name for name in about if name != "fingerprint"]
         differing = [f"{name} {found.get(name)}" for name in names if found.get(name) != about[name]]
         told = ", ".join(differing) or "other values, or another text of the scene"
-        raise OutputError(f"{self.path}: holds another study ({told}); choose another folder with -o")
+        made = str(found.get("heavylift"))
+        to = "" if made == __version__ else f", or {install(printable(made, 60))}, which began it"
+        raise OutputError(f"{self.path}: holds another study ({told}); choose another folder with -o{to}")
 
     @property
     def waiting(self) -> list[Variant]:

@@ -12,7 +12,6 @@ import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
 from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +21,7 @@ from heavylift.coordinator.run.in_memory import CUT
 from heavylift.coordinator.run.pool import cores
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.kernel.version import __version__
 from heavylift.nodes.plan.actions import Wait
 
 from .planning import Planner
@@ -250,4 +250,4 @@ def _machine() -> Machine:
     lines = listed.read_text().splitlines() if listed.exists() else []
     named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     processor = next(named, platform.processor() or platform.machine())
-    return Machine(processor, cores(), os.getloadavg()[0], platform.python_version(), version("heavylift"))
+    return Machine(processor, cores(), os.getloadavg()[0], platform.python_version(), __version__)

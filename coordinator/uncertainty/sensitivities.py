@@ -8,6 +8,7 @@ are taken to be independent (GUM, JCGM 100:2008, 5.1.2); bars are two standard u
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from heavylift.recordings.render.curves import larger
 from .figures import Figure
 from .running import Played, Start, result, starting
 
+LOG = logging.getLogger("heavylift.uncertainty")
 LEVEL = 2.0  # standard uncertainties of a bar
 STEPS = (-1.0, 1.0)  # standard uncertainties by which an input is moved
 BENT = 0.5  # of the difference of two runs: as much as their mean may be off the nominal one where nothing switches
@@ -108,7 +110,7 @@ class Moved:
 
 def sensitivities(
     scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None,
-    say: Callable[[str], None] = lambda sentence: None,
+    say: Callable[[str], None] = LOG.info,
 ) -> Sensitivities:  # fmt: skip
     """Find them, `at_once` runs in processes of their own (default: as many as there are cores; 0: none, in this one).
 

@@ -51,7 +51,7 @@ def _copied(
         times = np.round(signals[0].t * 1e9).astype(np.int64).tolist()
         rows = samples_template(fields).encode(times, np.hstack([s.values for s in signals]))
         more = (Raw(-1, 0, t, t, row.tobytes()) for t, row in zip(times, rows, strict=True))
-    sink = Sink(out, metadata["run"], {**old.attachments(), **files}, force)
+    sink = Sink(out, metadata["run"], {**old.attachments(), **files}, force, old.library)
     try:
         kept = [c for c in old.summary.channels.values() if not (signals and c.topic == BESIDE)]  # of an earlier log
         for channel in kept:

@@ -21,11 +21,12 @@ import msgspec
 import numpy as np
 import zstandard
 from heavylift.kernel.errors import SignalError
+from heavylift.kernel.version import __version__, again, install
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
-from heavylift.recordings.format.text import meant
+from heavylift.recordings.format.text import meant, printable
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
-from heavylift.recordings.write.sink import CHECKPOINT, FORMAT
+from heavylift.recordings.write.sink import CHECKPOINT, FORMAT, OLDEST
 from numpy.typing import NDArray
 
 from .chunks import LIMIT, Raw
@@ -36,6 +37,7 @@ from .part import Part, chosen
 from .signal import Signal, only
 
 NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
+SHOWN = 60  # characters of a version that a file names
 Floats = NDArray[np.float64]
 
 
@@ -61,12 +63,17 @@ class Recording:
     def _check_format(self) -> None:
         """RecordingError if another version of heavylift made the file, by other rules."""
         found = self.run.get("format", "1")
-        if found != str(FORMAT):
+        if found not in map(str, range(OLDEST, FORMAT + 1)):
             newer = found.isdecimal() and len(found) < 10 and int(found) > FORMAT
-            what = "update heavylift" if newer else "run the scene again, or read it with the version that made it"
+            to = f"{install(self.version)}, or a later one" if newer else again(self.version)
             raise self._file.error(
-                f"has format {found[:20]} ({self.library[:60]}), this is heavylift for format {FORMAT}; {what}"
+                f"has format {found[:20]}, this is heavylift {__version__}, which reads format {FORMAT}; {to}"
             )
+
+    @property
+    def version(self) -> str:
+        """The version of heavylift that made it."""
+        return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
         """A fact of `result` or else of `run`, read as JSON where it is JSON, else as text."""

@@ -26,7 +26,7 @@ from heavylift.recordings.write.rows import Peak
 from heavylift.recordings.write.sink import Sink
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, Header, Message, Metadata, Schema
 
 from .chunks import LIMIT, RECORD, records, unpacked
 from .container import BROKEN, RATIO
@@ -35,6 +35,7 @@ CHUNK = struct.Struct("<QQQ")  # how one begins: times of its first and last mes
 PEAKS = ("rope/peak", "rope/peak_time")
 LONGEST_s = 1e8  # a chunk that tells of later times is damaged there, too
 READERS: dict[int, Callable[[ReadDataStream], object]] = {
+    Opcode.HEADER: Header.read,
     Opcode.METADATA: Metadata.read,
     Opcode.ATTACHMENT: Attachment.read,
     Opcode.SCHEMA: Schema.read,
@@ -141,6 +142,7 @@ class _Copy:
         self._attachments: dict[str, bytes] = {}
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
+        self._made = ""
         self._numbers: dict[int, int] = {}  # of a channel in the new file
         self._sink: Sink | None = None
         self._samples: list[bytes] = []
@@ -148,6 +150,8 @@ class _Copy:
 
     def take(self, record: object) -> None:
         match record:
+            case Header():
+                self._made = record.library
             case Metadata():
                 self._metadata[record.name] = dict(record.metadata)
             case Attachment():
@@ -163,7 +167,7 @@ class _Copy:
         if self._sink is None:
             if "run" not in self._metadata:
                 raise RecordingError(f"{self._path}: holds no run of heavylift; there is nothing to recover")
-            self._sink = Sink(self._out, self._metadata["run"], self._attachments, self._force)
+            self._sink = Sink(self._out, self._metadata["run"], self._attachments, self._force, self._made)
         return self._sink
 
     def _message(self, message: Message) -> None:

@@ -19,13 +19,14 @@ import zstandard
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
 from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.version import __version__
 from heavylift.recordings.format.mcapfile import McapFile
 from heavylift.recordings.format.schema import file_descriptor_set
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from .partfile import PartFile
 
-FORMAT = 2
+OLDEST, FORMAT = 2, 2  # that are read; the last is written. tests/data has a recording of each, and of those before
 FLUSH = 0.5  # [s] of wall time: less than a second is lost, even if messages come half a second apart
 CHECKPOINT = "checkpoint/"  # before the tag in the names of such attachments
 LOOK = 0.2  # [s] between two looks of the thread
@@ -34,7 +35,7 @@ MEDIA = {".yaml": "application/yaml", ".json": "application/json"}
 
 def library() -> str:
     """The name of the writer in the file's header: `heavylift X mcap-python/Y`."""
-    return f"heavylift {version('heavylift')} mcap-python/{version('mcap')}"
+    return f"heavylift {__version__} mcap-python/{version('mcap')}"
 
 
 def texts(facts: Mapping[str, object]) -> dict[str, str]:
@@ -51,8 +52,14 @@ class Sink:
     """
 
     def __init__(
-        self, path: str | Path, run: Mapping[str, object], attachments: Mapping[str, bytes], force: bool = False
+        self,
+        path: str | Path,
+        run: Mapping[str, object],
+        attachments: Mapping[str, bytes],
+        force: bool = False,
+        made: str = "",
     ) -> None:
+        """`made`: of a copy, the library of the original."""
         self._file = PartFile(path, force=force)
         self.topics: dict[str, int] = {}
         self._schemas: dict[tuple[str, bytes], int] = {}
@@ -61,7 +68,7 @@ class Sink:
         self._flushed = time.monotonic()
         try:
             with self.writing():
-                self.mcap = McapFile(self._file.stream, library())
+                self.mcap = McapFile(self._file.stream, made or library())
                 self.mcap.metadata("run", texts({"format": FORMAT, **run}))
                 for name, data in attachments.items():
                     media = MEDIA.get(Path(name).suffix, "application/octet-stream")

@@ -87,9 +87,9 @@ app = App(
 
 def _version(asked: bool) -> None:
     if asked:
-        from importlib.metadata import version
+        from heavylift.kernel.version import __version__
 
-        typer.echo(f"heavylift {version('heavylift')}")
+        typer.echo(f"heavylift {__version__}")
         raise typer.Exit
 
 

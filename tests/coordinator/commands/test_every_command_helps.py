@@ -96,7 +96,7 @@ def test_the_help_tells_all_commands_and_exit_codes(capsys: pytest.CaptureFixtur
     [
         (("ifno", "x.mcap"), 2, "No such command 'ifno'. Did you mean 'info'?"),
         (("info", "--jason", "x.mcap"), 2, "No such option: --jason"),
-        (("run",), 2, "Missing argument 'scene'."),
+        (("run",), 2, "Missing argument '"),
         (("replay", "x.mcap", "--rate", "fast"), 2, "Invalid value for '--rate'"),
         (
             ("run", "turnovr"),

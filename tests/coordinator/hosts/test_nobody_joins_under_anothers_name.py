@@ -11,18 +11,19 @@ import pytest
 import zenoh
 from heavylift.coordinator.hosts.certificates import Credentials
 from heavylift.coordinator.hosts.door import Door
-from heavylift.coordinator.hosts.gate import REFUSALS, Answer, Ask
+from heavylift.coordinator.hosts.gate import REFUSALS, Answer, Ask, code
 from heavylift.coordinator.hosts.remote_node import _ask
-from heavylift.coordinator.participants.participant import version
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.keys import JOIN, key
 from heavylift.coordinator.transport.link import Link
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.transport.session import remote_session
 from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel.version import __version__
 from of_a_yard import free_port
 
 BOTH = Placement({"block": ("block",), "crane": ("crane",)}, frozenset({"block", "crane"}))
+CRANE = Ask("crane", __version__, "quay", code=code())
 Run = tuple[Hub, list[str], Door, Door]  # with the doors of block and crane
 
 
@@ -38,7 +39,7 @@ def run(keys: Path) -> Iterator[Run]:
 
 def asked(session: zenoh.Session, at: str, name: str, host: str = "here") -> Answer | None:
     """What the coordinator answers; None if the question does not reach it."""
-    replies = session.get(at, payload=msgspec.msgpack.encode(Ask(name, version(), host)), timeout=5)
+    replies = session.get(at, payload=msgspec.msgpack.encode(Ask(name, __version__, host, code=code())), timeout=5)
     found = [msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Answer) for reply in replies if reply.ok]
     return found[0] if found else None
 
@@ -56,7 +57,10 @@ def test_a_name_belongs_to_its_certificate(run: Run) -> None:
             "refused process crane on host here: its certificate was not made for 'crane'",
             "refused process crane on host here: its certificate was made for 'block'",
         ]
-        with remote_session(crane) as honest, Link(_ask(honest, Ask("crane", version(), "quay"), crane), honest):
+        with (
+            remote_session(crane) as honest,
+            Link(_ask(honest, CRANE, crane), honest),
+        ):
             assert said[-1] == "process crane on host quay has joined"
             assert asked(liar, key(JOIN, "crane"), "crane") == Answer(
                 None, "process 'crane' is there already, on host quay"
@@ -68,7 +72,7 @@ def test_whoever_asks_for_a_name_does_not_shut_its_owner_out(run: Run) -> None:
     with remote_session(block) as liar, remote_session(crane) as honest:
         for _ in range(3):
             assert asked(liar, key(JOIN, "crane"), "crane") == Answer(None, "", hub.run)  # crane is there to be let in
-        assert _ask(honest, Ask("crane", version(), "quay"), crane) == hub.ticket("crane")
+        assert _ask(honest, CRANE, crane) == hub.ticket("crane")
 
 
 def test_many_sessions_of_one_certificate_shut_nobody_out(run: Run) -> None:
@@ -77,7 +81,7 @@ def test_many_sessions_of_one_certificate_shut_nobody_out(run: Run) -> None:
         for _ in range(60):
             crowd.enter_context(remote_session(block))
         honest = crowd.enter_context(remote_session(crane))
-        assert _ask(honest, Ask("crane", version(), "quay"), crane) == hub.ticket("crane")
+        assert _ask(honest, CRANE, crane) == hub.ticket("crane")
 
 
 def test_what_a_stranger_says_of_itself_is_escaped(run: Run) -> None:
@@ -86,7 +90,7 @@ def test_what_a_stranger_says_of_itself_is_escaped(run: Run) -> None:
     with remote_session(block) as liar:
         asked(liar, key(JOIN, "block"), nasty, nasty)
         with pytest.raises(ProtocolError, match="may not join: its certificate was not made for 'crane'"):
-            _ask(liar, Ask("crane", version(), nasty), block)
+            _ask(liar, Ask("crane", __version__, nasty, code=code()), block)
     assert len(said) == 2
     assert all(line.isprintable() and len(line) < 400 for line in said)
     assert r"on host \x1b]0;owned\x07\nall is well\u202exxx" in said[0]
@@ -100,3 +104,25 @@ def test_refusals_do_not_fill_the_screen(run: Run) -> None:
         liar.get(key(JOIN, "crane"), payload=b"\xc1")
     assert len(said) == REFUSALS + 1
     assert said[-1] == "more refusals are not told"
+
+
+def test_any_other_heavylift_is_told_what_to_do(run: Run) -> None:
+    """Whatever it asks in: words of before or after, or bytes of no meaning."""
+    hub, said, block, _ = run
+    mine = msgspec.to_builtins(Ask("block", __version__, "quay", code=code()))
+    others = {
+        "of before": {"process": "block", "version": "0.1.0", "host": "quay", "run": "", "scene": ""},
+        "of after": mine | {"version": "9.9", "wish": [1, 2]},
+        "a file was changed": mine | {"code": "of an edited file"},
+        "other types": mine | {"host": 3},
+        "no map": [1, 2],
+    }
+    with remote_session(block) as session:
+        for name, asked in others.items():
+            for at in (key(JOIN, "block"), key(hub.run, "enter", "block")):
+                (reply,) = session.get(at, payload=msgspec.msgpack.encode(asked), timeout=5)
+                answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Answer)
+                assert f"install heavylift {__version__}" in answer.refusal, name
+                assert not answer.run, name
+                assert answer.ticket is None, name
+    assert not any("has joined" in line for line in said)

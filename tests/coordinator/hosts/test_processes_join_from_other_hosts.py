@@ -141,15 +141,19 @@ def test_another_version_is_refused_and_nobody_is_there_twice(keys: Path, monkey
     with Hub(BOTH, Door.at(endpoint, Credentials.load(keys, "coordinator"))) as hub, remote_session(there) as session:
         hub.admit("", said.append)
         with monkeypatch.context() as other:
-            other.setattr("heavylift.coordinator.hosts.remote_node.version", lambda: "0.0.1")
-            with pytest.raises(ProtocolError, match="install one version on all hosts"):
+            other.setattr("heavylift.coordinator.hosts.remote_node.__version__", "0.0.1")
+            with pytest.raises(ProtocolError, match=r"runs heavylift 0\.0\.1, the coordinator \S+; install"):
+                play("block", there, "", "", print)
+        with monkeypatch.context() as other:
+            other.setattr("heavylift.coordinator.hosts.remote_node.code", lambda: "of an edited file")
+            with pytest.raises(ProtocolError, match=r"files of one of them were changed; install heavylift \S+"):
                 play("block", there, "", "", print)
         link = Link(hub.ticket("block"), session)
         assert link.nodes == hub.placement.hosted["block"]
         hub._gate.hosts["block"] = "far-away"  # type: ignore[union-attr]
         with pytest.raises(ProtocolError, match="may not join: process 'block' is there already, on host far-away"):
             play("block", there, "", "", print)
-        assert [line for line in said if "refused process block on host" in line] == said[-2:]
+        assert [line for line in said if "refused process block on host" in line] == said[-3:]
 
 
 def test_the_name_in_a_certificate_guards_the_keys(keys: Path) -> None:

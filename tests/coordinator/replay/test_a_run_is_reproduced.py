@@ -108,7 +108,7 @@ def test_a_recording_that_cannot_be_run_is_a_sentence(tmp_path: Path) -> None:
 
     with pytest.raises(RecordingError, match=r"bare\.mcap: has no scene attached to simulate again; record it with"):
         verify(recording("bare.mcap", {}))
-    with pytest.raises(RecordingError, match=r"old\.mcap: this version cannot run its scene \(.*\); use the version"):
+    with pytest.raises(RecordingError, match=r"old\.mcap: heavylift \S+ cannot run its scene \(.*\); this version"):
         verify(recording("old.mcap", {"resolved.json": b'{"gravity": 9.81}'}))
 
 

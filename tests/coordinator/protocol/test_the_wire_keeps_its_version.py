@@ -1,0 +1,63 @@
+"""Frames of each version of the wire, as they were written first: today's program reads and writes those of its own.
+
+Whoever changes a message raises `WIRE` and runs this file as a program, which adds the frames of the new version.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.transport.frame import MAGIC, WIRE, Reader, Topic, Writer
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import Event, Result, Slack, Tag
+
+FILE = Path(__file__).parents[2] / "data" / "wire.json"
+EVENTS = [Event(5, 1, "crane", "report", 0, "Report", b"\x91\x07"), Event(9, 0, "crane", "done", 2, "Done", b"")]
+SAID: dict[str, m.AnyMessage] = {
+    "hello": m.Hello(Tag(5, 1), EVENTS, Tag(9), {"crane.report": 3}, b"declared", f"wire {WIRE}", "of a scene"),
+    "welcome": m.Welcome(2, b"config"),
+    "grant": m.Grant(4, Tag(10**12, 3), (7, 0), True, EVENTS),
+    "done": m.Done(4, Tag(10), EVENTS, Tag(11), EVENTS[:1], Tag(12, 1), bytes(range(32)), Tag(9)),
+    "checkpoint": m.Checkpoint(4, b"state", "why"),
+    "fail": m.Fail(Tag(3), "yard.crane", "cannot", "Traceback", EVENTS),
+    "stop": m.Stop(Tag(2**63 - 1), "the end"),
+    "bye": m.Bye("nothing", 0.25, [Slack("crane.report", 3, 5, 2)], [Result("crane", "Report", b"\x91\x07")]),
+}
+FRAMES: dict[str, dict[str, str]] = json.loads(FILE.read_text()) if FILE.exists() else {}
+
+
+def framed() -> dict[str, str]:
+    """In hexadecimal; all in one run, as the first messages of one node."""
+    writer = Writer("9c1f0e6b2a7d4583", "crane", Topic.OUT, 1)
+    return {name: writer.frame(m.encode(message)).hex() for name, message in SAID.items()}
+
+
+def test_every_message_has_its_frame() -> None:
+    assert list(FRAMES) == [str(version) for version in range(1, WIRE + 1)]
+    tags = {msgspec.inspect.type_info(kind).tag for kind in m.AnyMessage.__args__}  # type: ignore[attr-defined]
+    assert tags == SAID.keys() == FRAMES[str(WIRE)].keys()
+
+
+def test_frames_are_written_as_ever() -> None:
+    assert framed() == FRAMES[str(WIRE)]
+
+
+def test_frames_are_read_as_ever() -> None:
+    reader = Reader("9c1f0e6b2a7d4583", "crane", Topic.OUT, 1)
+    assert {name: m.decode(reader.open(bytes.fromhex(x))) for name, x in FRAMES[str(WIRE)].items()} == SAID
+
+
+def test_frames_of_another_version_are_refused_by_name() -> None:
+    others = {version: bytes.fromhex(FRAMES[version]["hello"]) for version in FRAMES if version != str(WIRE)}
+    tomorrow = bytes.fromhex(FRAMES[str(WIRE)]["hello"]).replace(MAGIC, b"HLF%d" % (WIRE + 1))
+    for version, frame in (others | {str(WIRE + 1): tomorrow}).items():
+        with pytest.raises(ProtocolError, match=f"a frame of wire version {version} arrived, .* speaks version {WIRE}"):
+            Reader("9c1f0e6b2a7d4583", "crane", Topic.OUT, 1).open(frame)
+
+
+if __name__ == "__main__":
+    FILE.write_text(json.dumps(FRAMES | {str(WIRE): framed()}, indent=1) + "\n")

@@ -1,0 +1,78 @@
+"""A recording of each format version: today's program reads those that it promises to read, and says of the others who
+made them and what to do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.version import __version__
+from heavylift.recordings import Recording, recover
+from heavylift.recordings.read.extended import amended
+from heavylift.recordings.write.sink import FORMAT, OLDEST
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+from spoiled_recordings import read_in_all_ways
+
+FILES = Path(__file__).parent.parent / "data" / "recordings"
+g, START, LENGTH = 9.80665, -29.5, 30.0  # of a block that hangs on a slack rope [m], and of that [m]
+TAUT = (2.0 * (LENGTH + START) / g) ** 0.5  # when the block has fallen into its rope [s]
+STEPS = 1e-8  # in which numbers are recorded, and more
+READABLE = range(OLDEST, FORMAT + 1)
+
+
+def golden(number: int) -> Path:
+    return FILES / f"format-{number}.mcap"
+
+
+def test_each_format_has_its_recording() -> None:
+    assert sorted(FILES.glob("*.mcap")) == [golden(number) for number in range(1, FORMAT + 1)]
+    assert all(path.stat().st_size < 60e3 for path in FILES.glob("*.mcap"))
+
+
+@pytest.mark.parametrize("number", READABLE)
+def test_all_readers_read_it(number: int, tmp_path: Path) -> None:
+    said = read_in_all_ways(golden(number), golden(number), tmp_path, pictures=True)
+    assert said == [f"{golden(number)}: is whole; there is nothing to recover"]
+
+
+@pytest.mark.parametrize("number", READABLE)
+def test_the_block_falls_into_its_rope(number: int) -> None:
+    rec = Recording(golden(number))
+    pose, rope = rec["block"].pose, rec.signal("rope/tension")
+    t = pose.t[pose.t <= TAUT]
+    assert pose["z"][: len(t)] == pytest.approx(START - 0.5 * g * t**2, abs=STEPS)
+    assert not rope.values[rope.t < TAUT].any()
+    assert rope.values[(rope.t > TAUT) & (rope.t < TAUT + 0.1)].all()
+    (first, *_) = [e for e in rec.events("kernel") if e.value["what"] == "taut"]
+    assert (first.value["name"], first.t_ns * 1e-9) == ("fall", pytest.approx(TAUT, abs=STEPS))
+    assert rec.stages() == [(0.0, "fall and bounce")]
+
+
+@pytest.mark.parametrize("number", READABLE)
+def test_a_stock_reader_counts_the_same(number: int) -> None:
+    with golden(number).open("rb") as stream:
+        said = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(["/samples"])
+        times = [message.log_time * 1e-9 for _, _, message, _ in said]
+    assert Recording(golden(number)).signal("energy").t.tolist() == pytest.approx(times, abs=1e-9)
+
+
+@pytest.mark.parametrize("number", range(1, OLDEST))
+def test_one_that_is_not_read_any_more_says_so(number: int) -> None:
+    told = f"has format {number}, this is heavylift {__version__}, which reads format {FORMAT}; run the scene again"
+    with pytest.raises(RecordingError) as caught:
+        Recording(golden(number))
+    assert str(caught.value) == f"{golden(number)}: {told}, or install heavylift 0.1.0, which made it"
+
+
+def test_a_copy_names_its_maker(tmp_path: Path) -> None:
+    """What was cut off or amended is still of the heavylift that computed it."""
+    whole = golden(FORMAT).read_bytes()
+    made = Recording(golden(FORMAT)).library
+    assert made.startswith("heavylift 0.2.0.dev1385+g96c95ba37 ")
+    part = tmp_path / "run.mcap.part"
+    part.write_bytes(whole[: len(whole) // 2])
+    saved = recover(part, begun=True).path
+    assert Recording(saved).library == made
+    assert Recording(amended(saved, {"seen": True})).library == made
