@@ -1,0 +1,82 @@
+"""All that may go wrong around a run, as one table: python tests/full/faults.py [--short] [--json] [--seed N] [-j N]
+
+Every process of a run in every way at every moment (injections/processes.py), disks, frames and sockets, processes of
+other hosts and the line to them, environments; of runs of a lift, in processes and in one, of a DEVS network with each
+model in a process and with two in one, some of `turnover`.  Each row says what is promised; every case that ends
+otherwise is printed on standard error, with what repeats it, and the exit code is 1.  Where a process was replaced, the longest
+times are told from the blow until it is noticed (detection), from then until a successor has joined (recovery), and
+until that has heard all that its predecessor was told (replay); with `-j 1` no other case disturbs them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from injections import bus, disk, environment, files, observers, processes, table
+from injections.trial import Case, Kind, Trial
+from injections.workloads import possible
+
+AREAS: dict[str, tuple[Sequence[Kind], int]] = {  # all kinds, and how many cases the short form takes
+    "processes": (processes.KINDS, 14),
+    "observers": (observers.KINDS, 2),
+    "disk": (disk.KINDS, 5),
+    "recordings": (files.KINDS, 3),
+    "bus": (bus.KINDS, 4),
+    "environment": (environment.KINDS, 8),
+}
+TURNOVERS = 12  # cases of the longest run
+
+
+def cases(seed: int, short: bool) -> list[Case]:
+    """Each kind at each moment in each run, or a few of each area."""
+    rng, found = random.Random(seed), list[Case]()
+    for kinds, few in AREAS.values():
+        area = [
+            Case(kind, moment, workload, seed)
+            for kind in kinds
+            for moment in kind.moments
+            for workload in kind.workloads
+            if workload != "turnover" and possible(moment, workload)
+        ]
+        found += rng.sample(area, few) if short else area
+    if not short:
+        long = [Case(k, moment, "turnover", seed) for k in processes.KINDS for moment in k.moments]
+        found += rng.sample(long, TURNOVERS)
+    return found
+
+
+def main() -> int:
+    """Run all cases; print the table; the exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--short", action="store_true", help="a few cases of each area")
+    parser.add_argument("--json", action="store_true", help="rows as JSON objects, one a line")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("-j", type=int, default=2, help="cases at once")
+    parser.add_argument("--only", default="", help="cases whose name holds this: 'kernel: KILL, run, lift'")
+    given = parser.parse_args()
+    chosen = [case for case in cases(given.seed, given.short) if given.only in str(case)]
+    began, trials = time.monotonic(), list[Trial]()
+    order = random.Random(given.seed).sample(chosen, len(chosen))  # slow kinds are spread
+    with ThreadPoolExecutor(given.j) as pool:
+        for trial in pool.map(lambda case: Trial(case).carry_out(), order):
+            trials.append(trial)
+            if trial.failure:
+                told = f"NOT AS PROMISED: --seed {given.seed} --only '{trial.case}': {trial.failure}"
+                print(told, file=sys.stderr, flush=True)
+    place = {case: i for i, case in enumerate(chosen)}
+    trials.sort(key=lambda trial: place[trial.case])
+    table.show(table.rows(trials), given.json)
+    kept, hit = sum(not trial.failure for trial in trials), sum(trial.struck for trial in trials)
+    print(table.timing(trials), file=sys.stderr)
+    print(f"{kept} of {len(trials)} as promised, {hit} were hit; {time.monotonic() - began:.0f} s", file=sys.stderr)
+    return int(kept < len(trials))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,51 @@
+"""Who watches a run, and what may become of a watcher: the run does not notice, and the watcher ends as it should."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+from .leftovers import state
+from .striking import NUMBERS, SIGNALS
+from .trial import SAME, Kind, NotAsPromised, Trial, clean
+from .workloads import HEAVYLIFT
+
+ACTS = ("KILL", "STOP", "STOP, CONT", "SEGV", *SIGNALS, "standard output is closed")
+BEGINS_s = {"start": (0.0, 0.1), "import": (0.1, 0.4), "run": (0.4, 1.0), "exit": (1.0, 1.6)}  # after it was started
+
+
+def watch(trial: Trial) -> None:
+    run = trial.start()
+    if trial.begun(0.0, run) is None:
+        raise NotAsPromised(f"the run did not begin: {trial.end(run).said[-600:]}")
+    act = trial.case.kind.name.partition(": ")[2]
+    given = {"stdout": _nobody()} if act == "standard output is closed" else {}
+    observer = trial.start([HEAVYLIFT, "watch"], to="observer", **given)
+    time.sleep(trial.random.uniform(*BEGINS_s[trial.case.moment]))
+    trial.struck = observer.poll() is None
+    if trial.struck and act in NUMBERS:
+        observer.send_signal(NUMBERS[act])
+    trial.same(trial.end(run))
+    if state(observer.pid) == "T":
+        observer.send_signal(signal.SIGCONT if act == "STOP, CONT" else signal.SIGKILL)
+    ended = trial.end(observer, "observer")
+    if not trial.struck:
+        return
+    if act in SIGNALS:
+        codes = (0, 128 + NUMBERS[act], *((-NUMBERS[act],) if trial.case.moment == "start" else ()))
+    else:
+        codes = {"STOP, CONT": (0, 1), "standard output is closed": (0, 1, 141)}.get(act, (0, 1, -9, -11))
+    clean(ended)
+    if ended.code not in codes:
+        raise NotAsPromised(f"the observer's exit code {ended.code}: {ended.said[-600:]}")
+
+
+def _nobody() -> int:
+    """The end for writing of a pipe that nobody reads."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    return writing
+
+
+KINDS = [Kind(f"observer: {act}", f"{SAME}; no traceback", watch, tuple(BEGINS_s), ("paced",)) for act in ACTS]
