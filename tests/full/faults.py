@@ -1,24 +1,28 @@
 """All that may go wrong around a run, as one table: python tests/full/faults.py [--short] [--json] [--seed N] [-j N]
 
-Every process of a run in every way at every moment (injections/processes.py), disks, frames and sockets, processes of
-other hosts and the line to them, environments; of runs of a lift, in processes and in one, of a DEVS network with each
-model in a process and with two in one, some of `turnover`.  Each row says what is promised; every case that ends
-otherwise is printed on standard error, with what repeats it, and the exit code is 1.  Where a process was replaced, the longest
-times are told from the blow until it is noticed (detection), from then until a successor has joined (recovery), and
-until that has heard all that its predecessor was told (replay); with `-j 1` no other case disturbs them.
+Every process of a run in every way at every moment, disks, recordings, frames and sockets, processes of other hosts and
+the line to them, environments: of runs of a lift, in processes and in one, of a DEVS network with each model in a
+process and with two in one, some of `turnover`.  Each row says what is promised, how often it was tried and really hit,
+and how often it ended so; every case that ends otherwise is printed on standard error, with what repeats it, and the
+exit code is 1.  Where processes were replaced, the longest times are printed from the blow until it is noticed
+(detection), from then until a successor has joined (recovery), and until that has heard all that its predecessor was
+told (replay); with `-j 1` no other case disturbs them.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import random
+import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from typing import Any
 
-from injections import bus, disk, environment, files, observers, processes, table
+from injections import bus, disk, environment, files, hosts, observers, processes, table
 from injections.trial import Case, Kind, Trial
 from injections.workloads import possible
 
@@ -28,6 +32,7 @@ AREAS: dict[str, tuple[Sequence[Kind], int]] = {  # all kinds, and how many case
     "disk": (disk.KINDS, 5),
     "recordings": (files.KINDS, 3),
     "bus": (bus.KINDS, 4),
+    "hosts": (hosts.KINDS, 2),
     "environment": (environment.KINDS, 8),
 }
 TURNOVERS = 12  # cases of the longest run
@@ -46,9 +51,21 @@ def cases(seed: int, short: bool) -> list[Case]:
         ]
         found += rng.sample(area, few) if short else area
     if not short:
-        long = [Case(k, moment, "turnover", seed) for k in processes.KINDS for moment in k.moments]
+        moments = [(kind, moment) for kind in processes.KINDS for moment in kind.moments]
+        long = [Case(kind, moment, "turnover", seed) for kind, moment in moments if possible(moment, "turnover")]
         found += rng.sample(long, TURNOVERS)
     return found
+
+
+def strangers(short: bool) -> list[dict[str, Any]]:
+    """Rows of what strangers try, in the same table."""
+    script = Path(__file__).with_name("strangers.py")
+    if not script.exists():
+        return []
+    command = [sys.executable, str(script), "--json", *(["--short"] if short else [])]
+    rows = [json.loads(line) for line in subprocess.run(command, stdout=subprocess.PIPE).stdout.splitlines()]
+    assert rows, f"{script} has printed no row"
+    return rows
 
 
 def main() -> int:
@@ -64,18 +81,22 @@ def main() -> int:
     began, trials = time.monotonic(), list[Trial]()
     order = random.Random(given.seed).sample(chosen, len(chosen))  # slow kinds are spread
     with ThreadPoolExecutor(given.j) as pool:
-        for trial in pool.map(lambda case: Trial(case).carry_out(), order):
-            trials.append(trial)
+        for carried in as_completed([pool.submit(lambda case: Trial(case).carry_out(), case) for case in order]):
+            trials.append(trial := carried.result())
             if trial.failure:
                 told = f"NOT AS PROMISED: --seed {given.seed} --only '{trial.case}': {trial.failure}"
                 print(told, file=sys.stderr, flush=True)
     place = {case: i for i, case in enumerate(chosen)}
-    trials.sort(key=lambda trial: place[trial.case])
-    table.show(table.rows(trials), given.json)
-    kept, hit = sum(not trial.failure for trial in trials), sum(trial.struck for trial in trials)
+    rows = table.rows(sorted(trials, key=lambda trial: place[trial.case]))
+    missed = [row["kind"] for row in rows if not row["hit"]]
+    rows += [] if given.only else strangers(given.short)
+    table.show(rows, given.json)
+    failed, tried, hit = (sum(int(row.get(name, 0)) for row in rows) for name in ("not", "tried", "hit"))
     print(table.timing(trials), file=sys.stderr)
-    print(f"{kept} of {len(trials)} as promised, {hit} were hit; {time.monotonic() - began:.0f} s", file=sys.stderr)
-    return int(kept < len(trials))
+    print(f"{tried - failed} of {tried} as promised, {hit} were hit; {time.monotonic() - began:.0f} s", file=sys.stderr)
+    if missed and not given.short:
+        print(f"never hit: {', '.join(missed)}", file=sys.stderr)
+    return int(failed > 0 or (bool(missed) and not given.short and not given.only))
 
 
 if __name__ == "__main__":

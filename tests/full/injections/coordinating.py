@@ -18,7 +18,7 @@ from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.local_hub import LocalHub
 
 from injections.inside import compiles
-from injections.striking import NUMBERS, ACT, PHASE, PLAN, WHO, once, strike
+from injections.striking import ACT, NUMBERS, PHASE, PLAN, WHO, once, strike
 
 MEASURED = "detection, recovery, replay:"  # what the coordinator says of a successor [s]
 

@@ -1,4 +1,4 @@
-"""Disks: no space, no rights, folders that vanish, a cache that is not to be used; at fractions of what a run writes."""
+"""Disks: no space, no rights, folders that vanish, a spoiled cache; at fractions of what a run writes."""
 
 from __future__ import annotations
 

@@ -24,6 +24,7 @@ NAMES = {
 }
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 KERNELS = ("Haswell", "Sandybridge", "Nehalem", "Prescott", "Zen", "SkylakeX", "NoSuch")
+STREAMS = ("stdin", "stdout", "stderr")
 RUNS = ("lift", "alone", "network")
 EITHER = f"{SAME}, or {SENTENCE}"
 
@@ -198,7 +199,9 @@ KINDS = [
     *(Kind(f"environment: {name}", SAME, _same(**changed), ("start",), RUNS) for name, changed in VARIABLES.items()),
     Kind("environment: next to none", SAME, bare, ("start",), RUNS),
     *(
-        Kind(f"environment: closed {'/'.join(map(str, few))}", SAME, _closed(*few), ("start",), RUNS)
+        Kind(
+            f"environment: closed {', '.join(STREAMS[number] for number in few)}", SAME, _closed(*few), ("start",), RUNS
+        )
         for few in [(0,), (1,), (2,), (0, 1), (1, 2), (0, 1, 2)]
     ),
     *(

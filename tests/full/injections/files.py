@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from .trial import RESUMED, SAME, SENTENCE, Kind, NotAsPromised, Trial
-from .workloads import HEAVYLIFT, undisturbed
+from .workloads import undisturbed
 
 TOLD = "was (deleted or renamed|replaced|cut|written to)"  # while it was written
 ENDS = {"start": (0.2, 0.4), "run": (0.4, 0.9), "exit": (0.9, 1.0)}  # the scene is in what is left
@@ -99,11 +99,11 @@ ENDINGS: dict[str, Callable[[bytes, Trial], bytes]] = {
 }
 RUNS = ("paced", "network")
 KINDS = [
-    *(
-        Kind(f"recording: {name}", SENTENCE, _while_written(do, True), ("run",), RUNS)
-        for name, do in HARM.items()
-    ),
+    *(Kind(f"recording: {name}", SENTENCE, _while_written(do, True), ("run",), RUNS) for name, do in HARM.items()),
     *(Kind(f"recording: {name}", SAME, _while_written(do, False), ("run",), RUNS) for name, do in HARMLESS.items()),
     Kind("recording: its name is taken", f"that file stays; {SAME}", taken, ("run",), RUNS),
-    *(Kind(f"recording: {name}", RESUMED, _ends(do), tuple(ENDS), ("lift", "turnover")) for name, do in ENDINGS.items()),
+    *(
+        Kind(f"recording: {name}", RESUMED, _ends(do), tuple(ENDS), ("lift", "alone", "paced"))
+        for name, do in ENDINGS.items()
+    ),
 ]

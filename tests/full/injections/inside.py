@@ -25,7 +25,7 @@ from heavylift.coordinator.transport.session import Ticket
 
 
 class Counted:
-    """The process, the grants of its nodes and the frames that it has sent; the starts that the keeper was ordered, and of whom."""
+    """The process, the grants of its nodes, the frames it has sent; starts that the keeper was ordered, and of whom."""
 
     process, count, epoch, frames = "", 0, 0, 0
     random = random.Random(str(PLAN))

@@ -27,9 +27,7 @@ def processes(folder: Path) -> list[int]:
 def left(folder: Path, temporary: Path) -> list[str]:
     """What is still there of the runs of a case, after a while in which it may go."""
     until = time.monotonic() + SOON_s
-    while (found := [*map(_told, processes(folder)), *_folders(temporary)]) and (
-        time.monotonic() < until
-    ):
+    while (found := [*map(_told, processes(folder)), *_folders(temporary)]) and (time.monotonic() < until):
         time.sleep(0.05)
     return found
 

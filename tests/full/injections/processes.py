@@ -18,7 +18,7 @@ from heavylift.nodes.models import KERNEL
 from . import leftovers
 from .coordinating import MEASURED
 from .striking import FATAL, NUMBERS, SIGNALS, TWICE
-from .trial import HANGS_s, RESUMED, SAME, Ended, Kind, NotAsPromised, Trial, clean
+from .trial import RESUMED, SAME, Ended, HANGS_s, Kind, NotAsPromised, Trial, clean
 from .workloads import COMMANDS, GRANTS, RINGS, processes_of
 
 COMMAND = str(Path(__file__).with_name("command.py"))
@@ -26,7 +26,7 @@ DEADLINE_s = 2.0
 ACTS = (*FATAL, "STOP, CONT", "exception", "exit(0)", "memory", *SIGNALS)
 MOMENTS = ("start", "import", "compile", "run", "exit", "recovery")
 IMPORTS = {"coordinator": 900, "keeper": 400, KERNEL: 60, "model": 20}  # modules that are looked for, about
-OWN = r"^heavylift: .*ValueError: injected$"  # of a model that raises an exception
+OWN = r"(Value|Runtime)Error: injected$"  # of a model that raises an exception
 
 
 def plan(trial: Trial, who: str) -> dict[str, object]:
@@ -63,7 +63,7 @@ def strike(trial: Trial) -> None:
     trial.times = [tuple(map(float, times)) for times in found]
     trial.struck = any((trial.folder / name).exists() for name in ("struck", "own"))
     if role != "coordinator" or not trial.struck or act == "STOP, CONT":
-        if act == "exception" and case.moment == "run" and (trial.folder / "own").exists():
+        if act == "exception" and role != "keeper" and ended.code:
             return trial.sentence(ended, OWN)
         if ended.code:
             raise NotAsPromised(f"exit code {ended.code}: {ended.said[-600:]}")
@@ -117,7 +117,7 @@ def _kinds() -> list[Kind]:
     for role, workloads in scenes.items():
         moments = [moment for moment in MOMENTS if (role, moment) != ("model", "compile")]  # it has no machine code
         for act in ACTS:
-            told = SAME if act != "exception" or role == "keeper" else f"its own sentence in a run, else {SAME}"
+            told = SAME if act != "exception" or role == "keeper" else f"a sentence with it, or {SAME}"
             found.append(Kind(f"{role}: {act}", told, strike, tuple(moments), workloads))
     for act in (*ACTS, TWICE):
         told = f"stopped in one sentence, {RESUMED}" if act in (*SIGNALS, TWICE) else RESUMED

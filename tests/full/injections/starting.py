@@ -1,4 +1,4 @@
-"""How a command is started under other conditions of the system: on a file system of its own, with less of something."""
+"""How a command is started under other conditions: on a file system of its own, with less of something."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The blow: what goes wrong in one process of a run, once; the environment says to whom, how and when (processes.py)."""
+"""The blow: what goes wrong in one process of a run, once; processes.py says to whom, how and when."""
 
 from __future__ import annotations
 

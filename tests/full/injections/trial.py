@@ -24,7 +24,7 @@ from heavylift.recordings import Recording
 from . import leftovers
 from .workloads import COMMANDS, DOOMED, HEAVYLIFT, RINGS, undisturbed
 
-HANGS_s = 300.0  # a run that takes longer, even where others load the machine
+HANGS_s = 180.0  # a run that takes longer, even where others load the machine
 SAME, SENTENCE = "the digest of the undisturbed run", "one sentence, exit code not 0"
 RESUMED = "resumed to the digest of the undisturbed run"
 BOUND_VARIABLES = ("PYTHONDONTWRITEBYTECODE",)  # runs are those of somebody who has installed heavylift
@@ -128,7 +128,9 @@ class Trial:
             process.kill()
             process.wait()
             raise
-        out, said = ((self.temporary / f"{to}.{name}").read_bytes().decode(errors="replace") for name in ("out", "said"))
+        out, said = (
+            (self.temporary / f"{to}.{name}").read_bytes().decode(errors="replace") for name in ("out", "said")
+        )
         return Ended(code, out, said)
 
     def run(self, command: Sequence[object] = (), to: str = "run", **how: Any) -> Ended:
