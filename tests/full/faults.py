@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import random
+import signal
 import subprocess
 import sys
 import time
@@ -23,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from injections import bus, disk, environment, files, hosts, observers, processes, table
+from injections.striking import SIGNALS
 from injections.trial import Case, Kind, Trial
 from injections.workloads import possible
 
@@ -57,6 +59,11 @@ def cases(seed: int, short: bool) -> list[Case]:
     return found
 
 
+def carried_out(case: Case) -> Trial:
+    """One case, tried."""
+    return Trial(case).carry_out()
+
+
 def strangers(short: bool) -> list[dict[str, Any]]:
     """Rows of what strangers try, in the same table."""
     script = Path(__file__).with_name("strangers.py")
@@ -77,15 +84,21 @@ def main() -> int:
     parser.add_argument("-j", type=int, default=2, help="cases at once")
     parser.add_argument("--only", default="", help="cases whose name holds this: 'kernel: KILL, run, lift'")
     given = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    for name in SIGNALS[1:]:  # whoever has started this may have them ignored, and so would all cases
+        signal.signal(signal.Signals[name], signal.SIG_DFL)
     chosen = [case for case in cases(given.seed, given.short) if given.only in str(case)]
     began, trials = time.monotonic(), list[Trial]()
     order = random.Random(given.seed).sample(chosen, len(chosen))  # slow kinds are spread
     with ThreadPoolExecutor(given.j) as pool:
-        for carried in as_completed([pool.submit(lambda case: Trial(case).carry_out(), case) for case in order]):
-            trials.append(trial := carried.result())
-            if trial.failure:
-                told = f"NOT AS PROMISED: --seed {given.seed} --only '{trial.case}': {trial.failure}"
-                print(told, file=sys.stderr, flush=True)
+        try:
+            for carried in as_completed([pool.submit(carried_out, case) for case in order]):
+                trials.append(trial := carried.result())
+                if trial.failure:
+                    told = f"NOT AS PROMISED: --seed {given.seed} --only '{trial.case}': {trial.failure}"
+                    print(told, file=sys.stderr, flush=True)
+        except KeyboardInterrupt:  # the table of what was tried so far
+            pool.shutdown(cancel_futures=True)
     place = {case: i for i, case in enumerate(chosen)}
     rows = table.rows(sorted(trials, key=lambda trial: place[trial.case]))
     missed = [row["kind"] for row in rows if not row["hit"]]
