@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from injections import bus, disk, environment, files, hosts, observers, processes, table
-from injections.striking import SIGNALS
+from injections.inside.striking import SIGNALS
 from injections.trial import Case, Kind, Trial
 from injections.workloads import possible
 
@@ -104,7 +104,7 @@ def main() -> int:
     missed = [row["kind"] for row in rows if not row["hit"]]
     rows += [] if given.only else strangers(given.short)
     table.show(rows, given.json)
-    failed, tried, hit = (sum(int(row.get(name, 0)) for row in rows) for name in ("not", "tried", "hit"))
+    failed, tried, hit = (sum(row.get(name, row["tried"]) for row in rows) for name in ("not", "tried", "hit"))
     print(table.timing(trials), file=sys.stderr)
     print(f"{tried - failed} of {tried} as promised, {hit} were hit; {time.monotonic() - began:.0f} s", file=sys.stderr)
     if missed and not given.short:

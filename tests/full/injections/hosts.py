@@ -16,14 +16,13 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from .trial import RESUMED, SAME, SENTENCE, Ended, Kind, NotAsPromised, Trial
-from .workloads import HEAVYLIFT
+from .workloads import HEAVYLIFT, processes_of
 
 sys.path.append(str(Path(__file__).parents[2] / "coordinator" / "hosts"))
 
 from line import Line
 from of_a_yard import free_port
 
-REMOTE = ("block", "crane", "kernel")
 MOST_bytes = {"start": 6_000, "run": 60_000}  # that a line carries before it ends
 ONE = threading.Lock()
 LOST = 86  # exit code of a process that has lost its coordinator
@@ -39,7 +38,7 @@ def keys() -> Path:
 def _made() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="yard-", dir="/tmp"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    subprocess.run([HEAVYLIFT, "certificates", folder / "keys", *REMOTE], check=True, capture_output=True)
+    subprocess.run([HEAVYLIFT, "certificates", folder / "keys", *processes_of("lift")], check=True, capture_output=True)
     return folder / "keys"
 
 
@@ -47,7 +46,7 @@ class Yard:
     """A run that waits for one process of another host."""
 
     def __init__(self, trial: Trial) -> None:
-        self.trial, self.who, self.port = trial, trial.random.choice(REMOTE), free_port()
+        self.trial, self.who, self.port = trial, trial.random.choice(processes_of("lift")), free_port()
         listen = ["--remote", self.who, "--listen", f"tls/127.0.0.1:{self.port}", "--certificates", keys()]
         self.run = trial.start([*trial.command, *listen])
         trial.until(self.run, f"waiting for process {self.who}")
@@ -135,7 +134,15 @@ def no_coordinator(trial: Trial) -> None:
 
 def port_taken(trial: Trial) -> None:
     port = free_port()
-    command = [*trial.command, "--remote", "block", "--listen", f"tls/127.0.0.1:{port}", "--certificates", keys()]
+    command = [
+        *trial.command,
+        "--remote",
+        processes_of("lift")[0],
+        "--listen",
+        f"tls/127.0.0.1:{port}",
+        "--certificates",
+        keys(),
+    ]
     first = trial.start([*command[:-1], keys()], to="first")
     trial.until(first, "waiting for process", "first")
     ended = trial.run([*command, "-o", trial.folder / "second.mcap"])

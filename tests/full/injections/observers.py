@@ -7,8 +7,8 @@ import signal
 import time
 from pathlib import Path
 
+from .inside.striking import NUMBERS, SIGNALS
 from .leftovers import state
-from .striking import NUMBERS, SIGNALS
 from .trial import SAME, Kind, NotAsPromised, Trial, clean
 from .workloads import HEAVYLIFT
 

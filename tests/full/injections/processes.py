@@ -16,12 +16,12 @@ from pathlib import Path
 from heavylift.nodes.models import KERNEL
 
 from . import leftovers
-from .coordinating import MEASURED
-from .striking import FATAL, NUMBERS, SIGNALS, TWICE
+from .inside.coordinator import MEASURED
+from .inside.striking import FATAL, NUMBERS, SIGNALS, TWICE
 from .trial import RESUMED, SAME, Ended, HANGS_s, Kind, NotAsPromised, Trial, clean
 from .workloads import COMMANDS, GRANTS, RINGS, processes_of
 
-COMMAND = str(Path(__file__).with_name("command.py"))
+COMMAND = str(Path(__file__).parent / "inside" / "command.py")
 DEADLINE_s = 2.0
 ACTS = (*FATAL, "STOP, CONT", "exception", "exit(0)", "memory", *SIGNALS)
 MOMENTS = ("start", "import", "compile", "run", "exit", "recovery")

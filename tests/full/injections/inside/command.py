@@ -4,12 +4,12 @@ import sys
 
 sys.path.pop(0)  # this folder, whose modules are those of a package
 
-from injections.striking import PHASE, PLAN, WHO, Imports
+from injections.inside.striking import PHASE, PLAN, WHO, Imports
 
 if WHO == "coordinator" and PHASE == "import":
     sys.meta_path.insert(0, Imports(PLAN["point"]))
 else:
-    from injections.coordinating import coordinate
+    from injections.inside.coordinator import coordinate
 
     coordinate()
 

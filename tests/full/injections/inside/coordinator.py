@@ -17,8 +17,8 @@ from heavylift.coordinator.supervision.failover import Succession
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.local_hub import LocalHub
 
-from injections.inside import compiles
-from injections.striking import ACT, NUMBERS, PHASE, PLAN, WHO, once, strike
+from injections.inside.nodes import compiles
+from injections.inside.striking import ACT, NUMBERS, PHASE, PLAN, WHO, once, strike
 
 MEASURED = "detection, recovery, replay:"  # what the coordinator says of a successor [s]
 
@@ -33,7 +33,7 @@ def coordinate() -> None:
     sends_here, dismiss = LocalHub.send, conversation.Conversation.dismiss
 
     def begins(self: Processes, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
-        begin(self, ["injections.inside", *preload], fork)
+        begin(self, ["injections.inside.nodes", *preload], fork)
 
     def due(hub: object) -> None:
         if WHO == "coordinator":

@@ -12,7 +12,7 @@ import sys
 import time
 from typing import Any, ClassVar
 
-from injections.striking import ACT, PHASE, PLAN, WHO, Imports, lose, once, strike
+from injections.inside.striking import ACT, PHASE, PLAN, WHO, Imports, lose, once, strike
 
 if WHO == "keeper" and PHASE == "import" and sys.argv[0] == "-c":  # not in the coordinator
     sys.meta_path.insert(0, Imports(PLAN["point"]))
