@@ -11,10 +11,12 @@ import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -27,7 +29,6 @@ from .workloads import COMMANDS, DOOMED, HEAVYLIFT, RINGS, undisturbed
 HANGS_s = 180.0  # a run that takes longer, even where others load the machine
 SAME, SENTENCE = "the digest of the undisturbed run", "one sentence, exit code not 0"
 RESUMED = "resumed to the digest of the undisturbed run"
-BOUND_VARIABLES = ("PYTHONDONTWRITEBYTECODE",)  # runs are those of somebody who has installed heavylift
 
 
 class NotAsPromised(Exception):
@@ -63,7 +64,6 @@ class Ended:
     """A command, after its end."""
 
     code: int
-    out: str
     said: str  # on standard error
 
 
@@ -76,20 +76,18 @@ class Trial:
     failure: str = ""
     struck: bool = True
     times: list[tuple[float, ...]] = field(default_factory=list)  # detection, recovery, replay of each successor [s]
-    took: float = 0.0
 
     def __post_init__(self) -> None:
         self.random = random.Random(f"{self.case.seed} {self.case}")
         self.temporary = self.folder / "tmp"
         self.temporary.mkdir()
         self.output = self.folder / "run.mcap"
-        kept = {k: v for k, v in os.environ.items() if k not in BOUND_VARIABLES}
         own = {"TMPDIR": str(self.temporary), leftovers.MARK: str(self.folder), "COLUMNS": "1000"}
-        self.environment = {**kept, **own, "PYTHONPATH": str(DOOMED)}
+        self.environment = {**os.environ, **own, "PYTHONPATH": str(DOOMED)}
+        self.environment.pop("PYTHONDONTWRITEBYTECODE", None)  # as who has installed heavylift
 
     def carry_out(self) -> Trial:
         """Do it, and say what is not as promised."""
-        began = time.monotonic()
         try:
             self.case.kind.do(self)
             if left := leftovers.left(self.folder, self.temporary):
@@ -100,9 +98,9 @@ class Trial:
             self.failure = f"no end within {HANGS_s:g} s"
         except Exception as error:
             self.failure = f"{type(error).__name__}: {error}"
-        self.took = time.monotonic() - began
         for pid in leftovers.processes(self.folder):
-            os.kill(pid, 9)
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
         shutil.rmtree(self.folder, ignore_errors=True)
         return self
 
@@ -115,9 +113,9 @@ class Trial:
 
     def start(self, command: Sequence[object] = (), to: str = "run", **how: Any) -> subprocess.Popen[bytes]:
         """Begin a command, by default the run; `to`: names the files of what it prints; `how`: arguments of Popen."""
-        with (self.temporary / f"{to}.out").open("wb") as out, (self.temporary / f"{to}.said").open("wb") as said:
-            usual = {"env": self.environment, "cwd": self.folder, "stdin": subprocess.DEVNULL, "stdout": out}
-            usual |= {"stderr": said, "start_new_session": True}
+        with (self.temporary / f"{to}.said").open("wb") as said:
+            usual = {"env": self.environment, "cwd": self.folder, "stderr": said, "start_new_session": True}
+            usual |= {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL}
             return subprocess.Popen(list(map(str, command or self.command)), **(usual | how))
 
     def end(self, process: subprocess.Popen[bytes], to: str = "run") -> Ended:
@@ -128,10 +126,7 @@ class Trial:
             process.kill()
             process.wait()
             raise
-        out, said = (
-            (self.temporary / f"{to}.{name}").read_bytes().decode(errors="replace") for name in ("out", "said")
-        )
-        return Ended(code, out, said)
+        return Ended(code, (self.temporary / f"{to}.said").read_text(errors="replace"))
 
     def run(self, command: Sequence[object] = (), to: str = "run", **how: Any) -> Ended:
         """Start, and wait."""

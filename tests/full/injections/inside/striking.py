@@ -33,7 +33,7 @@ def once(what: str) -> bool:
 def hit(number: int) -> None:
     """Send this process a signal, and note when."""
     note()
-    signal.raise_signal(number)
+    os.kill(os.getpid(), number)
 
 
 def note() -> None:
