@@ -39,9 +39,9 @@ def main() -> None:
 
                 carry_out()
             finally:
-                stopping.end()
+                stopping.end(process=True)
         except KeyboardInterrupt:
-            stopping.end()
+            stopping.end(process=True)
             print("heavylift: stopped", file=sys.stderr)
             sys.exit(stopping.code)
         except ReaderLeft:

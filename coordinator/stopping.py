@@ -41,7 +41,7 @@ class Stopping:
     """From now on these signals end what the main thread does."""
 
     def __init__(self) -> None:
-        self._over = False
+        self._over = self._stopped = False
         self._signal = signal.SIGINT
         self._raised: Callable[[], object] = lambda: None
         taken = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
@@ -49,13 +49,13 @@ class Stopping:
         self._before[signal.SIGALRM] = signal.signal(signal.SIGALRM, self._look)
         self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
 
-    def end(self) -> None:
-        """The command has ended; there is nothing left to stop."""
+    def end(self, process: bool = False) -> None:
+        """The command has ended, there is nothing left to stop; nor is there if its `process` was stopped and ends."""
         self._over = True
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = self._unraisable
         for number, before in self._before.items():
-            signal.signal(number, before)
+            signal.signal(number, signal.SIG_IGN if process and self._stopped else before)
         self._before = {}
 
     @property
@@ -64,7 +64,7 @@ class Stopping:
         return 128 + self._signal
 
     def _asked(self, number: int, frame: FrameType | None) -> None:
-        self._signal = signal.Signals(number)
+        self._signal, self._stopped = signal.Signals(number), True
         signal.setitimer(signal.ITIMER_REAL, LOOK_s, LOOK_s)
         self._look()
 

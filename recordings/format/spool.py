@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import weakref
 
 from heavylift.kernel.errors import RecordingError
 
@@ -14,6 +15,7 @@ class Spool:
 
     def __init__(self, what: str) -> None:
         self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed with its last reference
+        weakref.finalize(self, self._file.close)  # which Python would warn of
         self._what = what
         self._size, self._end = 0, True  # whether the file stands at its end
 

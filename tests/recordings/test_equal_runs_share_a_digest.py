@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -102,3 +103,9 @@ def test_what_waits_in_a_file_is_the_same(monkeypatch: pytest.MonkeyPatch) -> No
         out.event(*event)
     assert out._events._file._file._rolled  # type: ignore[attr-defined]
     assert (digest(events, rows), digest(*late)) == (expected, expected)
+
+
+@pytest.mark.filterwarnings("error")
+def test_python_has_no_open_file_to_warn_of() -> None:
+    digest(EVENTS, ROWS)
+    gc.collect()

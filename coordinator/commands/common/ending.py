@@ -92,7 +92,16 @@ def _refused(error: Exception) -> str:
         return ""
     if error.errno in (errno.EMFILE, errno.ENFILE):
         return "too many files are open for the system's limit; raise it, for instance with `ulimit -n 256`"
-    return f"{error.filename}: {error.strerror}; give another name or place" if error.filename else ""
+    if error.filename:
+        return f"{error.filename}: {error.strerror}; give another name or place"
+    return "" if _here() else "the working directory is gone; change to one that is there (`cd`)"
+
+
+def _here() -> bool:
+    try:
+        return bool(os.getcwd())
+    except FileNotFoundError:
+        return False
 
 
 def _unwritable() -> str:

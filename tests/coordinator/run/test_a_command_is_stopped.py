@@ -122,6 +122,24 @@ def test_a_signal_waits_until_the_process_that_is_being_started_is_known():
     assert gone([int(started.removeprefix("the keeper runs as "))])
 
 
+AGAIN = """
+import atexit, signal
+from heavylift.coordinator import cli
+from heavylift.coordinator.commands.common import ending
+
+atexit.register(signal.raise_signal, signal.NUMBER)
+ending.carry_out = lambda: signal.raise_signal(signal.SIGINT)
+cli.main()
+"""
+
+
+@pytest.mark.parametrize("number", CODES, ids=lambda n: n.name)
+def test_a_signal_that_comes_again_while_the_process_ends_changes_nothing(number):
+    code = AGAIN.replace("NUMBER", number.name)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE_s)
+    assert (done.returncode, done.stderr) == (130, "heavylift: stopped\n")
+
+
 PUT = """
 import os, signal
 from heavylift.coordinator.stopping import Stopping

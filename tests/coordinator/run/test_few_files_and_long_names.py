@@ -57,6 +57,21 @@ def test_a_scene_with_a_long_name(tmp_path: Path) -> None:
     assert said[0].endswith("cannot be written (File name too long); choose another place with -o")
 
 
+@pytest.mark.parametrize("words", ["run pendulum", f"devs {__file__}:long_60 --until 3ms", "check pendulum"])
+def test_a_command_in_a_folder_that_is_gone_works_or_says_so(words: str, tmp_path: Path) -> None:
+    (tmp_path / "gone").mkdir()
+    ended = subprocess.run(
+        ["sh", "-c", 'rmdir "$PWD" && exec "$@"', "sh", HEAVYLIFT, *words.split()],
+        cwd=tmp_path / "gone",
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+    )
+    said = [line for line in ended.stderr.splitlines() if line.startswith("heavylift: ")]
+    assert (ended.returncode == 0) == (not said)
+    assert "internal error" not in ended.stderr
+
+
 class Knock(Message):
     """Something."""
 
