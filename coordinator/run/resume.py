@@ -29,7 +29,7 @@ from heavylift.nodes.models import build
 from heavylift.nodes.plan.plan import decode, functions
 from heavylift.nodes.scene import LoadedScene, restored
 from heavylift.recordings import file_path, recover
-from heavylift.recordings.read.container import BROKEN
+from heavylift.recordings.format.failures import BROKEN
 from heavylift.recordings.write.outputs import PART, beside
 
 from .scene import run

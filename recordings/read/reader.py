@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import cached_property
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -21,15 +22,16 @@ import msgspec
 import numpy as np
 import zstandard
 from heavylift.kernel.errors import SignalError
-from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
+from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
-from heavylift.recordings.format.text import meant
-from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
+from heavylift.recordings.format.text import GENERATOR, meant
+from heavylift.recordings.format.viewer_messages import Box, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import CHECKPOINT, FORMAT
 from numpy.typing import NDArray
 
 from .chunks import LIMIT, Raw
 from .container import Container
+from .contents import sampler_note
 from .decoding import Form, Rows, decoded, with_own_rows
 from .notebook import drawing, recording_html
 from .part import Part, chosen
@@ -44,14 +46,15 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
-        self.path = self._file.path
+        self.path, self.damage = self._file.path, self._file.damage
         self.size = self._file.size  # [bytes]
         self.library = self._file.library
         self._signals: dict[str, Signal] = {}  # what was loaded so far
         metadata = self._file.metadata()
-        if "run" not in metadata:
+        if "run" not in metadata and not self.library.startswith(GENERATOR):
             raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
-        self.run = metadata["run"]
+        with self.reading():
+            self.run = metadata["run"]
         self._check_format()
         self.result = metadata.get("result", {})
         self.attachments = self._file.attachments(lambda name: not name.startswith(CHECKPOINT))
@@ -62,6 +65,9 @@ class Recording:
         """RecordingError if another version of heavylift made the file, by other rules."""
         found = self.run.get("format", "1")
         if found != str(FORMAT):
+            with self.reading():
+                if why := self._file.damage():
+                    raise ValueError(why)
             newer = found.isdecimal() and len(found) < 10 and int(found) > FORMAT
             what = "update heavylift" if newer else "run the scene again, or read it with the version that made it"
             raise self._file.error(
@@ -78,6 +84,16 @@ class Recording:
                 return msgspec.json.decode(text)
             except msgspec.DecodeError:
                 return text
+
+    def number(self, name: str, default: float = 0.0) -> float:
+        """A fact that is a number; RecordingError if it is none, or not finite."""
+        found = self.fact(name, default)
+        if type(found) not in (int, float) or not isfinite(found):
+            raise self._file.error(
+                f"says that '{name[:40]}' is {str(found)[:40]}, which is no number that a run records: another program "
+                "has changed it; run the scene again"
+            )
+        return float(found)
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
@@ -137,8 +153,8 @@ class Recording:
     def notes(self) -> list[tuple[float, str]]:
         """Notes of the kernel on the run: simulation time [s] and text."""
         with self._file.reading():
-            lines = [Log.FromString(raw.data) for raw in self.messages("/log")]
-        return [(x.timestamp.ToNanoseconds() * 1e-9, x.message) for x in lines if x.name == SAMPLER]
+            found = [note for raw in self.messages("/log") if (note := sampler_note(raw.data))]
+        return [(t_ns * 1e-9, sentence) for _, t_ns, sentence in sorted(found, key=lambda note: note[0])]
 
     def __getitem__(self, name: str) -> Signal | Part:
         """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.

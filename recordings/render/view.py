@@ -12,10 +12,10 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.format.viewer_messages import Box
-from heavylift.recordings.read.container import guarded
 from heavylift.recordings.read.pace import followed, paces
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
