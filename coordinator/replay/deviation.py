@@ -32,16 +32,20 @@ class Deviation(msgspec.Struct, frozen=True):
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """How far the new run was the recorded one: events that came again, the first deviation, the digest if known."""
+    """How far the new run was the recorded one: events that came again, the first deviation, the digest if known; what
+    else differs; the line of the verdict, judged again; names of facts that are taken as recorded."""
 
     events: int
     deviation: Deviation | None = None
     digest: str = ""
+    others: tuple[str, ...] = ()
+    judged: str = ""
+    as_recorded: tuple[str, ...] = ()
 
     @property
     def same(self) -> bool:
         """Whether nothing deviated."""
-        return self.deviation is None
+        return self.deviation is None and not self.others
 
 
 class Follower:

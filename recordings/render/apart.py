@@ -49,7 +49,7 @@ def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
     """Rows of a topic that are in one recording alone, by their times; time and words of the first that differs."""
-    a, b = (_hashes(rec, topic) for rec in (A, B))
+    a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []
     missing = []
@@ -74,7 +74,7 @@ def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[
     return missing, [(t, what)]
 
 
-def _hashes(rec: Recording, topic: str) -> NDArray[np.void]:
+def hashes(rec: Recording, topic: str) -> NDArray[np.void]:
     """(n,) of the messages of a topic in the order of the file: `t` [ns], `x` a hash of the bytes."""
     found = [(raw.publish_time, sha256(raw.data).digest()[:8]) for raw in rec.messages(topic)]
     return np.array(found, [("t", "<i8"), ("x", "S8")])
@@ -92,11 +92,11 @@ def _column(A: Recording, B: Recording, topic: str, row: int) -> str:
     return f"row {row} of {topic}"
 
 
-def channels(A: Recording, B: Recording) -> Iterator[str]:
+def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
     """Topics whose names, columns or schemas differ."""
     for topic in sorted({*A.topics, *B.topics}):
-        a, b = (x[:4] + x[5:] if (x := rec.topics.get(topic)) else None for rec in (A, B))
-        if a != b and not topic.startswith("/protocol/"):
+        a, b = ((x[:4], x.form) if (x := rec.topics.get(topic)) else None for rec in (A, B))
+        if a != b and not topic.startswith("/protocol/") and topic not in but:
             yield f"description of {topic}" if a and b else f"topics: {topic} is only in {(A if a else B).path.name}"
 
 
@@ -116,9 +116,9 @@ def _short(text: str | None) -> str:
     return "nothing" if text is None else printable(text, 60)
 
 
-def attachments(A: Recording, B: Recording) -> Iterator[str]:
+def attachments(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
     """Attached files that differ."""
-    for name in sorted(A.attachments.keys() | B.attachments.keys()):
+    for name in sorted({*A.attachments, *B.attachments} - {*but}):
         if A.attachments.get(name) != B.attachments.get(name):
             yield f"attachment: {printable(name, 60)}"
 

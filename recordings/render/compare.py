@@ -100,7 +100,8 @@ def _shares(differences: Sequence[Difference]) -> dict[str, float]:
 
 
 def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> Comparison:
-    """Compare two recordings, facts of these names excepted; RecordingError if one cannot be read."""
+    """Compare two recordings, `but` for facts, topics and attachments of these names; RecordingError if one cannot be
+    read."""
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
         return _compared(A, B, but)
@@ -110,14 +111,14 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> Comparison:
     for rec in (A, B):
         rec.load(rec.signals())
     unlike, moved = list[str](), [*notes(A, B)]
-    for topic in sorted({x for rec in (A, B) for x in rec.topics if x.startswith(ROWED)}):
+    for topic in sorted({x for rec in (A, B) for x in rec.topics if x.startswith(ROWED) and x not in but}):
         missing, first = rows(A, B, topic)
         unlike += missing
         moved += first
     first = min([*moved, *event(A, B)], default=(0.0, ""))[1]
     names_a, names_b = set(A.signals()), set(B.signals())
     wrong = [what for rec in dict.fromkeys((A, B)) for what in complaints(rec)]
-    others = [*channels(A, B), *facts(A, B, but), *attachments(A, B)]
+    others = [*channels(A, B, but), *facts(A, B, but), *attachments(A, B, but)]
     equal = not (first or unlike or others or wrong) and "digest" in A.result and "digest" in B.result
     if not (first or unlike or others or wrong or equal):
         first = "none in events and samples: the recordings tell of equal motions, but are not both complete"
