@@ -195,7 +195,7 @@ def _point(run: RecordedRun, text: str) -> _Point:
 
 
 def _inside(run: RecordedRun, text: str, point: _Point) -> _Point:
-    end = float(run.recording.fact("sim_s", 0.0))
+    end = run.recording.fact("sim_s", 0.0)
     if not 0 < point.tag.t <= ns(end):
         where = "nothing lies before it; run the scene instead" if point.tag.t <= 0 else f"the run ended at {end:.3f} s"
         raise RecordingError(f"{run.path}: --at '{text}': {where}")

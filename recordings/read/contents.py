@@ -114,6 +114,7 @@ class Messages(Protocol):
     """What is read of a recording (`reader.Recording`)."""
 
     topics: dict[str, Topic]
+    contents: Contents | None
 
     def stream(self, *topics: str) -> Iterator[tuple[str, Raw]]: ...
     def reading(self) -> AbstractContextManager[None]: ...
@@ -121,8 +122,10 @@ class Messages(Protocol):
 
 @guarded
 def contents(rec: Messages) -> Contents:
-    """Those of a whole recording, in one pass through the file."""
-    found = Contents()
+    """Those of a whole recording, in one pass through the file, the first time."""
+    if rec.contents is not None:
+        return rec.contents
+    found = rec.contents = Contents()
     wanted = [x.name for x in rec.topics.values() if "port" in x.metadata or x.name.startswith(READ)]
     for name, raw in rec.stream(*wanted):
         topic = rec.topics[name]
@@ -148,8 +151,11 @@ class _Lift:
                 places = field_places(fields)
                 self._forms[kind] = samples_template(fields)
                 self._places[kind] = slice(0, sum(len(field.columns) for field in fields))
-                channels = [(f.signal, f.columns, f.unit, places[f.signal]) for f in fields]
-                self.layout = SampleLayout([SampleChannel(*x, at.start, at.stop) for *x, at in channels])
+                at = [places[f.signal] for f in fields]
+                found = zip(fields, at, strict=True)
+                self.layout = SampleLayout(
+                    [SampleChannel(f.signal, f.columns, f.unit, x.start, x.stop) for f, x in found]
+                )
             else:
                 bodies = msgspec.json.decode(facts["names"], type=list[str])
                 self._forms[kind], self._places[kind] = frames_template(bodies), slice(0, 7 * len(bodies))
@@ -209,7 +215,9 @@ def _written(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> 
     return value
 
 
-KINDS = {"number": (int, float), "integer": int, "string": str, "boolean": bool, "null": type(None), "array": list}
+KINDS: dict[str, type | tuple[type, ...]] = {
+    "number": (int, float), "integer": int, "string": str, "boolean": bool, "null": type(None), "array": list,
+}  # fmt: skip
 
 
 def _fits(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> bool:

@@ -12,7 +12,7 @@ come with the rows of that lift alone.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import cached_property
 from math import isfinite
 from pathlib import Path
@@ -31,14 +31,14 @@ from numpy.typing import NDArray
 
 from .chunks import LIMIT, Raw
 from .container import Container
-from .contents import sampler_note
+from .contents import Contents, sampler_note
 from .decoding import Form, Rows, decoded, with_own_rows
 from .notebook import drawing, recording_html
 from .part import Part, chosen
 from .signal import Signal, only
 
-NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 Floats = NDArray[np.float64]
+NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 
 
 class Recording:
@@ -47,9 +47,10 @@ class Recording:
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
         self.path, self.damage = self._file.path, self._file.damage
-        self.size = self._file.size  # [bytes]
-        self.library = self._file.library
+        self.size, self.library = self._file.size, self._file.library  # [bytes], who has made it
         self._signals: dict[str, Signal] = {}  # what was loaded so far
+        self.contents: Contents | None = None  # once somebody has looked
+        self.complaints: list[str] | None = None
         metadata = self._file.metadata()
         if "run" not in metadata and not self.library.startswith(GENERATOR):
             raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
@@ -75,25 +76,18 @@ class Recording:
             )
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """A fact of `result` or else of `run`, read as JSON where it is JSON, else as text."""
-        text = self.result.get(name, self.run.get(name))
-        if text is None:
-            return default
+        """A fact of `result` or else of `run`, read as JSON where it is JSON, else as text; RecordingError if it is of
+        another kind than the default, or a number that is none."""
+        found = text = self.result.get(name, self.run.get(name))
+        if text is None or isinstance(default, str):
+            return default if text is None else text
         with self.reading():
-            try:
-                return msgspec.json.decode(text)
-            except msgspec.DecodeError:
-                return text
-
-    def number(self, name: str, default: float = 0.0) -> float:
-        """A fact that is a number; RecordingError if it is none, or not finite."""
-        found = self.fact(name, default)
-        if type(found) not in (int, float) or not isfinite(found):
-            raise self._file.error(
-                f"says that '{name[:40]}' is {str(found)[:40]}, which is no number that a run records: another program "
-                "has changed it; run the scene again"
-            )
-        return float(found)
+            with suppress(msgspec.DecodeError):
+                found = msgspec.json.decode(text)
+            kind = (int, float) if isinstance(default, int | float) else type(default)
+            if default is not None and (not isinstance(found, kind) or (type(found) is float and not isfinite(found))):
+                raise ValueError(f"'{name[:40]}' is {text[:40]}")
+        return found
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
@@ -188,13 +182,11 @@ class Recording:
     def told(self, fact: str) -> list[str]:
         """Sentences of a fact: `measured`, what the log of a real lift tells of the run; `certified`, how sure its
         figures are (`heavylift run --certify`)."""
-        with self._file.reading():
-            return list(self.fact(fact, {}).get("told", []))
+        return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
         """What the atomics of a DEVS model told in the end, by path: `type`, the class, and its fields as `value`."""
-        with self._file.reading():
-            return dict(self.fact("results", {}))
+        return dict(self.fact("results", {}))
 
     def rigs(self) -> list[Rig]:
         """The rope lines in use, each set with the time from which it is."""
@@ -211,7 +203,7 @@ class Recording:
         return [*self._fields, *(POSE + body for body in self._bodies)]
 
     def columns(self, name: str) -> list[str]:
-        """Names of the columns of a signal."""
+        """Names of a signal's columns."""
         return list(POSE_COLUMNS) if name.startswith(POSE) else self._fields[name].columns
 
     def unit(self, name: str) -> str:

@@ -54,7 +54,7 @@ def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[
         return [], []
     missing = []
     times = [Counter(x["t"].tolist()) for x in (a, b)]
-    for there, here, rec in ((*times, B), (*times[::-1], A)):
+    for there, here, rec in ((times[0], times[1], B), (times[1], times[0], A)):
         if lost := sorted((there - here).elements()):
             one = len(lost) == 1
             missing.append(

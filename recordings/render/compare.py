@@ -112,9 +112,9 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> Comparison:
         rec.load(rec.signals())
     unlike, moved = list[str](), [*notes(A, B)]
     for topic in sorted({x for rec in (A, B) for x in rec.topics if x.startswith(ROWED) and x not in but}):
-        missing, first = rows(A, B, topic)
+        missing, at = rows(A, B, topic)
         unlike += missing
-        moved += first
+        moved += at
     first = min([*moved, *event(A, B)], default=(0.0, ""))[1]
     names_a, names_b = set(A.signals()), set(B.signals())
     wrong = [what for rec in dict.fromkeys((A, B)) for what in complaints(rec)]
