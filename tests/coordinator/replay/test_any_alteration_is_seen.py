@@ -245,7 +245,4 @@ def test_a_forged_verdict_is_told_as_recorded(lift: Path, tmp_path: Path) -> Non
     line = next(line for line in info(path).splitlines() if "all ropes break" in line)
     assert "as recorded" in line
     (other,) = verify(RecordedRun(path)).others
-    assert (
-        other
-        == "result.verdict: red: all ropes break in forged.mcap, green: nothing is beyond its limits in the new run"
-    )
+    assert other.startswith("result.verdict: red: all ropes break in forged.mcap, red: the end of the scene at 20 s cut")
