@@ -169,7 +169,9 @@ def test_what_a_killed_run_has_left_stays_even_if_its_name_is_forced(begin: Begi
     assert recorded_at(tmp_path / "run.mcap").name == "run-2.mcap"
     assert (part.read_bytes(), orders.read_bytes()) == (left, b"orders")
     before = all_below(tmp_path)
-    with pytest.raises(OutputError, match=rf"{part}: a run that was cut off has left it, and it stays; .*resume {part}"):
+    with pytest.raises(
+        OutputError, match=rf"{part}: a run that was cut off has left it, and it stays; .*resume {part}"
+    ):
         recorded_at(tmp_path / "run.mcap", force=True)
     assert all_below(tmp_path) == before
 

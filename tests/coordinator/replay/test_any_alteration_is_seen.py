@@ -245,4 +245,6 @@ def test_a_forged_verdict_is_told_as_recorded(lift: Path, tmp_path: Path) -> Non
     line = next(line for line in info(path).splitlines() if "all ropes break" in line)
     assert "as recorded" in line
     (other,) = verify(RecordedRun(path)).others
-    assert other.startswith("result.verdict: red: all ropes break in forged.mcap, red: the end of the scene at 20 s cut")
+    assert other.startswith(
+        "result.verdict: red: all ropes break in forged.mcap, red: the end of the scene at 20 s cut"
+    )
