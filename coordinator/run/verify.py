@@ -9,7 +9,6 @@ recording that was stopped or cut off is compared as far as it goes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -25,13 +24,14 @@ from heavylift.kernel.trust import allowed
 from heavylift.nodes.devs import FOREVER, NEVER, Event
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan.plan import Plan, decode
-from heavylift.nodes.scene import LoadedScene, parse, restored
+from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings import Recording, compare
 from heavylift.recordings.read.verdict import complaints, recorded_verdict
 from heavylift.recordings.render.apart import CIRCUMSTANCES, attachments, channels, facts, hashes
 
 from .branch import CHOSEN, different
 from .models import run_models
+from .resume import rebuilt
 from .scene import run as run_scene
 from .watch import Watch
 
@@ -130,18 +130,16 @@ class _Again:
         plan, name = decode(files[RESOLVED]), next((name for name in files if name != RESOLVED), "")
         text, merged = files.get(name, b"").decode(errors="replace"), files.get(MERGED, b"").decode(errors="replace")
         try:
-            scene = restored(plan, text, merged, name)
+            scene, told = rebuilt(plan, text, merged, name)
         except HeavyliftError as error:
             raise RecordingError(f"{self._old.path}: the attached text of its scene is no scene ({error})") from None
-        try:
-            told = parse(merged or text, name, followed=False)
-        except HeavyliftError as error:
-            if not any(x in str(error) for x in GONE):
-                self._others.append(f"the attached scene is none that can be run: {error}")
-            self._untold = f"text of the scene ({error})"
+        if isinstance(told, HeavyliftError):
+            self._untold = f"text of the scene ({told})"
+            if not any(x in str(told) for x in GONE):
+                self._others.append(f"the attached scene is none that can be run: {told}")
             return scene
-        self._others += [f"the attached scene is not what was simulated: {x}" for x in self._different(told.plan, plan)]
-        return replace(told, plan=plan, text=text, merged=merged, path=Path(name))
+        self._others += [f"the attached scene is not what was simulated: {x}" for x in self._different(told, plan)]
+        return scene
 
     def _different(self, told: Plan, plan: Plan) -> list[str]:
         """Where the plan of the text is not what was simulated; a branch keeps what its recording had chosen."""

@@ -50,7 +50,7 @@ def failing(error: BaseException) -> str:
     for frame, _ in walk_tb(error.__traceback__):
         package = str(frame.f_globals.get("__name__", "")).partition(".")[0]
         importing = frame.f_code.co_name == "<module>" and package not in ("heavylift", "__main__")
-        if importing or package not in READERS:
+        if importing or (package not in READERS and "-packages" in frame.f_code.co_filename):  # site-, dist-
             return package
     return ""
 

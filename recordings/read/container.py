@@ -76,10 +76,10 @@ class Container:
 
     def _sentence(self, error: Exception) -> RecordingError:
         told = printable(str(error), SAID) or type(error).__name__
-        if library := failing(error):
-            return self.error(f"cannot be used, for the library {library} fails ({told}); another version may not")
         if why := refused(error):
             return self.error(f"cannot be read: {why}")
+        if library := failing(error):
+            return self.error(f"cannot be used, for the library {library} fails ({told}); another version may not")
         if why := self.damage() if self._opened else told:
             told = told if why == told else f"{told}; {why}"
             return self.error(f"is damaged ({told}); `heavylift recover {self.path}` saves what can be read")

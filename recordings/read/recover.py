@@ -9,7 +9,6 @@ the digest, computed again, is that of the old result, nothing was lost: the old
 
 from __future__ import annotations
 
-import struct
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -22,7 +21,6 @@ from heavylift.recordings.format.mcapfile import MAGIC
 from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.outputs import PART, beside, file_path, output_path, unnamable
 from heavylift.recordings.write.sink import FORMAT, Sink, library
-from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Header, Message, Metadata, Schema
 
 from .chunks import LIMIT, RECORD, salvaged
@@ -71,25 +69,20 @@ def recover(path: str | Path, out: str | Path | None = None, force: bool = False
         try:
             for record in salvaged(stream, path.stat().st_size, copy.found.lost):
                 copy.take(record)
-                if isinstance(record, Metadata) and record.name == "result":  # the last of all data
-                    copy.whole = _unturned(stream)
-                    break
+                if isinstance(record, DataEnd) and record.data_section_crc:
+                    copy.whole = record.data_section_crc == _crc(stream, stream.tell() - RECORD.size - 4)
             return copy.finish()
         finally:
             copy.abandon()
 
 
-def _unturned(stream: BinaryIO) -> bool:
-    """Whether no byte up to here is another one than was written, as far as the record after these tells."""
-    end = stream.tell()
-    head, told = stream.read(RECORD.size), stream.read(4)
-    if head != RECORD.pack(Opcode.DATA_END, 4) or len(told) < 4 or told == bytes(4):
-        return True
+def _crc(stream: BinaryIO, end: int) -> int:
+    """The checksum of all bytes before a place."""
     stream.seek(0)
     crc = 0
     while data := stream.read(min(LIMIT, end - stream.tell())):
         crc = zlib.crc32(data, crc)
-    return told == struct.pack("<I", crc)
+    return crc
 
 
 class _Copy:
@@ -106,8 +99,9 @@ class _Copy:
         self._contents, self._readable = Contents(), True
         self._library, self._ended, self._described = "", ended, True
         self._held: dict[str, Message] = {}  # numbers of the last row of each lift
-        self.whole = False
-        """Whether all data up to the result are as they were written."""
+        self.whole = True
+        """Whether no byte of the data is another one than was written, as far as their checksum is there."""
+        self._late = 0  # what was lost before the last facts; behind those of the result nothing stands, as a rule
         self.found = Recovered(out)
 
     def take(self, record: object) -> None:
@@ -118,6 +112,7 @@ class _Copy:
                 self._ended = True
             case Metadata():
                 self._metadata[record.name] = dict(record.metadata)
+                self._late = len(self.found.lost)
             case Attachment():
                 self._attachment(record)
             case Schema():
@@ -186,18 +181,23 @@ class _Copy:
     def _write(self, message: Message) -> None:
         sink, channel = self._open(), self._channels[message.channel_id]
         schema = self._schemas[channel.schema_id]
-        if channel.id not in self._numbers:
-            self._numbers[channel.id] = sink.channel(
-                channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data, channel.metadata
-            )
         with sink.writing():
-            sink.mcap.write(self._numbers[channel.id], message.log_time, message.publish_time, message.data)
+            sink.mcap.write(self._number(channel), message.log_time, message.publish_time, message.data)
         sink.flush()
         self.found.messages += 1
         self.found.sim_s = max(self.found.sim_s, message.log_time * 1e-9)
         self._understood(
             self._contents.take, channel.topic, channel.metadata, schema.data, message.publish_time, message.data
         )
+
+    def _number(self, channel: Channel) -> int:
+        """That of a channel in the new file."""
+        if channel.id not in self._numbers:
+            schema = self._schemas[channel.schema_id]
+            self._numbers[channel.id] = self._open().channel(
+                channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data, channel.metadata
+            )
+        return self._numbers[channel.id]
 
     def _understood(self, take: Callable[..., None], *what: object) -> None:
         """Look at what is copied, as long as it is by rules of this version."""
@@ -214,13 +214,17 @@ class _Copy:
             self._lose("rows of numbers without poses, or poses without numbers")
         if not (self.found.messages or self._begun):
             raise RecordingError(f"{self._path}: holds no message that can be read; there is nothing to recover")
+        for channel in self._channels.values():  # those without messages, too
+            if channel.schema_id in self._schemas and channel.topic not in sink.topics:
+                self._number(channel)
         stored = self._metadata.get("result", {})
         self._understood(self._contents.end)
         lost, status = self.found.lost, stored.get("status")
         agrees = self._readable and self._contents.agrees(stored)
         if stored and (not self._begun or status == "finished") and _undamaged(self._path):
             raise RecordingError(f"{self._path}: is whole; there is nothing to recover")
-        if agrees and self.whole and not lost:
+        if agrees and self.whole and not lost[: self._late]:
+            lost.clear()
             if self._begun and status == "finished":
                 raise RecordingError(
                     f"{self._path}: its run came to its end; `heavylift recover {self._path}` makes it whole"

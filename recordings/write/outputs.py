@@ -4,8 +4,8 @@
     an earlier output               stays; the next free name is given: run-2.mcap; with --force it is replaced
     anything else                   OutputError: a folder, a link, a device, a pipe, a file that heavylift has not made
 
-What a run that was cut off has left, `run.mcap.part` and the orders beside it, stays with --force, too, as long as it can
-be resumed or recovered: OutputError.
+What a run that was cut off has left, `run.mcap.part` and the orders beside it, stays with --force, too, as long as it
+can be resumed or recovered: OutputError.
 """
 
 from __future__ import annotations

@@ -149,8 +149,9 @@ class PartFile:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 if path.suffix == PART and left_by_a_run(path):
                     raise OutputError(
-                        f"{path}: a run that was cut off has left it, and it stays; `heavylift resume {path}` ends that "
-                        "run, `heavylift recover` keeps what there is; then delete it, or choose another name with -o"
+                        f"{path}: a run that was cut off has left it, and it stays; `heavylift resume {path}` ends "
+                        "that run, `heavylift recover` keeps what there is; then delete it, or choose another name "
+                        "with -o"
                     )
                 path.unlink()
             except BlockingIOError:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings import Recorder, Recording, recover
+from heavylift.recordings import Recorder, Recording, compare, recover
 from heavylift.recordings.format.mcapfile import MAGIC
 from heavylift.recordings.read.verdict import complaints
 from mcap.data_stream import ReadDataStream
@@ -100,6 +100,7 @@ def test_cuts_anywhere(several: bytes, tmp_path: Path) -> None:
             assert saved is not None
             assert saved.result == Recording(tmp_path / "run.mcap").result
             assert len(saved.checkpoints) == 1
+            assert compare(tmp_path / "run.mcap", saved.path).equal
 
 
 @pytest.mark.parametrize("turned", [0x01, 0x55, 0x80])

@@ -23,9 +23,10 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
     """A library of a user's that does this when it is imported."""
 
     def write(text: str) -> None:
-        (tmp_path / "oldlib.py").write_text(text)
+        (tmp_path / "site-packages" / "oldlib.py").write_text(text)
 
-    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "site-packages").mkdir()
+    monkeypatch.syspath_prepend(tmp_path / "site-packages")
     yield write
     sys.modules.pop("oldlib", None)
 
