@@ -16,6 +16,7 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import unit_of
 from heavylift.recordings.format.text import table
+from heavylift.recordings.read.contents import contents
 from heavylift.recordings.read.export import matching
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import complaints
@@ -45,7 +46,7 @@ class Difference:
 class Comparison:
     """What two recordings share; `first` tells the first difference in events and samples ("" if there is none), `rows`
     which of them are in one alone, `others` what else differs; `wrong`: in which a recording contradicts itself;
-    `circumstances`: how it was run, which no two runs have in common."""
+    `circumstances`: how it was run, which no two runs have in common; `as_recorded`: why no digest can be computed."""
 
     a: Path
     b: Path
@@ -58,12 +59,15 @@ class Comparison:
     others: list[str] = field(default_factory=list)
     wrong: list[str] = field(default_factory=list)
     circumstances: list[str] = field(default_factory=list)
+    as_recorded: str = ""
 
     def __str__(self) -> str:
         n = len(self.differences)
         told = [f"run in other circumstances: {', '.join(self.circumstances)}"] if self.circumstances else []
         if self.equal:
             said = "same digest, computed again of both, and the same facts and attachments"
+            if self.as_recorded:
+                said = f"same events, rows, facts and attachments; the digest is as recorded ({self.as_recorded})"
             return "\n".join([f"{self.a} and {self.b} are equal: {said}, {n} signals", *told])
         share = _shares(self.differences)
         rows = [
@@ -134,6 +138,7 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> Comparison:
         others=others,
         wrong=wrong,
         circumstances=[*circumstances(A, B)],
+        as_recorded=contents(A).unknown or contents(B).unknown,
     )
 
 
