@@ -27,6 +27,8 @@ from .chunks import LIMIT, RECORD, salvaged
 from .container import HEAD, Container, is_recording
 from .contents import Contents
 
+TORN = "rows of numbers without poses, or poses without numbers"
+
 
 @dataclass
 class Recovered:
@@ -70,7 +72,7 @@ def recover(path: str | Path, out: str | Path | None = None, force: bool = False
             for record in salvaged(stream, path.stat().st_size, copy.found.lost):
                 copy.take(record)
                 if isinstance(record, DataEnd) and record.data_section_crc:
-                    copy.whole = record.data_section_crc == _crc(stream, stream.tell() - RECORD.size - 4)
+                    copy.whole = copy.proved = record.data_section_crc == _crc(stream, stream.tell() - RECORD.size - 4)
             return copy.finish()
         finally:
             copy.abandon()
@@ -98,9 +100,10 @@ class _Copy:
         self._sink: Sink | None = None
         self._contents, self._readable = Contents(), True
         self._library, self._ended, self._described = "", ended, True
-        self._held: dict[str, Message] = {}  # numbers of the last row of each lift
-        self.whole = True
-        """Whether no byte of the data is another one than was written, as far as their checksum is there."""
+        self._held: dict[str, Message] = {}  # numbers of the last row of each lift, and times of those that are copied
+        self._alone: dict[str, int] = {}
+        self.whole, self.proved = True, False
+        """Whether no byte of the data is another one than was written, as far as their checksum is there; it is."""
         self._late = 0  # what was lost before the last facts; behind those of the result nothing stands, as a rule
         self.found = Recovered(out)
 
@@ -151,15 +154,18 @@ class _Copy:
         kind, _, lift = topic[1:].partition("/")
         if kind == "samples" and any(x.topic == f"/poses{topic[len('/samples') :]}" for x in self._channels.values()):
             if lift in self._held:
-                self._lose("rows of numbers without poses, or poses without numbers")
+                self._lose(TORN)
             self._held[lift] = message
             return
         if kind == "poses":
             held = self._held.pop(lift, None)
-            if held is None or held.publish_time != message.publish_time:
-                self._lose("rows of numbers without poses, or poses without numbers")
+            if self._alone.pop(lift, held.publish_time if held else None) != message.publish_time:
+                self._lose(TORN)
                 return
-            self._write(held)
+            if held is not None:
+                self._write(held)
+        if kind == "samples":  # before poses are announced
+            self._alone[lift] = message.publish_time
         self._write(message)
 
     def _lose(self, what: str) -> None:
@@ -211,7 +217,7 @@ class _Copy:
         """Write the result and give the file its name."""
         sink = self._open()
         if self._held:
-            self._lose("rows of numbers without poses, or poses without numbers")
+            self._lose(TORN)
         if not (self.found.messages or self._begun):
             raise RecordingError(f"{self._path}: holds no message that can be read; there is nothing to recover")
         for channel in self._channels.values():  # those without messages, too
@@ -220,7 +226,8 @@ class _Copy:
         stored = self._metadata.get("result", {})
         self._understood(self._contents.end)
         lost, status = self.found.lost, stored.get("status")
-        agrees = self._readable and self._contents.agrees(stored)
+        untold = self._contents.unknown or "digest" not in stored
+        agrees = self._readable and (self._contents.agrees(stored) or (self.proved and bool(stored and untold)))
         if stored and (not self._begun or status == "finished") and _undamaged(self._path):
             raise RecordingError(f"{self._path}: is whole; there is nothing to recover")
         if agrees and self.whole and not lost[: self._late]:
