@@ -220,7 +220,9 @@ class _Copy:
             self._lose(TORN)
         if not (self.found.messages or self._begun):
             raise RecordingError(f"{self._path}: holds no message that can be read; there is nothing to recover")
-        for channel in self._channels.values():  # those without messages, too
+        if self._ended:
+            self._describe()
+        for channel in self._channels.values():  # those without messages, too, which may stand in the summary alone
             if channel.schema_id in self._schemas and channel.topic not in sink.topics:
                 self._number(channel)
         stored = self._metadata.get("result", {})

@@ -53,6 +53,7 @@ def test_what_was_recovered_is_recovered_again(killed: Path, tmp_path: Path) -> 
     again = recover(tmp_path / "again.mcap")
     assert again.lost == []
     assert Recording(again.path).result == Recording(first).result
+    assert Recording(again.path).topics.keys() == Recording(first).topics.keys()
 
 
 def test_a_damaged_chunk_is_passed_over_and_named(recorded: Path, tmp_path: Path) -> None:
