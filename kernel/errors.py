@@ -53,11 +53,14 @@ class HeavyliftError(Exception):
 
 def extra(package: str, missing: HeavyliftError) -> Any:
     """A package that heavylift can do without; the error, if it is not installed, says what needs it and how to get
-    it."""
+    it; one that is installed and cannot be imported is named."""
     try:
         return import_module(package)
-    except ImportError:
-        raise missing from None
+    except Exception as error:
+        if isinstance(error, ModuleNotFoundError) and error.name == package.partition(".")[0]:
+            raise missing from None
+        told = " ".join(str(error).split()) or type(error).__name__
+        raise type(missing)(f"{package} is installed but fails ({told}); install another version of it") from None
 
 
 class SceneError(HeavyliftError):

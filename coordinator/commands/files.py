@@ -14,17 +14,21 @@ from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import RecordingError
 
 if TYPE_CHECKING:
+    from heavylift.recordings import Recording
     from heavylift.recordings.read.verdict import Judged
 
 
 @app.command()
 def info(file: o.File, as_json: o.Json = False) -> None:
     """Say what a recording holds.    heavylift info turnover.mcap"""
+    from heavylift.recordings import Recording, info_data
     from heavylift.recordings import info as describe
-    from heavylift.recordings import info_data
 
-    found = _verdict(file)
-    typer.echo(msgspec.json.encode(info_data(file, found)).decode() if as_json else describe(file, found))
+    rec = Recording(file)
+    found = _verdict(rec)
+    typer.echo(msgspec.json.encode(info_data(rec, found)).decode() if as_json else describe(rec, found))
+    if rec.complaints:
+        raise typer.Exit(1)
 
 
 @app.command()
@@ -75,10 +79,11 @@ def view(
 
     With a second recording, that one is beside it as glass and dashed curves.
     """
+    from heavylift.recordings import Recording
     from heavylift.recordings import view as write
     from heavylift.recordings.write.outputs import beside
 
-    out = write(file, output or beside(file, ".html"), _verdict(file), force, other)
+    out = write(file, output or beside(file, ".html"), _verdict(Recording(file)), force, other)
     typer.echo(f"wrote {out}; open it in a browser")
 
 
@@ -95,16 +100,22 @@ def report(
     from heavylift.recordings import Recording
     from heavylift.recordings import report as write
     from heavylift.recordings.documents import Issue, facts
+    from heavylift.recordings.read.verdict import as_recorded, complaints
     from heavylift.recordings.write.outputs import beside
 
-    found = _verdict(file)
+    rec = Recording(file)
+    found, wrong = _verdict(rec), complaints(rec)
     if as_json:
-        told = msgspec.to_builtins(facts(Recording(file), found), enc_hook=str)
-        typer.echo(msgspec.json.encode({"verdict": found, **told}).decode())
+        told = msgspec.to_builtins(facts(rec, found), enc_hook=str)
+        more = {"wrong": wrong, "as_recorded": as_recorded(rec)}
+        typer.echo(msgspec.json.encode({"verdict": found, **more, **told}).decode())
     if output is not None or not as_json:
-        out = write(file, output or beside(file, "-report.html"), found, force, Issue(revision, author))
+        out = write(rec, output or beside(file, "-report.html"), found, force, Issue(revision, author))
         opened = "" if out.suffix == ".xlsx" else "; open it in a browser"
         typer.echo(f"wrote {out}{opened}", err=as_json)
+    if wrong:
+        typer.echo("\n".join(f"heavylift: {what}" for what in wrong), err=True)
+        raise typer.Exit(1)
 
 
 def _apart(file: Path, given: list[str]) -> tuple[list[Path], list[str]]:
@@ -115,12 +126,11 @@ def _apart(file: Path, given: list[str]) -> tuple[list[Path], list[str]]:
     return others, [x for x in given if not x.endswith(".mcap")]
 
 
-def _verdict(file: Path) -> Judged | None:
+def _verdict(rec: Recording) -> Judged | None:
     """The verdict that a recording has, or made again of what it holds."""
     from heavylift.coordinator.verdict import verdict_of
-    from heavylift.recordings import Recording
 
-    return verdict_of(Recording(file))
+    return verdict_of(rec)
 
 
 @app.command()

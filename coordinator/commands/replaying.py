@@ -44,7 +44,7 @@ def replay(
     something deviates.
     """
     from heavylift.coordinator.replay import RecordedRun, single
-    from heavylift.coordinator.replay import verify as prove
+    from heavylift.coordinator.run.verify import verify as prove
 
     run = RecordedRun(file)
     if verify and live:
@@ -74,9 +74,15 @@ def _tell(run: RecordedRun, found: Outcome, who: str, as_json: bool) -> None:
         typer.echo(f"the recording was made by heavylift {run.recording.version}, this is {__version__}")
     elif found.digest:
         typer.echo(f"reproduced: {found.events} events and all samples, digest {found.digest}")
-    else:
+        typer.echo(f"judged again: {found.judged}" if found.judged else "facts of the result are the same")
+    elif found.same:
         upto = "" if run.complete else f", as far as the recording goes, {run.end}"
         typer.echo(f"{who}: no deviation in {found.events} events{upto}")
+    if not as_json:
+        for what in found.others:
+            typer.echo(f"{who} is not what was recorded: {what}")
+        if found.as_recorded:
+            typer.echo(f"as recorded, not computed again: {', '.join(found.as_recorded)}")
     if not found.same:
         raise typer.Exit(1)
 

@@ -18,8 +18,8 @@ from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.nodes.devs import Event, Message, Slack, Tag
 from heavylift.recordings import SampleLayout
 from heavylift.recordings.format.columns import Columns
+from heavylift.recordings.format.failures import BROKEN
 from heavylift.recordings.format.samples import Note, decode_batch
-from heavylift.recordings.read.container import BROKEN
 from numpy.typing import NDArray
 
 from .kernel_node import KernelNode

@@ -32,16 +32,20 @@ class Deviation(msgspec.Struct, frozen=True):
 
 
 class Outcome(msgspec.Struct, frozen=True):
-    """How far the new run was the recorded one: events that came again, the first deviation, the digest if known."""
+    """How far the new run was the recorded one: events that came again, the first deviation, the digest if known; what
+    else differs; the line of the verdict, judged again; names of facts that are taken as recorded."""
 
     events: int
     deviation: Deviation | None = None
     digest: str = ""
+    others: tuple[str, ...] = ()
+    judged: str = ""
+    as_recorded: tuple[str, ...] = ()
 
     @property
     def same(self) -> bool:
         """Whether nothing deviated."""
-        return self.deviation is None
+        return self.deviation is None and not self.others
 
 
 class Follower:
@@ -85,7 +89,7 @@ def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Devia
     found = [x for x in (decode_batch(batch, announced) for batch in batches) if not x.lift]
     times = np.array([t for batch in found for t in batch.times], np.int64)
     rows = np.concatenate([np.zeros((0, len(columns))), *(columns(batch.rows) for batch in found)])
-    first: Deviation | None = None
+    first = _unrecorded(run, [t for batch in found if not batch.period for t in batch.times])
     for name, place in columns.signals.items():
         if name not in run.recording.signals() or name.startswith(POSE):
             continue
@@ -101,6 +105,14 @@ def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Devia
                 first = _apart(f"/{name}/", signal.names, t, signal.values[i], at)
                 break
     return first
+
+
+def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
+    """The first of these samples, of a run that came to its end of all, that is not in the recording."""
+    recorded = {raw.publish_time for raw in run.recording.messages("/samples")}
+    known = (t for t in now if t not in recorded and (run.complete or t < max(recorded, default=0)))
+    t_ns = min(known, default=None)
+    return None if t_ns is None else Deviation(t_ns, 0, "/samples", None, "a row")
 
 
 def _apart(topic: str, names: list[str], t_ns: int, recorded: Floats, now: Floats) -> Deviation:

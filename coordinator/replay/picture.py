@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from heavylift.nodes.devs import Event
 from heavylift.recordings import Spectator
+from heavylift.recordings.read.verdict import recorded_peaks
 from heavylift.recordings.render.view import sample_rows
 
 from .recorded import RecordedRun
@@ -47,6 +48,6 @@ class Picture:
 
     def end(self) -> None:
         """The replay is over: the peaks of the whole run."""
-        peaks = self._recording.fact("peaks", {})
-        told = [{"name": name, **peak, "rated": self._rated.get(name)} for name, peak in peaks.items()]
+        peaks = recorded_peaks(self._recording)
+        told = [{"name": name, **x._asdict(), "rated": self._rated.get(name)} for name, x in peaks.items()]
         self._page.end("replayed", {}, told, str(self._recording.path))

@@ -1,6 +1,7 @@
 """Runs: of a scene, of any DEVS model, of what a crash has left, otherwise from some time on.
 
 scene               `run`, the run of a scene; models: `run_models`; resume: from a recording that was cut off
+verify              a recorded run once more, compared with its recording in all that a run determines
 branch              a recorded run, otherwise from some time on and equal before
 replications        a model for many seeds, and what its results estimate
 unit                a scene as a unit of FMI that another program steps

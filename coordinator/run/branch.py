@@ -150,7 +150,7 @@ class _Watch(Checked):
 
 
 def _refused(what: Branch, found: Deviation) -> RecordingError:
-    changed = _different(what.begun.scene.plan, what.scene.plan)
+    changed = different(what.begun.scene.plan, what.scene.plan)
     told = f"; in the scene that is {', '.join(changed)}" if changed else ""
     return RecordingError(
         f"{what.path}: the past before {what.at} would have been another, {found}{told}; change only what acts later, "
@@ -192,7 +192,7 @@ def _point(run: RecordedRun, text: str) -> _Point:
 
 
 def _inside(run: RecordedRun, text: str, point: _Point) -> _Point:
-    end = float(run.recording.fact("sim_s", 0.0))
+    end = run.recording.fact("sim_s", 0.0)
     if not 0 < point.tag.t <= ns(end):
         where = "nothing lies before it; run the scene instead" if point.tag.t <= 0 else f"the run ended at {end:.3f} s"
         raise RecordingError(f"{run.path}: --at '{text}': {where}")
@@ -245,7 +245,7 @@ def _past(what: Branch) -> Past:
     )
 
 
-def _different(old: Plan, new: Plan) -> list[str]:
+def different(old: Plan, new: Plan) -> list[str]:
     """Where two plans differ, by path; the first few."""
     found = list(_apart("", old, new))
     return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
@@ -254,7 +254,7 @@ def _different(old: Plan, new: Plan) -> list[str]:
 def _apart(path: str, a: object, b: object) -> Iterator[str]:
     if isinstance(a, msgspec.Struct) and type(a) is type(b):
         for key in a.__struct_fields__:
-            if key not in ("where", "text"):
+            if not key.endswith("where") and key != "text":
                 yield from _apart(f"{path}.{key}" if path else key, getattr(a, key), getattr(b, key))
     elif isinstance(a, list | tuple) and isinstance(b, list | tuple) and len(a) == len(b):
         for i, (x, y) in enumerate(zip(a, b, strict=True)):

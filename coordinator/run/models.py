@@ -122,7 +122,7 @@ def run_models(
     with (
         allowed([reference]),  # in the processes, too: the caller names it, not a recording
         Desk(lambda: Path(model.name), tempo) as desk,  # no model takes commands
-        _tape(reference, model, output, lines, placement, microsteps, stop, force) as tape,
+        _tape(reference, model, output, lines, placement, microsteps, stop, until, force) as tape,
         joined(placement, in_process, None if in_process else Processes(_preload(reference)), door, deadline) as hub,
         shown(hub, model.name, tape.recording) as audience,
     ):
@@ -200,6 +200,7 @@ def _tape(
     placement: Placement,
     microsteps: int,
     stop: str,
+    until: int,
     force: bool,
 ) -> _Lines:
     tape: _Lines
@@ -208,7 +209,7 @@ def _tape(
     else:
         placed = {process: list(nodes) for process, nodes in placement.processes.items()}
         facts = {"model": reference, "nodes": list(model.children), "placement": placed, "microsteps": microsteps}
-        facts |= {"stop": stop} if stop else {}
+        facts |= ({"stop": stop} if stop else {}) | ({"until": until} if until < NEVER else {})
         tape = file = _FileLines(file_path(output), facts, {}, force)
         for name, child in model.children.items():
             for port in child.ports.values():

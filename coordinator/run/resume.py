@@ -10,7 +10,7 @@ it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,15 +22,15 @@ from heavylift.coordinator.record.scene import MERGED, RESOLVED, Result
 from heavylift.coordinator.replay.deviation import Deviation, Follower
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.supervision.processes import Processes
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import HeavyliftError, RecordingError
 from heavylift.kernel.trust import demand
 from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import FOREVER, Event, Tag
 from heavylift.nodes.models import build
-from heavylift.nodes.plan.plan import decode, functions
-from heavylift.nodes.scene import LoadedScene, restored
+from heavylift.nodes.plan.plan import Plan, decode, functions
+from heavylift.nodes.scene import LoadedScene, parse, restored
 from heavylift.recordings import file_path, recover
-from heavylift.recordings.read.container import BROKEN
+from heavylift.recordings.format.failures import BROKEN
 from heavylift.recordings.write.outputs import PART, beside
 
 from .scene import run
@@ -74,7 +74,7 @@ class Beginning:
         try:
             plan = decode(files[RESOLVED])
             demand(functions(plan), f"{part}")
-            scene = restored(plan, files[name].decode(), files.get(MERGED, b"").decode(), name)
+            scene, _ = rebuilt(plan, files[name].decode(), files.get(MERGED, b"").decode(), name)
             configured(plan, build(plan))  # a plan may be readable and yet make no sense
         except BROKEN as error:
             made = left.recording.version
@@ -84,6 +84,17 @@ class Beginning:
         said = {Given(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
         commands = said.union(journaled(part.with_name(part.name.removesuffix(PART))))
         return cls(scene, left.events, sorted(commands), left.recording.version)
+
+
+def rebuilt(plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
+    """The scene of a plan that was simulated before, with what is promised of it; and the plan that its text gives now,
+    or why it gives none: files beside the scene may be gone."""
+    scene = restored(plan, text, merged, name)
+    try:
+        told = parse(merged or text, name, followed=False)
+    except HeavyliftError as error:
+        return scene, error
+    return replace(told, plan=plan, text=text, merged=merged, path=Path(name)), told.plan
 
 
 class Checked(Watch):

@@ -69,7 +69,7 @@ def recorded(plan: Plan, rec: Recording) -> Shown:
     t = one.t if one else np.zeros(0)
     peaks = rec.fact("peaks", {})
     return Shown(
-        spans(plan, stages, float(rec.fact("sim_s"))),
+        spans(plan, stages, rec.fact("sim_s", 0.0)),
         t,
         ropes,
         tension.values[:, [names.index(rope) for rope in ropes]] if tension else np.zeros((len(t), 0)),

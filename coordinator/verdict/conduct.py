@@ -16,6 +16,7 @@ from heavylift.nodes.plan.actions import Action, Condition, Landed, Move, Turn
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan, driven
 from heavylift.recordings import Recording
+from heavylift.recordings.read.verdict import recorded_peaks
 
 UPPER = "upper limit"
 FINISHED = "finished"
@@ -77,9 +78,9 @@ def conduct_of(rec: Recording) -> Conduct:
         if e.type in HEARD and isinstance(e.value, dict):
             found.hear(e.t_ns, e.type, e.value)
         found.end = max(found.end, e.t_ns * 1e-9)
-    found.end = float(rec.fact("sim_s", found.end))
+    found.end = rec.fact("sim_s", found.end)
     found.unfinished = str(rec.result.get("unfinished", ""))
-    found.peaks = {name: (peak["tension"], peak["time"]) for name, peak in rec.fact("peaks", {}).items()}
+    found.peaks = {name: (peak.tension, peak.time) for name, peak in recorded_peaks(rec).items()}
     return found
 
 

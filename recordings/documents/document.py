@@ -19,7 +19,7 @@ from heavylift.recordings.format.html import bullets, document, table
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import GENERATOR, duration
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import Judged, recorded_verdict
+from heavylift.recordings.read.verdict import AGAIN, Judged, as_recorded, complaints, opened, recorded_verdict
 from heavylift.recordings.render.plot import plot
 from heavylift.recordings.render.storyboard import storyboard
 from heavylift.recordings.write.outputs import output_path
@@ -46,14 +46,18 @@ FIRST = Issue()
 
 
 def report(
-    path: str | Path, out: str | Path, verdict: Judged | None = None, force: bool = False, issue: Issue = FIRST
+    path: str | Path | Recording,
+    out: str | Path,
+    verdict: Judged | None = None,
+    force: bool = False,
+    issue: Issue = FIRST,
 ) -> Path:
     """Write the document of a recording to a .html, .pdf or .xlsx file; RecordingError if one of them cannot be used.
 
     `verdict`: of who knows the scene, where the recording has none of its own (`heavylift report` gives it).
     """
     out = output_path(out, "a report", FORMATS)
-    rec = Recording(path)
+    rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     found = facts(rec, verdict)
     title = f"Lift report: {rec.run.get('scene', rec.path.stem)}"
@@ -95,8 +99,9 @@ def _section(part: Table) -> str:
 
 
 def _origin(rec: Recording) -> str:
-    facts_ = [f"{duration(float(rec.fact('sim_s', 0.0)))} simulated", *settings(rec.run).values()]
+    facts_ = [f"{duration(rec.fact('sim_s', 0.0))} simulated", *settings(rec.run).values()]
     facts_ += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
+    facts_ += [f"{' and '.join(told)} as recorded; {AGAIN}"] if (told := as_recorded(rec)) else []
     versions = [rec.library, f"python {rec.run.get('python', 'unknown')}", rec.run.get("platform", "")]
     return "; ".join([*facts_, *filter(None, versions), f"from {rec.path.name}"])
 
@@ -109,7 +114,8 @@ def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> tuple[str,
     told = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
     bad = status != "finished"
     if verdict is not None:
-        told, bad = f"Verdict: {verdict.line}. {told}", bad or verdict.red
+        recorded = ", as recorded" if "verdict" in rec.result else ""
+        told, bad = f"Verdict{recorded}: {verdict.line}. {told}", bad or verdict.red
     else:
         n = len(found.warnings)
         told += f" {n} warning{'s' if n > 1 else ''}, listed below." if n else " It has no verdict."
@@ -117,7 +123,8 @@ def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> tuple[str,
         bad = bad or bool(n or found.notes)
     if most and most.rated:
         told += f" The rope used most is {most.name}: {100 * most.peak / most.rated:.0f} % of its rated tension."
-    return told, bad
+    wrong = complaints(rec)
+    return " ".join([*(f"Wrong: {what}." for what in wrong), told]), bad or bool(wrong)
 
 
 def _picture(rec: Recording, draw: Callable[[Recording, Path], Path], name: str) -> list[str]:

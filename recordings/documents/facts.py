@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import REEVING, reeved
-from heavylift.recordings.read.container import guarded
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
-from heavylift.recordings.read.verdict import Judged, recorded_verdict
+from heavylift.recordings.read.verdict import Judged, recorded_peaks, recorded_verdict
 from numpy.typing import NDArray
 
 from .loads import Borne, Loads, SlingUse, loads_of
@@ -103,9 +103,9 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
     hooks = {c["name"]: _hooks(plan, c["name"], tension.names) for c in plan.get("cranes", [])}
     loads = {crane: tension.values[:, columns].sum(axis=1) for crane, columns in hooks.items() if columns}
     ropes = []
-    for name, peak in rec.fact("peaks", {}).items():
-        stage = next((s for s, a, b in spans if a <= peak["time"] <= b), "")
-        ropes.append(RopeUse(name, peak["tension"], peak["time"], stage, rated.get(name)))
+    for name, peak in recorded_peaks(rec).items():
+        stage = next((s for s, a, b in spans if a <= peak.time <= b), "")
+        ropes.append(RopeUse(name, peak.tension, peak.time, stage, rated.get(name)))
     gravity = float(plan.get("gravity", 9.80665))
     cranes = [
         _largest(crane["name"], tension.t, loads[crane["name"]], gravity, crane["hooks"], crane["capacity"])

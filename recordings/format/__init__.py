@@ -5,6 +5,7 @@ schema, template       protobuf and JSON schemas; a message in which only number
 samples, columns       which columns of a kernel sample belong to which topic; how they stand in the file, rounded
 viewer_messages        what viewers draw, in the foxglove schemas
 spool                  a temporary file of rows, read again in blocks
+failures               what goes wrong where a file is read: bytes, libraries, the system
 digest                 what two equal runs share to the last byte
 settings               what a run says of itself in one or two lines
 text, html             tables and time spans for people, what others wrote as it may be printed; pages of HTML

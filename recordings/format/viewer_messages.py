@@ -96,9 +96,9 @@ def boxes_of(data: bytes) -> list[Box]:
     return out
 
 
-def log_message(t_ns: int, level: str, name: str, message: str) -> bytes:
-    """A foxglove.Log; level is one of debug, info, warning, error, fatal."""
-    log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message)
+def log_message(t_ns: int, level: str, name: str, message: str, number: int = 0) -> bytes:
+    """A foxglove.Log; level is one of debug, info, warning, error, fatal; `number`, in the field `line`: of a note."""
+    log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message, line=number)
     return bytes(log.SerializeToString())
 
 

@@ -5,7 +5,8 @@ container, chunks safe access to a file of unknown origin; its chunks as message
 decoding          messages of several topics made numbers in one pass; rows of one lift alone
 signal, part      a signal over time; all that is recorded of a part of the scene
 notebook          how a signal looks in a notebook
-verdict           the verdict of a run
+contents          digest and peaks, computed again from all messages
+verdict           the verdict of a run; where a recording contradicts itself
 info, export      a recording as text; as a table for other programs
 said              what the ports of a DEVS run said, which has no samples
 recover           what a cut-off or damaged file still holds

@@ -1,22 +1,40 @@
-"""Chunks of an MCAP file of unknown origin: unpacked within limits, cut into records and messages, or into tables."""
+"""Chunks of an MCAP file of unknown origin: unpacked within limits, cut into records and messages, or into tables; and
+its records one after the other, without any index, where some are damaged.
+"""
 
 from __future__ import annotations
 
+import re
 import struct
 import zlib
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from io import BytesIO
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 import zstandard
+from heavylift.recordings.format.failures import BROKEN
+from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Chunk
+from mcap.records import Attachment, Channel, Chunk, DataEnd, Header, Message, Metadata, Schema
 from numpy.typing import NDArray
 
 LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
 INNER = frozenset(map(int, (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)))  # what may stand in a chunk
 RECORD = struct.Struct("<BQ")
 MESSAGE = struct.Struct("<HIQQ")
+RATIO = 100  # most that a whole file may grow when it is unpacked; what runs record grows four times
+CHUNK = struct.Struct("<QQQ")  # how one begins: times of its first and last message [ns], size of what is packed
+NEXT = re.compile(rb"(?=[\x03-\x0f][\0-\xff]{4}\0{4})")  # how a record begins: opcode and a length below 4 GB
+KNOWN = range(int(Opcode.HEADER), int(Opcode.DATA_END) + 1)
+LONGEST_s = 1e8  # a chunk that tells of later times is damaged there, too
+READERS: dict[int, Callable[[ReadDataStream], object]] = {
+    Opcode.HEADER: Header.read,
+    Opcode.METADATA: Metadata.read,
+    Opcode.SCHEMA: Schema.read,
+    Opcode.CHANNEL: Channel.read,
+    Opcode.DATA_END: DataEnd.read,
+}
 
 
 class Raw(NamedTuple):
@@ -66,6 +84,19 @@ def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
         yield opcode, begin, place
 
 
+def attached(body: bytes) -> Attachment:
+    """An attachment from the body of its record; ValueError if its checksum is wrong."""
+    if body[-4:] not in (bytes(4), struct.pack("<I", zlib.crc32(body[:-4]))):
+        raise ValueError("an attachment's checksum is wrong")
+    found: Attachment = Attachment.read(ReadDataStream(BytesIO(body)))
+    return found
+
+
+def numbers_of(data: bytes) -> Iterator[int]:
+    """The channel of each message in an unpacked chunk."""
+    return (data[begin] | data[begin + 1] << 8 for opcode, begin, _ in records(data) if opcode == Opcode.MESSAGE)
+
+
 def messages_of(data: bytes, channels: set[int]) -> Iterator[Raw]:
     """The messages of these channels in an unpacked chunk."""
     for opcode, begin, end in records(data):
@@ -104,3 +135,81 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[Table]:
                 times = np.ascontiguousarray(stamp).view("<u8").ravel().astype(np.int64)
                 yield Table(channel, times, rows[:count, begin + MESSAGE.size : end])
         place += count * step
+
+
+def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False) -> Iterator[object]:
+    """The known records of the data section in order, those in chunks as well, from where the stream stands, and
+    `beyond` it; `lost` hears what is unreadable."""
+    room = LIMIT + RATIO * size
+    while (place := stream.tell()) < size:
+        head = stream.read(RECORD.size)
+        opcode, length = RECORD.unpack(head) if len(head) == RECORD.size else (0, 0)
+        if opcode not in KNOWN or length > min(LIMIT, size - stream.tell()):
+            span = _span(head[0], stream.read(CHUNK.size))
+            if (after := _next(stream, place + 1, size)) is None:
+                lost.append(f"what stood after byte {place}, where the file is cut off or damaged{span}")
+                return
+            lost.append(f"{after - place} bytes at byte {place} (no record begins there){span}")
+            stream.seek(after)
+            continue
+        body = stream.read(length)
+        unpacks = CHUNK.unpack_from(body)[2] if opcode == Opcode.CHUNK and length >= CHUNK.size else 0
+        if unpacks > room:
+            lost.append(f"{length} bytes at byte {place}, which would unpack to more than any run records")
+            continue
+        room -= unpacks
+        after = place + RECORD.size + length
+        if opcode != Opcode.DATA_END and not _begins(stream, after, size):  # its length may be damaged, and lead astray
+            stream.seek(_next(stream, place + 1, size) or after)
+        try:
+            yield from list(_parsed(opcode, head + body))
+        except BROKEN as error:
+            lost.append(
+                f"{stream.tell() - place - RECORD.size} bytes at byte {place} ({error or type(error).__name__})"
+                f"{_span(opcode, body)}"
+            )
+        if opcode == Opcode.DATA_END and not beyond:
+            return
+
+
+def _begins(stream: BinaryIO, place: int, size: int, chain: int = 1) -> bool:
+    """Whether so many records can follow one another from this place on, or up to the end; the stream is then at it."""
+    at, opcode, sound = place, 0, True
+    while sound and chain and at != size and opcode != Opcode.DATA_END:
+        stream.seek(at)
+        head = stream.read(RECORD.size)
+        opcode, length = RECORD.unpack(head) if len(head) == RECORD.size else (0, 0)
+        at, chain = at + RECORD.size + length, chain - 1
+        sound = opcode in KNOWN and length <= LIMIT and at <= size
+    stream.seek(place)
+    return sound
+
+
+def _next(stream: BinaryIO, place: int, size: int) -> int | None:
+    """Where the next record begins behind which there are others."""
+    stream.seek(place)
+    rest = stream.read(2 * LIMIT)
+    return next((place + x.start() for x in NEXT.finditer(rest) if _begins(stream, place + x.start(), size, 3)), None)
+
+
+def _span(opcode: int, body: bytes) -> str:
+    """How much of the run a damaged chunk held, as far as its first bytes tell."""
+    if opcode != Opcode.CHUNK or len(body) < CHUNK.size:
+        return ""
+    first, last, _ = (x * 1e-9 for x in CHUNK.unpack_from(body))
+    return f": {last - first:.3f} s of the run, {first:.3f} to {last:.3f} s" if first <= last < LONGEST_s else ""
+
+
+def _parsed(opcode: int, record: bytes) -> Iterator[object]:
+    """A record, or those of a chunk; raises one of BROKEN if it is damaged."""
+    stream = ReadDataStream(BytesIO(record[RECORD.size :]))
+    if opcode in READERS:
+        yield READERS[opcode](stream)
+    elif opcode == Opcode.ATTACHMENT:
+        yield attached(record[RECORD.size :])
+    elif opcode == Opcode.MESSAGE:
+        yield Message.read(stream, len(record) - RECORD.size)
+    elif opcode == Opcode.CHUNK:
+        data = unpacked(Chunk.read(stream))
+        for inner, begin, end in records(data):
+            yield from _parsed(inner, data[begin - RECORD.size : end])

@@ -2,68 +2,57 @@
 
 The summary at the end is read first and its CRC checked, then only the chunks that hold the wanted
 channels; a damaged, cut-off, foreign or hostile file ends in one sentence (RecordingError), never in a
-traceback or without memory.
+traceback or without memory.  Before a sentence says that a file is damaged, `damage` has looked at all of its bytes, as
+it does for `recover`: what one calls damaged the other does not call whole.
 """
 
 from __future__ import annotations
 
 import struct
+import weakref
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from functools import wraps
+from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
-from typing import Concatenate, NamedTuple, ParamSpec, Protocol, TypeVar
+from typing import NamedTuple
 
-import msgspec
 import numpy as np
-import zstandard
-from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.failures import BROKEN, failing, refused
 from heavylift.recordings.format.mcapfile import MAGIC
-from heavylift.recordings.write.outputs import file_path, unnamable
+from heavylift.recordings.format.text import GENERATOR, printable
+from heavylift.recordings.write.outputs import HEADER, file_path, unnamable
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
-from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
+from mcap.records import Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 from numpy.typing import NDArray
 
-from .chunks import LIMIT, RECORD, Raw, Table, messages_of, tables_of, unpacked
+from .chunks import LIMIT, RATIO, RECORD, Raw, Table, attached, messages_of, numbers_of, tables_of, unpacked
 
 FOOTER = struct.Struct("<BQQQI")
-RATIO = 100  # most that a whole file may grow when it is unpacked; what runs record grows four times
-P = ParamSpec("P")
-R = TypeVar("R")
-S = TypeVar("S", bound="Read")
+HEAD = HEADER + len(GENERATOR)  # bytes from which it is known who has made a file
 INDEX, ENTRY = struct.Struct("<BQHI"), 16  # of the messages of a channel in a chunk; bytes for each of them
-BROKEN = (
-    McapError,
-    struct.error,
-    zstandard.ZstdError,
-    msgspec.MsgspecError,
-    DecodeError,
-    OSError,
-    EOFError,
-    ArithmeticError,
-    ValueError,
-    LookupError,
-    AttributeError,
-    TypeError,
-    MemoryError,
-    RecursionError,
-)
+SAID = 300  # characters of what a library says of an error
 
 
 class Topic(NamedTuple):
-    """A channel of the file: topic, schema name, message encoding, its metadata, number of messages."""
+    """A channel of the file: topic, schema name, message encoding, its metadata, number of messages, the schema."""
 
     name: str
     schema: str
     encoding: str
     metadata: dict[str, str]
     messages: int
+    form: bytes = b""
+
+
+def is_recording(head: bytes) -> bool:
+    """Whether these first bytes are those of an MCAP file, or of one of heavylift whose very first are damaged."""
+    return head.startswith(MAGIC) or head[HEADER:].startswith(GENERATOR.encode())
 
 
 class Container:
@@ -71,8 +60,10 @@ class Container:
 
     def __init__(self, path: str | Path) -> None:
         self.path = file_path(path)
+        self._opened = False
         with self.reading():
             self._open()
+        self._opened = True
 
     @contextmanager
     def reading(self) -> Iterator[None]:
@@ -81,8 +72,22 @@ class Container:
             yield
         except RecordingError:
             raise
-        except BROKEN as error:
-            raise self.error(f"is damaged ({error or type(error).__name__}); run the scene again") from None
+        except (*BROKEN, ImportError) as error:
+            raise self._sentence(error) from None
+
+    def _sentence(self, error: Exception) -> RecordingError:
+        told = printable(str(error), SAID) or type(error).__name__
+        if why := refused(error):
+            return self.error(f"cannot be read: {why}")
+        if library := failing(error):
+            return self.error(f"cannot be used, for the library {library} fails ({told}); another version may not")
+        if why := self.damage() if self._opened else told:
+            told = told if why == told else f"{told}; {why}"
+            return self.error(f"is damaged ({told}); `heavylift recover {self.path}` saves what can be read")
+        return self.error(
+            f"holds what no run records ({told}), though no byte is damaged: another program has changed it; "
+            "run the scene again"
+        )
 
     def error(self, what: str) -> RecordingError:
         """A sentence about this file."""
@@ -99,6 +104,7 @@ class Container:
         part = path.with_name(path.name + ".part")
         try:
             self._stream = path.open("rb")
+            weakref.finalize(self, self._stream.close)  # which Python would warn of
         except FileNotFoundError:
             if part.exists():
                 raise self.error(
@@ -111,12 +117,15 @@ class Container:
         self.size = path.stat().st_size
         if self.size == 0:
             raise self.error("is empty; run the scene again")
-        if self._stream.read(len(MAGIC)) != MAGIC:
+        if not is_recording(head := self._stream.read(HEAD)):
             raise self.error("is not a recording (not an MCAP file); give a file made by `heavylift run`")
+        if not head.startswith(MAGIC):
+            raise ValueError("its first bytes are wrong")
         self._stream.seek(max(0, self.size - len(MAGIC)))
         if self.size < 2 * len(MAGIC) + FOOTER.size or self._stream.read() != MAGIC:
             raise self.error(
-                "is cut off: its end is missing, as in the .part file of a run that was killed; `heavylift recover` it"
+                "is cut off: its end is missing, as in the .part file of a run that was killed; "
+                f"`heavylift recover {path}` saves what there is"
             )
         self._check_summary()
         self._stream.seek(0)
@@ -124,7 +133,7 @@ class Container:
         self.library = reader.get_header().library
         summary = reader.get_summary()
         if summary is None or summary.statistics is None:
-            raise self.error("has no summary; it was not made by `heavylift run`")
+            raise ValueError("it has no summary")
         lengths = [x.length for x in summary.attachment_indexes] + [x.length for x in summary.metadata_indexes]
         if sum(lengths) + sum(x.chunk_length for x in summary.chunk_indexes) > self.size:
             raise ValueError("its indexes point to more than there is")
@@ -145,7 +154,52 @@ class Container:
         if crc and start and zlib.crc32(self._stream.read(end - start) + footer[:-4]) != crc:
             raise ValueError("the summary's checksum is wrong")
 
-    def _at(self, offset: int, length: int, opcode: Opcode) -> ReadDataStream:
+    def damage(self) -> str:
+        """Which of its bytes are not what was written, as far as checksums and indexes tell; "" if none are."""
+        try:
+            self._check_data()
+            found: Counter[int] = Counter()
+            for index in self.summary.chunk_indexes:
+                counts = Counter(numbers_of(self._unpack(index)))
+                offsets = index.message_index_offsets
+                if offsets and counts != {c: n for c, x in offsets.items() if (n := self._count(x, c))}:
+                    raise ValueError("an index of messages is wrong")
+                found += counts
+            if found != Counter({c: n for c, n in self._counts.items() if n}):
+                raise ValueError("its summary counts other messages than there are")
+            for at in self.summary.metadata_indexes:
+                Metadata.read(ReadDataStream(BytesIO(self._at(at.offset, at.length, Opcode.METADATA))))
+            for it in self.summary.attachment_indexes:
+                attached(self._at(it.offset, it.length, Opcode.ATTACHMENT))
+            return ""
+        except BROKEN as error:
+            return str(error) or type(error).__name__
+
+    def _check_data(self) -> None:
+        """ValueError if the records of the data section are not those of the summary, or their checksum is wrong."""
+        indexed = {
+            Opcode.CHUNK: {x.chunk_start_offset for x in self.summary.chunk_indexes},
+            Opcode.METADATA: {x.offset for x in self.summary.metadata_indexes},
+            Opcode.ATTACHMENT: {x.offset for x in self.summary.attachment_indexes},
+        }
+        found: dict[int, set[int]] = {opcode: set() for opcode in indexed}
+        place, crc = len(MAGIC), zlib.crc32(MAGIC)
+        while True:
+            self._stream.seek(place)
+            head = self._stream.read(RECORD.size)
+            opcode, length = RECORD.unpack(head)
+            if opcode == Opcode.DATA_END or length > LIMIT:
+                break
+            found.get(opcode, set()).add(place)
+            crc = zlib.crc32(self._stream.read(length), zlib.crc32(head, crc))
+            place += RECORD.size + length
+        told = self._stream.read(4)
+        if length != len(told) or told not in (bytes(4), struct.pack("<I", crc)):
+            raise ValueError("the checksum of its data is wrong")
+        if found != indexed:
+            raise ValueError("its summary does not tell of all records")
+
+    def _at(self, offset: int, length: int, opcode: Opcode) -> bytes:
         """The body of the record of this kind at this place."""
         if not 9 <= length <= LIMIT or not 0 <= offset <= self.size - length:
             raise ValueError(f"a {opcode.name.lower()} of {length} bytes is beyond the limit or the end")
@@ -153,7 +207,7 @@ class Container:
         found, body = RECORD.unpack(self._stream.read(RECORD.size))
         if found != opcode or body != length - RECORD.size:
             raise ValueError(f"no {opcode.name.lower()} stands where the index says")
-        return ReadDataStream(self._stream)
+        return self._stream.read(body)
 
     def topics(self) -> dict[str, Topic]:
         """All channels by topic."""
@@ -165,6 +219,7 @@ class Container:
                     x.message_encoding,
                     dict(x.metadata),
                     self._counts.get(x.id, 0),
+                    self.summary.schemas[x.schema_id].data,
                 )
                 for x in self.summary.channels.values()
             }
@@ -173,7 +228,7 @@ class Container:
         """All metadata records by name."""
         with self.reading():
             found = (
-                Metadata.read(self._at(index.offset, index.length, Opcode.METADATA))
+                Metadata.read(ReadDataStream(BytesIO(self._at(index.offset, index.length, Opcode.METADATA))))
                 for index in self.summary.metadata_indexes
             )
             return {record.name: dict(record.metadata) for record in found}
@@ -182,7 +237,7 @@ class Container:
         """The attached files by name, all or those of the names that are wanted."""
         with self.reading():
             found = (
-                Attachment.read(self._at(index.offset, index.length, Opcode.ATTACHMENT))
+                attached(self._at(index.offset, index.length, Opcode.ATTACHMENT))
                 for index in self.summary.attachment_indexes
                 if wanted(index.name)
             )
@@ -227,7 +282,9 @@ class Container:
         return int(size // ENTRY)
 
     def _unpack(self, index: ChunkIndex) -> bytes:
-        chunk = Chunk.read(self._at(index.chunk_start_offset, index.chunk_length, Opcode.CHUNK))
+        chunk = Chunk.read(
+            ReadDataStream(BytesIO(self._at(index.chunk_start_offset, index.chunk_length, Opcode.CHUNK)))
+        )
         data = unpacked(chunk)
         if len(data) != index.uncompressed_size:
             raise ValueError("a chunk has another size than its index says")
@@ -238,20 +295,3 @@ def _between(numbers: NDArray[np.int64], first: int, count: int) -> NDArray[np.i
     """Those of rising numbers that are among so many from `first` on, counted from there."""
     found: NDArray[np.int64] = numbers[slice(*np.searchsorted(numbers, (first, first + count)))] - first
     return found
-
-
-class Read(Protocol):
-    """What is read of such a file."""
-
-    def reading(self) -> AbstractContextManager[None]: ...
-
-
-def guarded(tell: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
-    """Makes of a function of a recording one that ends in a sentence where facts in the file are not what they are."""
-
-    @wraps(tell)
-    def told(rec: S, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        with rec.reading():
-            return tell(rec, *args, **kwargs)
-
-    return told

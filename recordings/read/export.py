@@ -45,7 +45,7 @@ def export(path: str | Path, out: str | Path, patterns: Sequence[str] = (), forc
     heads = ["time [s]", *(f"{signal.name}/{titles(signal)[0]}" for signal in signals)]
     tables = ([np.array(times) / 1e9, *(values[i][:, k] for i, k in places)] for times, values in rec.blocks(names))
     write = _csv if out.suffix.lower() == ".csv" else _parquet
-    with PartFile(out, "a table", (".csv", ".parquet"), force) as file, file.writing(), rec.reading():
+    with rec.reading(), PartFile(out, "a table", (".csv", ".parquet"), force) as file, file.writing():
         write(file.stream, heads, tables)
     return file.path
 

@@ -11,13 +11,14 @@ from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration, table
 
+from .contents import contents
 from .reader import Recording
-from .verdict import Judged, recorded_verdict
+from .verdict import AGAIN, Judged, as_recorded, complaints, opened, recorded_peaks, recorded_verdict
 
 
-def info(path: str | Path, verdict: Judged | None = None) -> str:
+def info(path: str | Path | Recording, verdict: Judged | None = None) -> str:
     """The recording at `path` described in lines of text; `verdict`: where the recording has none of its own."""
-    rec = Recording(path)
+    rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
         parts = [
@@ -34,9 +35,10 @@ def info(path: str | Path, verdict: Judged | None = None) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def info_data(path: str | Path, verdict: Judged | None = None) -> dict[str, Any]:
-    """The same as plain data: facts of run and result, verdict, file, signals, channels, attachments; SI units."""
-    rec = Recording(path)
+def info_data(path: str | Path | Recording, verdict: Judged | None = None) -> dict[str, Any]:
+    """The same as plain data: facts of run and result, verdict, file, signals, channels, attachments; SI units.
+    `wrong`: in which it contradicts itself; `as_recorded`: what is not computed again."""
+    rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
         return {
@@ -47,6 +49,8 @@ def info_data(path: str | Path, verdict: Judged | None = None) -> dict[str, Any]
             "result": {name: rec.fact(name) for name in rec.result if name != "verdict"},
             "settings": settings(rec.run),
             "verdict": msgspec.to_builtins(verdict),
+            "wrong": complaints(rec),
+            "as_recorded": as_recorded(rec),
             "signals": [{"name": s, "unit": rec.unit(s), "columns": rec.columns(s)} for s in rec.signals()],
             "notes": [{"t": t, "sentence": sentence} for t, sentence in rec.notes()],
             "stages": [{"t": t, "name": name} for t, name in rec.stages()],
@@ -69,12 +73,16 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
         shown = (p if nodes == [p] else f"{p}: {', '.join(nodes)}" for p, nodes in placement.items())
         lines.append(("processes", "; ".join(shown)))
     if rec.result:
-        sim, wall = float(rec.fact("sim_s", 0.0)), float(rec.fact("wall_s", 0.0))
+        sim, wall = rec.fact("sim_s", 0.0), rec.fact("wall_s", 0.0)
         factor = f", {sim / wall:.3g} x real time" if wall > 0 else ""
         lines.append(("time", f"{duration(sim)} simulated in {duration(wall)}{factor}"))
-        lines.append(("digest", rec.result.get("digest", "none")))
+        again = ", computed again" if "digest" in rec.result and not (complaints(rec) or contents(rec).unknown) else ""
+        lines.append(("digest", f"{rec.result.get('digest', 'none')}{again}"))
+    lines += [("wrong", what) for what in complaints(rec)]
+    lines += [("recorded", f"{' and '.join(known)}; {AGAIN}")] if (known := as_recorded(rec)) else []
     if verdict is not None:
-        lines.append(("verdict", verdict.line))
+        recorded = " (as recorded)" if "verdict" in rec.result else ""
+        lines.append(("verdict", f"{verdict.line}{recorded}"))
     else:
         lines += [("note", sentence) for _, sentence in rec.notes()]
     if branch := rec.fact("branch"):
@@ -101,13 +109,12 @@ def _clearances(verdict: Judged | None) -> str:
 
 
 def _peaks(rec: Recording) -> str:
-    peaks = rec.fact("peaks", {})
     rated = rec.fact("rated", {})
     rows = []
-    for name, peak in peaks.items():
+    for name, peak in recorded_peaks(rec).items():
         limit = rated.get(name)
-        use = [f"{limit / 1e3:.0f} kN", f"{100 * peak['tension'] / limit:.0f} %"] if limit else ["", ""]
-        rows.append([name, f"{peak['tension'] / 1e3:.1f} kN", duration(peak["time"]), *use])
+        use = [f"{limit / 1e3:.0f} kN", f"{100 * peak.tension / limit:.0f} %"] if limit else ["", ""]
+        rows.append([name, f"{peak.tension / 1e3:.1f} kN", duration(peak.time), *use])
     return table(["rope", "peak", "at", "rated", "use"], rows)
 
 

@@ -12,8 +12,9 @@ come with the rows of that lift alone.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import cached_property
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -22,23 +23,24 @@ import numpy as np
 import zstandard
 from heavylift.kernel.errors import SignalError
 from heavylift.kernel.version import __version__, again, install
-from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
+from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
-from heavylift.recordings.format.text import meant, printable
-from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
+from heavylift.recordings.format.text import GENERATOR, meant, printable
+from heavylift.recordings.format.viewer_messages import Box, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import CHECKPOINT, FORMAT, OLDEST
 from numpy.typing import NDArray
 
 from .chunks import LIMIT, Raw
 from .container import Container
+from .contents import Contents, sampler_note
 from .decoding import Form, Rows, decoded, with_own_rows
 from .notebook import drawing, recording_html
 from .part import Part, chosen
 from .signal import Signal, only
 
-NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 SHOWN = 60  # characters of a version that a file names
 Floats = NDArray[np.float64]
+NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 
 
 class Recording:
@@ -46,14 +48,16 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
-        self.path = self._file.path
-        self.size = self._file.size  # [bytes]
-        self.library = self._file.library
+        self.path, self.damage = self._file.path, self._file.damage
+        self.size, self.library = self._file.size, self._file.library  # [bytes], who has made it
         self._signals: dict[str, Signal] = {}  # what was loaded so far
+        self.contents: Contents | None = None  # once somebody has looked
+        self.complaints: list[str] | None = None
         metadata = self._file.metadata()
-        if "run" not in metadata:
+        if "run" not in metadata and not self.library.startswith(GENERATOR):
             raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
-        self.run = metadata["run"]
+        with self.reading():
+            self.run = metadata["run"]
         self._check_format()
         self.result = metadata.get("result", {})
         self.attachments = self._file.attachments(lambda name: not name.startswith(CHECKPOINT))
@@ -64,6 +68,9 @@ class Recording:
         """RecordingError if another version of heavylift made the file, by other rules."""
         found = self.run.get("format", "1")
         if found not in map(str, range(OLDEST, FORMAT + 1)):
+            with self.reading():
+                if why := self._file.damage():
+                    raise ValueError(why)
             newer = found.isdecimal() and len(found) < 10 and int(found) > FORMAT
             to = f"{install(self.version)}, or a later one" if newer else again(self.version)
             raise self._file.error(
@@ -76,15 +83,18 @@ class Recording:
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """A fact of `result` or else of `run`, read as JSON where it is JSON, else as text."""
-        text = self.result.get(name, self.run.get(name))
-        if text is None:
-            return default
+        """A fact of `result` or else of `run`, read as JSON where it is JSON, else as text; RecordingError if it is of
+        another kind than the default, or a number that is none."""
+        found = text = self.result.get(name, self.run.get(name))
+        if text is None or isinstance(default, str):
+            return default if text is None else text
         with self.reading():
-            try:
-                return msgspec.json.decode(text)
-            except msgspec.DecodeError:
-                return text
+            with suppress(msgspec.DecodeError):
+                found = msgspec.json.decode(text)
+            kind = (int, float) if isinstance(default, int | float) else type(default)
+            if default is not None and (not isinstance(found, kind) or (type(found) is float and not isfinite(found))):
+                raise ValueError(f"'{name[:40]}' is {text[:40]}")
+        return found
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
@@ -144,8 +154,8 @@ class Recording:
     def notes(self) -> list[tuple[float, str]]:
         """Notes of the kernel on the run: simulation time [s] and text."""
         with self._file.reading():
-            lines = [Log.FromString(raw.data) for raw in self.messages("/log")]
-        return [(x.timestamp.ToNanoseconds() * 1e-9, x.message) for x in lines if x.name == SAMPLER]
+            found = [note for raw in self.messages("/log") if (note := sampler_note(raw.data))]
+        return [(t_ns * 1e-9, sentence) for _, t_ns, sentence in sorted(found, key=lambda note: note[0])]
 
     def __getitem__(self, name: str) -> Signal | Part:
         """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.
@@ -179,13 +189,11 @@ class Recording:
     def told(self, fact: str) -> list[str]:
         """Sentences of a fact: `measured`, what the log of a real lift tells of the run; `certified`, how sure its
         figures are (`heavylift run --certify`)."""
-        with self._file.reading():
-            return list(self.fact(fact, {}).get("told", []))
+        return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
         """What the atomics of a DEVS model told in the end, by path: `type`, the class, and its fields as `value`."""
-        with self._file.reading():
-            return dict(self.fact("results", {}))
+        return dict(self.fact("results", {}))
 
     def rigs(self) -> list[Rig]:
         """The rope lines in use, each set with the time from which it is."""
@@ -202,7 +210,7 @@ class Recording:
         return [*self._fields, *(POSE + body for body in self._bodies)]
 
     def columns(self, name: str) -> list[str]:
-        """Names of the columns of a signal."""
+        """Names of a signal's columns."""
         return list(POSE_COLUMNS) if name.startswith(POSE) else self._fields[name].columns
 
     def unit(self, name: str) -> str:

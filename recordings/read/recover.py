@@ -1,46 +1,33 @@
 """What a cut-off or damaged file still holds, as a finished recording.
 
 A killed run leaves `<name>.mcap.part`: all that was flushed, without summary and without end.  Records are read one
-after the other (never by an index, which such a file lacks); a damaged chunk is passed over, a record that is cut off
-ends the reading.  Metadata, attachments, channels and messages are copied as they are; the new `result` says that the
-run was cut off, until when, and what was lost.
+after the other (never by an index, which such a file lacks); a damaged chunk is passed over, and where a length is
+damaged the next record is looked for.  Metadata, attachments, channels and messages are copied as they are; the new
+`result` says that the run was cut off, until when, and what was lost.  If only the end behind all data is damaged and
+the digest, computed again, is that of the old result, nothing was lost: the old result stays.
 """
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Callable, Iterator
+import zlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
-import msgspec
-import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.failures import BROKEN
 from heavylift.recordings.format.mcapfile import MAGIC
-from heavylift.recordings.format.samples import Field
-from heavylift.recordings.format.schema import field_places, samples_template
+from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.outputs import PART, beside, file_path, output_path, unnamable
-from heavylift.recordings.write.rows import Peak
-from heavylift.recordings.write.sink import Sink
-from mcap.data_stream import ReadDataStream
-from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Header, Message, Metadata, Schema
+from heavylift.recordings.write.sink import FORMAT, Sink, library
+from mcap.records import Attachment, Channel, DataEnd, Header, Message, Metadata, Schema
 
-from .chunks import LIMIT, RECORD, records, unpacked
-from .container import BROKEN, RATIO
+from .chunks import LIMIT, RECORD, salvaged
+from .container import HEAD, Container, is_recording
+from .contents import Contents
 
-CHUNK = struct.Struct("<QQQ")  # how one begins: times of its first and last message [ns], size of what is packed
-PEAKS = ("rope/peak", "rope/peak_time")
-LONGEST_s = 1e8  # a chunk that tells of later times is damaged there, too
-READERS: dict[int, Callable[[ReadDataStream], object]] = {
-    Opcode.HEADER: Header.read,
-    Opcode.METADATA: Metadata.read,
-    Opcode.ATTACHMENT: Attachment.read,
-    Opcode.SCHEMA: Schema.read,
-    Opcode.CHANNEL: Channel.read,
-}
+TORN = "rows of numbers without poses, or poses without numbers"
 
 
 @dataclass
@@ -76,86 +63,61 @@ def recover(path: str | Path, out: str | Path | None = None, force: bool = False
     except OSError as error:
         raise RecordingError(f"{path}: cannot be opened ({error.strerror}); check the name") from None
     with stream:
-        if stream.read(len(MAGIC)) != MAGIC:
+        if not is_recording(stream.read(HEAD)):
             raise RecordingError(f"{path}: is not a recording (not an MCAP file); there is nothing to recover")
-        copy = _Copy(path, out, begun, force)
+        stream.seek(max(0, path.stat().st_size - len(MAGIC)))
+        copy = _Copy(path, out, begun, force, stream.read() == MAGIC)
+        stream.seek(len(MAGIC))
         try:
-            for record in _records(stream, path.stat().st_size, copy.found.lost):
+            for record in salvaged(stream, path.stat().st_size, copy.found.lost):
                 copy.take(record)
+                if isinstance(record, DataEnd) and record.data_section_crc:
+                    copy.whole = copy.proved = record.data_section_crc == _crc(stream, stream.tell() - RECORD.size - 4)
             return copy.finish()
         finally:
             copy.abandon()
 
 
-def _records(stream: BinaryIO, size: int, lost: list[str]) -> Iterator[object]:
-    """The known records of the data section in order, those in chunks as well; `lost` hears what is unreadable."""
-    room = LIMIT + RATIO * size
-    while (place := stream.tell()) < size:
-        head = stream.read(RECORD.size)
-        length = RECORD.unpack(head)[1] if len(head) == RECORD.size else LIMIT + 1
-        if length > min(LIMIT, size - stream.tell()):
-            span = _span(head[0], stream.read(CHUNK.size)) if head else ""
-            lost.append(f"what stood after byte {place}, where the file is cut off or damaged{span}")
-            return
-        opcode, body = head[0], stream.read(length)
-        if opcode == Opcode.DATA_END:
-            return
-        room -= CHUNK.unpack_from(body)[2] if opcode == Opcode.CHUNK and length >= CHUNK.size else 0
-        if room < 0:
-            lost.append(f"what stood after byte {place} and would unpack to more than any run records")
-            return
-        try:
-            found = list(_parsed(opcode, head + body))
-        except BROKEN as error:
-            lost.append(f"{length} bytes at byte {place} ({error or type(error).__name__}){_span(opcode, body)}")
-        else:
-            yield from found
-
-
-def _span(opcode: int, body: bytes) -> str:
-    """How much of the run a damaged chunk held, as far as its first bytes tell."""
-    if opcode != Opcode.CHUNK or len(body) < CHUNK.size:
-        return ""
-    first, last, _ = (x * 1e-9 for x in CHUNK.unpack_from(body))
-    return f": {last - first:.3f} s of the run, {first:.3f} to {last:.3f} s" if first <= last < LONGEST_s else ""
-
-
-def _parsed(opcode: int, record: bytes) -> Iterator[object]:
-    """A record, or those of a chunk; raises one of BROKEN if it is damaged."""
-    stream = ReadDataStream(BytesIO(record[RECORD.size :]))
-    if opcode in READERS:
-        yield READERS[opcode](stream)
-    elif opcode == Opcode.MESSAGE:
-        yield Message.read(stream, len(record) - RECORD.size)
-    elif opcode == Opcode.CHUNK:
-        data = unpacked(Chunk.read(stream))
-        for inner, begin, end in records(data):
-            yield from _parsed(inner, data[begin - RECORD.size : end])
+def _crc(stream: BinaryIO, end: int) -> int:
+    """The checksum of all bytes before a place."""
+    stream.seek(0)
+    crc = 0
+    while data := stream.read(min(LIMIT, end - stream.tell())):
+        crc = zlib.crc32(data, crc)
+    return crc
 
 
 class _Copy:
     """Takes records one by one; the new file is opened at the first channel, when facts and attachments are known."""
 
-    def __init__(self, path: Path, out: Path, begun: bool, force: bool) -> None:
+    def __init__(self, path: Path, out: Path, begun: bool, force: bool, ended: bool) -> None:
         self._path, self._out, self._begun, self._force = path, out, begun, force
         self._metadata: dict[str, dict[str, str]] = {}
         self._attachments: dict[str, bytes] = {}
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
-        self._made = ""
         self._numbers: dict[int, int] = {}  # of a channel in the new file
         self._sink: Sink | None = None
-        self._samples: list[bytes] = []
+        self._contents, self._readable = Contents(), True
+        self._library, self._ended, self._described = "", ended, True
+        self._held: dict[str, Message] = {}  # numbers of the last row of each lift, and times of those that are copied
+        self._alone: dict[str, int] = {}
+        self.whole, self.proved = True, False
+        """Whether no byte of the data is another one than was written, as far as their checksum is there; it is."""
+        self._late = 0  # what was lost before the last facts; behind those of the result nothing stands, as a rule
         self.found = Recovered(out)
 
     def take(self, record: object) -> None:
         match record:
             case Header():
-                self._made = record.library
+                self._library = record.library
+            case DataEnd():
+                self._ended = True
             case Metadata():
                 self._metadata[record.name] = dict(record.metadata)
+                self._late = len(self.found.lost)
             case Attachment():
-                self._attachments[record.name] = record.data
+                self._attachment(record)
             case Schema():
                 self._schemas[record.id] = record
             case Channel():
@@ -165,61 +127,127 @@ class _Copy:
 
     def _open(self) -> Sink:
         if self._sink is None:
-            if "run" not in self._metadata:
+            if "run" not in self._metadata and not self._library.startswith(GENERATOR):
                 raise RecordingError(f"{self._path}: holds no run of heavylift; there is nothing to recover")
-            self._sink = Sink(self._out, self._metadata["run"], self._attachments, self._force, self._made)
+            run = self._metadata.get("run", {})
+            run = {**run, "format": str(FORMAT)} if self._library == library() else run
+            made = self._library if self._library.startswith(GENERATOR) else ""
+            self._sink = Sink(self._out, run, self._attachments, self._force, made)
         return self._sink
 
+    def _attachment(self, record: Attachment) -> None:
+        if self._sink is None:
+            self._attachments[record.name] = record.data
+        else:  # a checkpoint
+            with self._sink.writing():
+                self._sink.mcap.attachment(record.create_time, record.name, record.media_type, record.data)
+
     def _message(self, message: Message) -> None:
-        sink, channel = self._open(), self._channels.get(message.channel_id)
-        schema = self._schemas.get(channel.schema_id) if channel else None
-        if channel is None or schema is None:
-            note = "messages of a channel that is not described"
-            self.found.lost += [note] if note not in self.found.lost else []
+        """Copy a message; numbers of a row wait for its poses, for one without the other is no row."""
+        self._open()
+        if not self._known(message) and self._described:
+            self._described = False
+            self._describe()
+        if not self._known(message):
+            self._lose("messages of a channel that is not described")
             return
-        if channel.id not in self._numbers:
-            self._numbers[channel.id] = sink.channel(
-                channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data, channel.metadata
-            )
+        topic = self._channels[message.channel_id].topic
+        kind, _, lift = topic[1:].partition("/")
+        if kind == "samples" and any(x.topic == f"/poses{topic[len('/samples') :]}" for x in self._channels.values()):
+            if lift in self._held:
+                self._lose(TORN)
+            self._held[lift] = message
+            return
+        if kind == "poses":
+            held = self._held.pop(lift, None)
+            if self._alone.pop(lift, held.publish_time if held else None) != message.publish_time:
+                self._lose(TORN)
+                return
+            if held is not None:
+                self._write(held)
+        if kind == "samples":  # before poses are announced
+            self._alone[lift] = message.publish_time
+        self._write(message)
+
+    def _lose(self, what: str) -> None:
+        self.found.lost += [what] if what not in self.found.lost else []
+
+    def _known(self, message: Message) -> bool:
+        """Whether its channel and schema are described."""
+        channel = self._channels.get(message.channel_id)
+        return channel is not None and channel.schema_id in self._schemas
+
+    def _describe(self) -> None:
+        """Look for descriptions in all of the file: they stand in its summary, too."""
+        with self._path.open("rb") as stream:
+            stream.seek(len(MAGIC))
+            for record in salvaged(stream, self._path.stat().st_size, [], beyond=True):
+                if isinstance(record, Schema | Channel):
+                    self.take(record)
+
+    def _write(self, message: Message) -> None:
+        sink, channel = self._open(), self._channels[message.channel_id]
+        schema = self._schemas[channel.schema_id]
         with sink.writing():
-            sink.mcap.write(self._numbers[channel.id], message.log_time, message.publish_time, message.data)
+            sink.mcap.write(self._number(channel), message.log_time, message.publish_time, message.data)
         sink.flush()
         self.found.messages += 1
         self.found.sim_s = max(self.found.sim_s, message.log_time * 1e-9)
-        if channel.topic == "/samples":
-            self._samples.append(message.data)
+        self._understood(
+            self._contents.take, channel.topic, channel.metadata, schema.data, message.publish_time, message.data
+        )
 
-    def _peaks(self) -> dict[str, Peak]:
-        """Largest tension of each rope among the samples that are there."""
-        channel = next((c for c in self._channels.values() if c.topic == "/samples"), None)
-        if channel is None:
-            return {}
+    def _number(self, channel: Channel) -> int:
+        """That of a channel in the new file."""
+        if channel.id not in self._numbers:
+            schema = self._schemas[channel.schema_id]
+            self._numbers[channel.id] = self._open().channel(
+                channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data, channel.metadata
+            )
+        return self._numbers[channel.id]
+
+    def _understood(self, take: Callable[..., None], *what: object) -> None:
+        """Look at what is copied, as long as it is by rules of this version."""
         try:
-            fields = msgspec.json.decode(channel.metadata["signals"], type=list[Field])
-            names = next((f.columns for f in fields if f.signal == "rope/peak"), [])
-            sent = np.array([np.frombuffer(x, np.uint8) for x in self._samples])  # ValueError if their lengths differ
-            T, when = samples_template(fields).decode(sent, *(field_places(fields)[signal] for signal in PEAKS))
-            found = T.argmax(axis=0)
-            return {
-                name: Peak(float(T[r, i]), float(when[r, i]))
-                for i, (name, r) in enumerate(zip(names, found, strict=False))
-            }
+            if self._readable:
+                take(*what)
         except BROKEN:
-            return {}  # by rules of another version, or without ropes
+            self._readable = False
 
     def finish(self) -> Recovered:
         """Write the result and give the file its name."""
         sink = self._open()
+        if self._held:
+            self._lose(TORN)
         if not (self.found.messages or self._begun):
             raise RecordingError(f"{self._path}: holds no message that can be read; there is nothing to recover")
-        ended = not self._begun or self._metadata.get("result", {}).get("status") == "finished"
-        if "result" in self._metadata and not self.found.lost and ended:
+        if self._ended:
+            self._describe()
+        for channel in self._channels.values():  # those without messages, too, which may stand in the summary alone
+            if channel.schema_id in self._schemas and channel.topic not in sink.topics:
+                self._number(channel)
+        stored = self._metadata.get("result", {})
+        self._understood(self._contents.end)
+        lost, status = self.found.lost, stored.get("status")
+        untold = self._contents.unknown or "digest" not in stored
+        agrees = self._readable and (self._contents.agrees(stored) or (self.proved and bool(stored and untold)))
+        if stored and (not self._begun or status == "finished") and _undamaged(self._path):
             raise RecordingError(f"{self._path}: is whole; there is nothing to recover")
+        if agrees and self.whole and not lost[: self._late]:
+            lost.clear()
+            if self._begun and status == "finished":
+                raise RecordingError(
+                    f"{self._path}: its run came to its end; `heavylift recover {self._path}` makes it whole"
+                )
+            self.found.path = sink.finish(stored)
+            return self.found
+        why = "some byte outside of the messages is another one than was written"
+        why = f"; the old result is not kept: {why if not self.whole else 'its digest is another one'}"
         facts: dict[str, object] = {
-            "status": "damaged" if "result" in self._metadata else "cut off",
-            "reason": f"recovered from {self._path.name}: {self.found}",
+            "status": "damaged" if stored or self._ended else "cut off",
+            "reason": f"recovered from {self._path.name}: {self.found}{why if stored and not lost else ''}",
             "sim_s": self.found.sim_s,
-            "peaks": {name: peak._asdict() for name, peak in self._peaks().items()},
+            "peaks": {name: peak._asdict() for name, peak in self._contents.peaks.items()},
         }
         self.found.path = sink.finish(facts)
         return self.found
@@ -228,3 +256,11 @@ class _Copy:
         """Leave nothing half-made behind."""
         if self._sink is not None:
             self._sink.abandon(keep=False)
+
+
+def _undamaged(path: Path) -> bool:
+    """Whether all that reads a recording reads this one."""
+    try:
+        return not Container(path).damage()
+    except RecordingError:
+        return False

@@ -1,16 +1,24 @@
-"""The verdict of a run as it stands in its recording: one line, what was found, the smallest clearances, the limits.
+"""What a recording says of its run: the verdict, with what was found, smallest clearances and limits; peaks; and where
+its result is not what its events and rows give.
 
-It is made by who knows the scene (`coordinator.verdict`) and kept as the fact `verdict` of the result.
+The verdict is made by who knows the scene (`coordinator.verdict`) and kept as the fact `verdict` of the result.
 """
 
 from __future__ import annotations
 
+from math import nan
+from pathlib import Path
 from typing import Literal
 
 import msgspec
+import numpy as np
+from heavylift.recordings.write.rows import Peak
 
+from .contents import contents
 from .reader import Recording
 
+AGAIN = "`heavylift replay --verify` computes all of it again"
+ROUNDED = 1e-8  # of a tension, and of 1 MN: more than rows are rounded by
 Vector = tuple[float, float, float]
 
 
@@ -76,3 +84,50 @@ def recorded_verdict(rec: Recording) -> Judged | None:
         return None
     with rec.reading():
         return msgspec.json.decode(text, type=Judged)
+
+
+def as_recorded(rec: Recording) -> list[str]:
+    """What is told of a recording and stands in its result alone: the verdict, if there is one, times of peaks, and the
+    digest where it cannot be computed again."""
+    told = ["verdict"] if "verdict" in rec.result else []
+    told += ["times of peaks"] if rec.fact("peaks", {}) else []
+    return told + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
+
+
+def recorded_peaks(rec: Recording) -> dict[str, Peak]:
+    """The largest tension of each rope [N], and when [s], as the result tells them."""
+    with rec.reading():
+        found = msgspec.convert(rec.fact("peaks", {}), dict[str, dict[str, float]])
+        peaks = {name: Peak(peak["tension"], peak["time"]) for name, peak in found.items()}
+        if not np.isfinite([*peaks.values()]).all():
+            raise ValueError("a peak is no number")
+        return peaks
+
+
+def complaints(rec: Recording) -> list[str]:
+    """In which a recording contradicts itself: sentences, none if its bytes are those that were written and its digest,
+    number of samples and peaks are what its events and rows give."""
+    if rec.complaints is None:
+        rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
+    return rec.complaints
+
+
+def _contradictions(rec: Recording) -> list[str]:
+    found, digest, peaks = contents(rec), rec.result.get("digest"), recorded_peaks(rec)
+    told = [rec.damage()]
+    if digest and found.torn:
+        told.append(found.torn)
+    elif digest and not found.unknown and found.digest != digest:
+        told.append(f"events and rows give the digest {found.digest}, the result says {digest[:64]}")
+    if "samples" in rec.result and (n := rec.fact("samples", 0)) != found.rows:
+        told.append(f"there are {found.rows} samples, the result says {n:g}")
+    for name in sorted(peaks.keys() | found.peaks.keys()) if rec.result else []:
+        said, is_ = (x[name].tension if name in x else nan for x in (peaks, found.peaks))
+        if not abs(said - is_) <= ROUNDED * max(abs(is_), 1e6):
+            told.append(f"the peak of {name} is {is_ / 1e3:.6g} kN in the rows, the result says {said / 1e3:.6g} kN")
+    return told
+
+
+def opened(path: str | Path | Recording) -> Recording:
+    """The recording at a path, or one that is open already."""
+    return path if isinstance(path, Recording) else Recording(path)

@@ -1,26 +1,28 @@
-"""Two recordings side by side: equal to the last byte, or where they part and how far each signal is off.
+"""Two recordings side by side: equal in all that a run determines, or where they part and how far each signal is off.
 
-Events are compared in their total order; signals at the instants of the first recording, between the samples of the
-second one by straight lines, over the time that both cover.  A difference is told as its largest absolute value and
-its RMS over time.
+Nothing is taken from what a file says of itself: digests are computed again, events compared in their total order, rows
+one by one; then facts and attachments, but for the circumstances of a run, which are told.  Signals are compared at the
+instants of the first recording, between the samples of the second one by straight lines, over the time that both cover.
+A difference is told as its largest absolute value and its RMS over time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import zip_longest
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.samples import POSE, unit_of
-from heavylift.recordings.format.schema import RecordedEvent
+from heavylift.recordings.format.samples import unit_of
 from heavylift.recordings.format.text import table
+from heavylift.recordings.read.contents import contents
 from heavylift.recordings.read.export import matching
 from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.verdict import complaints
 from numpy.typing import NDArray
 
+from .apart import ROWED, attachments, channels, circumstances, event, facts, notes, rows
 from .curves import checked, drawn, larger
 from .curves_drawn import Curve, Figure, Panel
 
@@ -42,7 +44,9 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What two recordings share; `first` tells the first difference ("" if there is none)."""
+    """What two recordings share; `first` tells the first difference in events and samples ("" if there is none), `rows`
+    which of them are in one alone, `others` what else differs; `wrong`: in which a recording contradicts itself;
+    `circumstances`: how it was run, which no two runs have in common; `as_recorded`: why no digest can be computed."""
 
     a: Path
     b: Path
@@ -51,10 +55,20 @@ class Comparison:
     differences: list[Difference]
     only_a: list[str]
     only_b: list[str]
+    rows: list[str] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)
+    wrong: list[str] = field(default_factory=list)
+    circumstances: list[str] = field(default_factory=list)
+    as_recorded: str = ""
 
     def __str__(self) -> str:
+        n = len(self.differences)
+        told = [f"run in other circumstances: {', '.join(self.circumstances)}"] if self.circumstances else []
         if self.equal:
-            return f"{self.a} and {self.b} are equal: same digest, {len(self.differences)} signals"
+            said = "same digest, computed again of both, and the same facts and attachments"
+            if self.as_recorded:
+                said = f"same events, rows, facts and attachments; the digest is as recorded ({self.as_recorded})"
+            return "\n".join([f"{self.a} and {self.b} are equal: {said}, {n} signals", *told])
         share = _shares(self.differences)
         rows = [
             [d.name, _number(d.most), f"{d.when:.3f} s", _number(d.rms), f"{100 * share[d.name]:.2g} %", d.unit]
@@ -62,15 +76,19 @@ class Comparison:
             if d.most > 0.0
         ]
         head = ["signal", "largest", "at", "RMS", "of its signal", "unit"]
-        parts = [f"{self.a} and {self.b} differ", f"first difference: {self.first}", table(head, rows[:ROWS])]
+        parts = [f"{self.a} and {self.b} differ", *self.wrong]
+        parts += [f"first difference: {self.first}" if self.first else "events and samples are equal"]
+        parts += [*self.rows, table(head, rows[:ROWS])]
         if len(rows) > ROWS:
             parts.append(f"  and {len(rows) - ROWS} signals that differ less; all with --json")
         same = sum(d.most == 0.0 for d in self.differences)
-        parts.append(f"{same} of {len(self.differences)} signals are equal")
+        where = " in the rows that both have" if self.rows else ""
+        parts.append(f"{same} of {n} signals are equal{where}")
         parts += [
             f"only in {p}: {', '.join(names)}" for p, names in ((self.a, self.only_a), (self.b, self.only_b)) if names
         ]
-        return "\n".join(part for part in parts if part)
+        parts += [f"other {what}" for what in self.others]
+        return "\n".join(part for part in [*parts, *told] if part)
 
 
 def _shares(differences: Sequence[Difference]) -> dict[str, float]:
@@ -85,29 +103,42 @@ def _shares(differences: Sequence[Difference]) -> dict[str, float]:
     return {d.name: d.most / scales[d.name.rpartition("/")[0]] for d in differences}
 
 
-def compare(a: str | Path, b: str | Path) -> Comparison:
-    """Compare two recordings; RecordingError if one cannot be read."""
+def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> Comparison:
+    """Compare two recordings, `but` for facts, topics and attachments of these names; RecordingError if one cannot be
+    read."""
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
-        return _compared(A, B)
+        return _compared(A, B, but)
 
 
-def _compared(A: Recording, B: Recording) -> Comparison:
-    first = min((x for x in (_event(A, B), _sample(A, B)) if x), default=(0.0, ""))[1]
+def _compared(A: Recording, B: Recording, but: Collection[str]) -> Comparison:
+    for rec in (A, B):
+        rec.load(rec.signals())
+    unlike, moved = list[str](), [*notes(A, B)]
+    for topic in sorted({x for rec in (A, B) for x in rec.topics if x.startswith(ROWED) and x not in but}):
+        missing, at = rows(A, B, topic)
+        unlike += missing
+        moved += at
+    first = min([*moved, *event(A, B)], default=(0.0, ""))[1]
     names_a, names_b = set(A.signals()), set(B.signals())
-    differences = [d for name in A.signals() if name in names_b for d in _signal(A, B, name)]
-    digests = A.result.get("digest"), B.result.get("digest")
-    equal = digests[0] is not None and digests[0] == digests[1]
-    if not (first or equal):
+    wrong = [what for rec in dict.fromkeys((A, B)) for what in complaints(rec)]
+    others = [*channels(A, B, but), *facts(A, B, but), *attachments(A, B, but)]
+    equal = not (first or unlike or others or wrong) and "digest" in A.result and "digest" in B.result
+    if not (first or unlike or others or wrong or equal):
         first = "none in events and samples: the recordings tell of equal motions, but are not both complete"
     return Comparison(
         A.path,
         B.path,
         equal=equal,
         first=first,
-        differences=differences,
+        differences=[d for name in A.signals() if name in names_b for d in _signal(A, B, name)],
         only_a=sorted(names_a - names_b),
         only_b=sorted(names_b - names_a),
+        rows=unlike,
+        others=others,
+        wrong=wrong,
+        circumstances=[*circumstances(A, B)],
+        as_recorded=contents(A).unknown or contents(B).unknown,
     )
 
 
@@ -142,38 +173,6 @@ def _figure(A: Recording, B: Recording, patterns: Sequence[str]) -> Figure:
     return Figure(f"{A.path.name} and {B.path.name}", panels, A.stages())
 
 
-def _event(A: Recording, B: Recording) -> tuple[float, str] | None:
-    """Time and words of the first event that is not in both."""
-    for x, y in zip_longest(A.events(), B.events()):
-        if x != y:
-            t = min(e.t_ns for e in (x, y) if e is not None) * 1e-9
-            return t, f"event at {t:.9f} s: {_told(x)} in {A.path.name}, {_told(y)} in {B.path.name}"
-    return None
-
-
-def _told(event: RecordedEvent | None) -> str:
-    return "nothing" if event is None else f"{event.source}.{event.port} {event.type} {event.value}"
-
-
-def _sample(A: Recording, B: Recording) -> tuple[float, str] | None:
-    """Time and words of the first sample that is not the same in both."""
-    found = []
-    for name in A.signals():
-        if name not in B.signals() or name.startswith(POSE):
-            continue
-        a, b = A.signal(name), B.signal(name)
-        n = min(len(a.t), len(b.t))
-        if a.names == b.names:
-            off = np.flatnonzero((a.t[:n] != b.t[:n]) | (a.values[:n] != b.values[:n]).any(axis=1))
-            row = int(off[0]) if len(off) else n if len(a.t) != len(b.t) else None
-            if row is not None:
-                t = min(float(x.t[row]) for x in (a, b) if row < len(x.t))
-                shorter = A if len(a.t) == row else B
-                ends = f"; {shorter.path.name} ends before" if row == n else ""
-                found.append((t, f"{name} at {t:.9f} s{ends}"))
-    return min(found, default=None)
-
-
 def _signal(A: Recording, B: Recording, name: str) -> Iterator[Difference]:
     a, b = A.signal(name), B.signal(name)
     n = min(len(a.t), len(b.t))
@@ -185,7 +184,8 @@ def _signal(A: Recording, B: Recording, name: str) -> Iterator[Difference]:
     for i, column in enumerate(a.names):
         if column in b.names and len(t):
             x, y = a.values[common, i], b.values[:, b.names.index(column)]
-            off = np.abs((y[:n] if row_by_row else np.interp(t, b.t, y)) - x)
+            y_at = y[:n] if row_by_row else np.interp(t, b.t, y)
+            off = np.where(np.isnan(x) & np.isnan(y_at), 0.0, np.nan_to_num(np.abs(y_at - x), nan=np.inf))
             k = int(np.argmax(off))
             scale = float(np.max(np.abs(x))) or float(np.max(np.abs(y))) or 1.0
             unit = unit_of(a.unit, column)

@@ -18,6 +18,7 @@ from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.said import silent
+from heavylift.recordings.read.verdict import opened
 from heavylift.recordings.write.outputs import output_path
 from numpy.typing import NDArray
 
@@ -56,7 +57,7 @@ def plot(
 ) -> Path:
     """Draw a recording into the file `out`; `ropes` by label, else those that are used most."""
     out = output_path(out, "a figure", FORMATS)
-    rec = path if isinstance(path, Recording) else Recording(path)
+    rec = opened(path)
     if silent(rec):
         return curves(rec.path, [], out, force)
     with rec.reading(), on_paper():
@@ -156,7 +157,7 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
 
 def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
     what = curves.quantity.partition(" [")[0]
-    facts = [rec.run.get("scene", rec.path.stem), f"{duration(float(rec.fact('sim_s', 0.0)))} simulated"]
+    facts = [rec.run.get("scene", rec.path.stem), f"{duration(rec.fact('sim_s', 0.0))} simulated"]
     told = settings(rec.run)
     facts += [told[name] for name in ("asked", "steps") if name in told]
     if rec.result.get("status") != "finished":

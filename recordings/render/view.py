@@ -12,12 +12,12 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.format.viewer_messages import Box
-from heavylift.recordings.read.container import guarded
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import Judged, recorded_verdict
+from heavylift.recordings.read.verdict import AGAIN, Judged, recorded_peaks, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
@@ -79,7 +79,8 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
     stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
     events, told = _events(rec)
     told += [("beside", f"{beside.path.name}, as glass and dashed curves")] if beside is not None else []
-    more = [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
+    more = [("as recorded", f"verdict, digest and peaks; {AGAIN}")] if rec.result else []
+    more += [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
     more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
     more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
     made = [("recording", rec.path.name), ("made by", rec.library)]
@@ -97,7 +98,7 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
         "supports": [s for s in rec.fact("supports", []) if not s.get("on")],  # what moves is drawn as it is
         "stages": [{"t": t, "name": name} for t, name in stages if name],
         "events": events,
-        "peaks": [{"name": name, **peak, "rated": rated.get(name)} for name, peak in rec.fact("peaks", {}).items()],
+        "peaks": [{"name": name, **x._asdict(), "rated": rated.get(name)} for name, x in recorded_peaks(rec).items()],
     }
 
 
@@ -154,7 +155,7 @@ def _events(rec: Recording) -> tuple[list[dict[str, object]], list[tuple[str, st
 def _status(rec: Recording, verdict: Judged | None) -> str:
     status = rec.result.get("status", "cut off")
     colour = f", verdict {'red' if verdict.red else 'green'}" if verdict else ""
-    return f"{status}, {duration(float(rec.fact('sim_s', 0.0)))} simulated{colour}"
+    return f"{status}, {duration(rec.fact('sim_s', 0.0))} simulated{colour}"
 
 
 def _judged(verdict: Judged | None) -> list[tuple[str, str]]:

@@ -4,7 +4,8 @@
     an earlier output               stays; the next free name is given: run-2.mcap; with --force it is replaced
     anything else                   OutputError: a folder, a link, a device, a pipe, a file that heavylift has not made
 
-What a run that was cut off has left, `run.mcap.part` and the orders beside it, is an earlier output too.
+What a run that was cut off has left, `run.mcap.part` and the orders beside it, stays with --force, too, as long as it
+can be resumed or recovered: OutputError.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from heavylift.recordings.format.text import GENERATOR
 PART, COMMANDS = ".part", ".commands"  # of a run that is being written
 LOOK = 4096  # [bytes] at the beginning and at the end in which it does
 SIGNS = (GENERATOR.encode(), b"time [s],", b"rung,method,", b"RosOut!log")  # first columns of tables, panel of a layout
+METADATA = 12  # opcode of the record in which a recording says what was run
 HEADER = len(MAGIC) + 9 + 4 + 4  # where the name of the writer begins in a recording: magic, record, profile, length
 KINDS = (
     (stat.S_ISLNK, "a link"),
@@ -82,6 +84,18 @@ def remains(path: Path) -> list[Path]:
     """What there is of an output of this name."""
     every = [path, *(path.with_name(path.name + ending) for ending in (PART, COMMANDS))]
     return [x for x in every if _mode(x) is not None]
+
+
+def left_by_a_run(part: Path) -> bool:
+    """Whether a file holds the beginning of a run, so that it can be resumed or recovered."""
+    with part.open("rb") as file:
+        file.seek(len(MAGIC))
+        for wanted in (1, METADATA):  # header, and what was run
+            head = file.read(9)
+            if len(head) < 9 or head[0] != wanted:
+                return False
+            file.seek(int.from_bytes(head[1:], "little"), 1)
+        return file.tell() <= os.fstat(file.fileno()).st_size
 
 
 def beside(path: Path, ending: str) -> Path:

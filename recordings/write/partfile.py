@@ -23,7 +23,7 @@ from typing import Any, Self
 
 from heavylift.kernel.errors import OutputError, RecordingError
 
-from .outputs import PART, names, output_path, remains, writing
+from .outputs import PART, left_by_a_run, names, output_path, remains, writing
 
 AT_FDCWD, RENAME_NOREPLACE = -100, 1  # of linux/fcntl.h and linux/fs.h
 OPENED = "/proc/self/fd"  # where Linux has names for open files
@@ -139,13 +139,20 @@ class PartFile:
         self._at = path
 
     def _clear(self) -> None:
-        """Take away what a run of this name that was cut off has left, unless it is still being written."""
+        """Take away what a run of this name that was cut off has left, unless it is still being written or can be
+        resumed."""
         for path in remains(self.path):
             if path == self.path:
                 continue
             file = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if path.suffix == PART and left_by_a_run(path):
+                    raise OutputError(
+                        f"{path}: a run that was cut off has left it, and it stays; `heavylift resume {path}` ends "
+                        "that run, `heavylift recover` keeps what there is; then delete it, or choose another name "
+                        "with -o"
+                    )
                 path.unlink()
             except BlockingIOError:
                 raise _written(path) from None

@@ -148,7 +148,7 @@ class Recorder:
         for note in batch.notes[max(0, len(self.notes) - batch.notes[0].number) :] if batch.notes else ():
             self.notes.append(note)
             self.digest.note(note.number, note.t_ns, note.sentence)
-            self.log(note.t_ns, "warning", SAMPLER, note.sentence)
+            self._message(self._log, note.t_ns, log_message(note.t_ns, "warning", SAMPLER, note.sentence, note.number))
         skip = self._next_sample - batch.first
         if skip < 0:
             raise RecordingError(

@@ -47,6 +47,15 @@ def test_the_result_says_that_the_run_was_cut_off(killed: Path, recorded: Path) 
     assert new.fact("peaks") == Recording(recorded).fact("peaks")
 
 
+def test_what_was_recovered_is_recovered_again(killed: Path, tmp_path: Path) -> None:
+    first = recover(killed).path
+    (tmp_path / "again.mcap").write_bytes(first.read_bytes()[:-1])
+    again = recover(tmp_path / "again.mcap")
+    assert again.lost == []
+    assert Recording(again.path).result == Recording(first).result
+    assert Recording(again.path).topics.keys() == Recording(first).topics.keys()
+
+
 def test_a_damaged_chunk_is_passed_over_and_named(recorded: Path, tmp_path: Path) -> None:
     (chunk,) = Recording(recorded)._file.summary.chunk_indexes
     data = bytearray(recorded.read_bytes())

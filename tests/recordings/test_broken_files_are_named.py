@@ -43,7 +43,8 @@ def test_a_file_whose_run_was_cut_off(begin: Callable[[], Recorder], tmp_path: P
         f"`heavylift recover {tmp_path}/run.mcap.part`"
     )
     assert refusal(tmp_path / "run.mcap.part") == (
-        "is cut off: its end is missing, as in the .part file of a run that was killed; `heavylift recover` it"
+        "is cut off: its end is missing, as in the .part file of a run that was killed; "
+        f"`heavylift recover {tmp_path}/run.mcap.part` saves what there is"
     )
     rec.close()
 
@@ -108,7 +109,8 @@ def test_a_chunk_that_claims_to_be_huge_is_not_unpacked(recorded: Path, tmp_path
     with pytest.raises(RecordingError) as error:
         Recording(path).events()
     assert str(error.value) == (
-        f"{path}: is damaged (a chunk of 134217728 bytes is beyond the limit); run the scene again"
+        f"{path}: is damaged (a chunk of 134217728 bytes is beyond the limit; the checksum of its data is wrong); "
+        f"`heavylift recover {path}` saves what can be read"
     )
     frame = place + 12 + 4 + len("zstd") + 8
     struct.pack_into("<Q", data, place, index.uncompressed_size)

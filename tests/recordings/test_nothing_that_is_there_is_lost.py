@@ -159,7 +159,7 @@ def test_no_link_is_followed_beside_a_recording(ending: str, force: bool, tmp_pa
     assert all_below(tmp_path) == before
 
 
-def test_what_a_killed_run_has_left_stays_until_it_is_to_be_replaced(begin: Begin, tmp_path: Path) -> None:
+def test_what_a_killed_run_has_left_stays_even_if_its_name_is_forced(begin: Begin, tmp_path: Path) -> None:
     part, orders = tmp_path / "run.mcap.part", tmp_path / "run.mcap.commands"
     with begin() as rec:
         left = part.read_bytes()
@@ -168,8 +168,24 @@ def test_what_a_killed_run_has_left_stays_until_it_is_to_be_replaced(begin: Begi
     orders.write_bytes(b"orders")
     assert recorded_at(tmp_path / "run.mcap").name == "run-2.mcap"
     assert (part.read_bytes(), orders.read_bytes()) == (left, b"orders")
+    before = all_below(tmp_path)
+    with pytest.raises(
+        OutputError, match=rf"{part}: a run that was cut off has left it, and it stays; .*resume {part}"
+    ):
+        recorded_at(tmp_path / "run.mcap", force=True)
+    assert all_below(tmp_path) == before
+
+
+@pytest.mark.parametrize("size", [0, 60, 80])
+def test_a_beginning_that_holds_no_run_yet_is_replaced(size: int, begin: Begin, tmp_path: Path) -> None:
+    part = tmp_path / "run.mcap.part"
+    with begin() as rec:
+        left = part.read_bytes()
+    rec.path.unlink()
+    part.write_bytes(left[:size])
+    (tmp_path / "run.mcap.commands").write_bytes(b"orders")
     assert recorded_at(tmp_path / "run.mcap", force=True).name == "run.mcap"
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["run-2.mcap", "run.mcap"]
+    assert [p.name for p in tmp_path.iterdir()] == ["run.mcap"]
 
 
 def test_runs_that_write_at_once_write_side_by_side(begin: Begin, tmp_path: Path) -> None:

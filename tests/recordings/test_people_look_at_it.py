@@ -26,7 +26,7 @@ def test_info_tells_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
         "  status    finished",
     ]
     assert re.search(r"\n  time      4 s simulated in \S+ s, \S+ x real time\n", text)
-    assert f"\n  digest    {rec.result['digest']}\n" in text
+    assert f"\n  digest    {rec.result['digest']}, computed again\n" in text
     assert "\n".join(
         [
             "  rope         peak      at   rated   use",

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.measured.driving import driven
-from heavylift.coordinator.replay import RecordedRun, verify
+from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
+from heavylift.coordinator.run.verify import verify
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.loading import parse

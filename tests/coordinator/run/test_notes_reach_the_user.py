@@ -9,8 +9,9 @@ import pytest
 from command import finish
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.pause import configured
-from heavylift.coordinator.replay import RecordedRun, verify
+from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
+from heavylift.coordinator.run.verify import verify
 from heavylift.coordinator.run.watch import Watch
 from heavylift.kernel.description.notes import Note
 from heavylift.nodes.devs import Tag

@@ -1,0 +1,201 @@
+"""The run of a recording simulated again, in this process: all that a run determines must come again.
+
+Events are compared as they are committed, so a run that parts from its recording ends there.  Then the new recording
+is compared with the old one: every row, the verdict, which is judged again, peaks, facts, attachments; and the plan
+that was simulated with the attached text of its scene.  What an operator ordered is ordered again at its tag.  A
+recording that was stopped or cut off is compared as far as it goes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import msgspec
+import numpy as np
+from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.participants.configuration import OPERATOR
+from heavylift.coordinator.record.scene import MERGED, RESOLVED
+from heavylift.coordinator.replay.deviation import Deviation, Follower, Outcome
+from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.kernel.errors import HeavyliftError, RecordingError
+from heavylift.kernel.trust import allowed
+from heavylift.nodes.devs import FOREVER, NEVER, Event
+from heavylift.nodes.devs.execution.rules import LIMIT
+from heavylift.nodes.plan.plan import Plan, decode
+from heavylift.nodes.scene import LoadedScene
+from heavylift.recordings import Recording, compare
+from heavylift.recordings.read.verdict import complaints, recorded_verdict
+from heavylift.recordings.render.apart import CIRCUMSTANCES, attachments, channels, facts, hashes
+
+from .branch import CHOSEN, different
+from .models import run_models
+from .resume import rebuilt
+from .scene import run as run_scene
+from .watch import Watch
+
+LATER = ("certified", "measured", "branch")  # facts that are put into a recording beside those of its run
+GONE = ("No such file", "there is no file")  # in sentences about files that a scene names, which may be gone
+LOG = "/measured"  # topic of the log of a real lift beside a run
+
+
+def verify(run: RecordedRun) -> Outcome:
+    """Simulate again; the outcome has the digest of the new run if all came again."""
+    assert run.cast  # with what is not to be run a sentence ends it here
+    with TemporaryDirectory(prefix="heavylift-") as folder:
+        return _Again(run, Path(folder) / "again.mcap").outcome()
+
+
+class _Enough(Exception):
+    """The new run has parted from its recording, or has gone beyond what one that was cut off holds."""
+
+
+class _Checking(Watch):
+    """Compares events as they come."""
+
+    def __init__(self, run: RecordedRun) -> None:
+        self._run, self.follower, self.over = run, Follower(run.events), False
+        self.apart: Deviation | None = None
+        samples = hashes(run.recording, "/samples")["t"].tolist()
+        self._last_ns = max([*samples[-1:], *(event.t for event in run.events[-1:])], default=0)
+
+    def event(self, event: Event) -> None:
+        """It must be the next recorded one, as long as there is one."""
+        if self.over or (found := self.follower.hear(event)) is None:
+            return
+        self.over = True  # what has been decided already is still to come
+        if self._run.complete or found.recorded is not None or self.follower.count < len(self._run.events):
+            self.apart = found
+        raise _Enough
+
+    def progress(self, t_ns: int) -> None:
+        """Samples up to this simulation time have come."""
+        if not (self._run.complete or self.over) and t_ns > self._last_ns:
+            self.over = True
+            raise _Enough
+
+
+class _Again:
+    """A run and its second one, in the file `path`."""
+
+    def __init__(self, run: RecordedRun, path: Path) -> None:
+        self._run, self._old, self._path = run, run.recording, path
+        self._others, self._untold = list[str](), ""  # what differs, and what cannot be compared
+        self._watch = _Checking(run)
+
+    def outcome(self) -> Outcome:
+        """What came of it."""
+        watch, count = self._watch, self._watch.follower
+        try:
+            self._repeat()
+            watch.apart = watch.apart or count.reach(FOREVER)
+        except _Enough:
+            pass
+        except HeavyliftError as error:
+            if not watch.over and (self._run.complete or self._old.result.get("reason") != str(error)):
+                self._others.append(f"simulated again, the run ends by an error: {error}")
+        if watch.apart is not None:
+            return Outcome(count.count, watch.apart)
+        if not self._path.exists():  # an error before anything was recorded
+            return Outcome(count.count, None, "", tuple(self._others))
+        new = Recording(self._path)
+        digest = self._compared(new) if self._run.complete else self._as_far_as_it_goes(new)
+        found = _row_apart(self._old, new, not self._run.complete)
+        same = found is None and not self._others
+        verdict = recorded_verdict(new) if self._run.complete else None
+        later = [name for name in (*LATER, *sorted(CIRCUMSTANCES)) if name in self._old.run or name in self._old.result]
+        later += [] if self._run.complete else sorted(self._old.result.keys() - {*later})
+        later += [self._untold] if self._untold else []
+        judged = verdict.line if verdict and same else ""
+        return Outcome(count.count, found, digest if same else "", tuple(self._others), judged, tuple(later))
+
+    def _repeat(self) -> None:
+        """Run it."""
+        old, watch = self._old, self._watch
+        if RESOLVED in old.attachments:
+            commands = [Given(e.tag, e.payload) for e in self._run.events if e.source == OPERATOR]
+            run_scene(self._scene(), self._path, in_process=True, watch=watch, commands=commands)
+            return
+        until = old.fact("until", self._run.end.t)
+        microsteps, stop = old.fact("microsteps", LIMIT), str(old.fact("stop", ""))
+        with allowed([old.run["model"]]):
+            run_models(
+                old.run["model"], min(until, NEVER), self._path, True, watch=watch, microsteps=microsteps, stop=stop
+            )
+
+    def _scene(self) -> LoadedScene:
+        """The scene, read again from its text, with the plan that was simulated."""
+        files = self._old.attachments
+        plan, name = decode(files[RESOLVED]), next((name for name in files if name != RESOLVED), "")
+        text, merged = files.get(name, b"").decode(errors="replace"), files.get(MERGED, b"").decode(errors="replace")
+        try:
+            scene, told = rebuilt(plan, text, merged, name)
+        except HeavyliftError as error:
+            raise RecordingError(f"{self._old.path}: the attached text of its scene is no scene ({error})") from None
+        if isinstance(told, HeavyliftError):
+            self._untold = f"text of the scene ({told})"
+            if not any(x in str(told) for x in GONE):
+                self._others.append(f"the attached scene is none that can be run: {told}")
+            return scene
+        self._others += [f"the attached scene is not what was simulated: {x}" for x in self._different(told, plan)]
+        return scene
+
+    def _different(self, told: Plan, plan: Plan) -> list[str]:
+        """Where the plan of the text is not what was simulated; a branch keeps what its recording had chosen."""
+        kept = CHOSEN if "branch" in self._old.run else ("driven",)
+        return different(msgspec.structs.replace(told, **{name: getattr(plan, name) for name in kept}), plan)
+
+    def _compared(self, new: Recording) -> str:
+        """What differs in a whole recording, beside events; the digest."""
+        old, but = self._old, {*LATER}
+        if "until" not in old.run:  # nor may it be known of a model when its atomics told their results
+            but |= {"until", "results"} if "model" in old.run else {"until"}
+        if "measured" in old.result:
+            but |= {LOG, *(old.attachments.keys() - new.attachments.keys())}
+        if self._untold:
+            but |= {"asked", "accuracy", "predicted_errors", "modelled"}
+        found = compare(old.path, new.path, but)
+        self._others += [*found.wrong, *(x.replace(new.path.name, "the new run") for x in (*found.rows, *found.others))]
+        if not found.equal and not self._others:
+            self._others.append(found.first)
+        return new.result.get("digest", "")
+
+    def _as_far_as_it_goes(self, new: Recording) -> str:
+        """What differs in a recording that was cut off."""
+        old = self._old
+        self._others += complaints(old)
+        self._others += [x for x in facts(old, new, LATER) if x.startswith("run.")] + [*attachments(old, new)]
+        self._others += [x for x in channels(old, new) if not x.startswith("topics")]
+        if new.result["status"] == "finished" and old.result.get("digest") == new.result["digest"]:
+            self._others.append(f"simulated again, the run finishes, the result says '{old.result.get('status')}'")
+        return ""
+
+
+def _row_apart(old: Recording, new: Recording, prefix: bool) -> Deviation | None:
+    """The first recorded row that is not the same in the new run; `prefix`: which may go on."""
+    for topic in sorted(x for x in {*old.topics, *new.topics} if x.startswith(("/samples", "/poses"))):
+        a, b = hashes(old, topic), hashes(new, topic)
+        n = min(len(a), len(b))
+        off = np.flatnonzero(a[:n] != b[:n])
+        if not len(off) and (len(a) == len(b) or (prefix and len(a) < len(b))):
+            continue
+        row = int(off[0]) if len(off) else n
+        t_ns = min(int(x["t"][row]) for x in (a, b) if row < len(x))
+        for name in (x for x in old.signals() if x in new.signals() and topic in ("/samples", "/poses")):
+            if name.startswith("pose/") == (topic == "/poses"):
+                x, y = (rec.signal(name) for rec in (old, new))
+                values = [s.values[row] if row < len(s) else None for s in (x, y)]
+                if found := _column(values):
+                    return Deviation(t_ns, 0, f"/{name}/{x.names[found[0]]}", *found[1:])
+        return Deviation(t_ns, 0, topic, f"row {row}" if row < len(a) else None, f"row {row}" if row < len(b) else None)
+    return None
+
+
+def _column(rows: Sequence[np.ndarray | None]) -> tuple[int, float | None, float | None] | None:
+    """The first column in which two rows differ, and both values."""
+    a, b = rows
+    if a is None or b is None:
+        return 0, *(None if x is None else float(x[0]) for x in rows)  # type: ignore[return-value]
+    off = np.flatnonzero(a.view(np.int64) != b.view(np.int64))
+    return (int(off[0]), float(a[off[0]]), float(b[off[0]])) if len(off) else None

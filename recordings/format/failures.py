@@ -1,0 +1,81 @@
+"""What goes wrong where a file is read: errors of its bytes, and libraries that fail by themselves."""
+
+from __future__ import annotations
+
+import errno
+import struct
+import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import wraps
+from traceback import walk_tb
+from types import ModuleType
+from typing import Concatenate, ParamSpec, Protocol, TypeVar
+
+import msgspec
+import zstandard
+from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
+from mcap.exceptions import McapError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+S = TypeVar("S", bound="Read")
+BROKEN = (
+    McapError,
+    struct.error,
+    zstandard.ZstdError,
+    msgspec.MsgspecError,
+    DecodeError,
+    OSError,
+    EOFError,
+    ArithmeticError,
+    ValueError,
+    LookupError,
+    AttributeError,
+    TypeError,
+    MemoryError,
+    RecursionError,
+)
+"""What bytes raise that are not what a run has written."""
+READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "numpy"} | sys.stdlib_module_names
+
+
+def failing(error: BaseException) -> str:
+    """The library that an error is about, whatever the file holds: one that cannot be imported, lacks something or
+    stumbles; "" if it is one of those that read the bytes."""
+    if isinstance(error, ImportError):
+        return (error.name or str(error)).partition(".")[0]
+    if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
+        return error.obj.__name__.partition(".")[0]
+    for frame, _ in walk_tb(error.__traceback__):
+        package = str(frame.f_globals.get("__name__", "")).partition(".")[0]
+        importing = frame.f_code.co_name == "<module>" and package not in ("heavylift", "__main__")
+        if importing or (package not in READERS and "-packages" in frame.f_code.co_filename):  # site-, dist-
+            return package
+    return ""
+
+
+def refused(error: BaseException) -> str:
+    """What the system refuses to give: a disk that fails, memory; "" if that is not what an error is about."""
+    if isinstance(error, MemoryError):
+        return "there is too little memory; end other programs and try again"
+    if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL, errno.EOVERFLOW):
+        return f"{error.strerror}; look after the disk and try again"
+    return ""
+
+
+class Read(Protocol):
+    """What is read of such a file."""
+
+    def reading(self) -> AbstractContextManager[None]: ...
+
+
+def guarded(tell: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
+    """Makes of a function of a recording one that ends in a sentence where facts in the file are not what they are."""
+
+    @wraps(tell)
+    def told(rec: S, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        with rec.reading():
+            return tell(rec, *args, **kwargs)
+
+    return told

@@ -1,0 +1,230 @@
+"""What a recording says, computed again from the messages in it: digest, peaks, numbers of events and rows.
+
+Messages are taken one after the other, from a whole file or from what is left of one.  Of an event the file holds its
+value as JSON, and the schema tells which text was bytes; of a number that was none JSON keeps nothing, so a run with
+such an event has no digest that can be computed again.
+"""
+
+from __future__ import annotations
+
+from base64 import b64decode
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager
+from typing import Any, Protocol
+
+import msgspec
+import numpy as np
+from heavylift.recordings.format.digest import Digest
+from heavylift.recordings.format.failures import guarded
+from heavylift.recordings.format.samples import SAMPLER, Field, SampleChannel, SampleLayout
+from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
+from heavylift.recordings.format.template import Template
+from heavylift.recordings.format.viewer_messages import Log, frames_template
+from heavylift.recordings.write.rows import Peak, note_peaks
+from numpy.typing import NDArray
+
+from .chunks import Raw
+from .container import Topic
+
+Floats = NDArray[np.float64]
+READ = ("/samples", "/poses", "/log")  # topics that are taken, beside those of events
+BLOCK = 4096  # rows that are decoded together
+EVENT = msgspec.json.Decoder(RecordedEvent).decode
+
+
+class Unknown(ValueError):
+    """The file does not tell what a value was."""
+
+
+class Contents:
+    """Takes the messages of a file in their order until `end`; then `digest`, `peaks` of ropes from the rounded rows,
+    `events` and `rows`.  No digest can be computed where the file does not tell enough (`unknown`) or its rows are not
+    whole (`torn`), both sentences."""
+
+    def __init__(self) -> None:
+        self.peaks: dict[str, Peak] = {}
+        self.events, self.unknown, self.torn = 0, "", ""
+        self._digest = Digest()
+        self._lifts = {"": _Lift()}
+        self._schemas: dict[bytes, Any] = {}
+        self._notes: list[tuple[int, int, str]] = []
+
+    def take(self, topic: str, facts: Mapping[str, str], schema: bytes, t_ns: int, data: bytes) -> None:
+        """The next message of a topic with these facts, published at this simulation time [ns]; one of the errors of
+        bytes that are not what was written if it cannot be read."""
+        kind, _, lift = topic.removeprefix("/").partition("/")
+        if "port" in facts:
+            self._event(schema, data)
+        elif topic == "/log":
+            if told := sampler_note(data):
+                self._notes.append(told)
+        elif kind in ("samples", "poses"):
+            rows = self._lifts.setdefault(lift, _Lift(lift))
+            rows.take(kind, facts, t_ns, data)
+            if rows.full:
+                self._add(rows)
+
+    @property
+    def rows(self) -> int:
+        """Samples of all lifts together."""
+        return self._lifts[""].count
+
+    @property
+    def digest(self) -> str:
+        """That of all that was taken."""
+        return "" if self.unknown or self.torn else self._digest.hexdigest()
+
+    def agrees(self, result: Mapping[str, str]) -> bool:
+        """Whether the digest of a result is that of all that was taken."""
+        return bool(self.digest) and self.digest == result.get("digest")
+
+    def _event(self, schema: bytes, data: bytes) -> None:
+        e, self.events = EVENT(data), self.events + 1
+        value = e.value
+        if b"base64" in schema or b"null" in data:
+            found = self._schemas.setdefault(schema, None) or msgspec.json.decode(schema)
+            self._schemas[schema] = found
+            try:
+                value = _written(value, found["properties"]["value"], found.get("$defs", {}))
+            except Unknown as error:
+                self.unknown = f"{e.source}.{e.port} at {e.t_ns / 1e9:.9g} s: {error}"
+        self._digest.event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(value))
+
+    def end(self) -> None:
+        """Nothing comes any more."""
+        for lift in self._lifts.values():
+            self._add(lift)
+        for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
+            self._digest.note(number, t_ns, sentence)
+
+    def _add(self, lift: _Lift) -> None:
+        """The rows that wait."""
+        times, numbers, rows = lift.joined()
+        if rows is None:
+            self.torn = self.torn or f"rows of /samples and /poses are not of the same times, from row {lift.count} on"
+            rows = numbers
+        for i, t_ns in enumerate(times):
+            self._digest.samples(lift.count + i, t_ns, rows[i].tobytes(), lift.name)
+        if not lift.name and times and lift.layout is not None:
+            note_peaks(self.peaks, lift.layout, times, numbers)
+        lift.count += len(times)
+
+
+class Messages(Protocol):
+    """What is read of a recording (`reader.Recording`)."""
+
+    topics: dict[str, Topic]
+    contents: Contents | None
+
+    def stream(self, *topics: str) -> Iterator[tuple[str, Raw]]: ...
+    def reading(self) -> AbstractContextManager[None]: ...
+
+
+@guarded
+def contents(rec: Messages) -> Contents:
+    """Those of a whole recording, in one pass through the file, the first time."""
+    if rec.contents is not None:
+        return rec.contents
+    found = rec.contents = Contents()
+    wanted = [x.name for x in rec.topics.values() if "port" in x.metadata or x.name.startswith(READ)]
+    for name, raw in rec.stream(*wanted):
+        topic = rec.topics[name]
+        found.take(name, topic.metadata, topic.form, raw.publish_time, raw.data)
+    found.end()
+    return found
+
+
+class _Lift:
+    """Messages of samples and poses that wait, of all or of one lift alone; `count`: of rows before these."""
+
+    def __init__(self, name: str = "") -> None:
+        self.name, self.count = name, 0
+        self.layout: SampleLayout | None = None  # of the numbers
+        self._forms: dict[str, Template] = {}
+        self._places: dict[str, slice] = {}
+        self._waiting: dict[str, list[tuple[int, bytes]]] = {"samples": [], "poses": []}
+
+    def take(self, kind: str, facts: Mapping[str, str], t_ns: int, data: bytes) -> None:
+        if kind not in self._forms:
+            if kind == "samples":
+                fields = msgspec.json.decode(facts["signals"], type=list[Field])
+                places = field_places(fields)
+                self._forms[kind] = samples_template(fields)
+                self._places[kind] = slice(0, sum(len(field.columns) for field in fields))
+                at = [places[f.signal] for f in fields]
+                found = zip(fields, at, strict=True)
+                self.layout = SampleLayout(
+                    [SampleChannel(f.signal, f.columns, f.unit, x.start, x.stop) for f, x in found]
+                )
+            else:
+                bodies = msgspec.json.decode(facts["names"], type=list[str])
+                self._forms[kind], self._places[kind] = frames_template(bodies), slice(0, 7 * len(bodies))
+        self._waiting[kind].append((t_ns, data))
+
+    @property
+    def full(self) -> bool:
+        """Whether it is time to decode."""
+        return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
+
+    def joined(self) -> tuple[list[int], Floats, Floats | None]:
+        """Times [ns] of the rows that wait, their numbers, and these with the poses, None if they are not of one time
+        each."""
+        at, parts = list[list[int]](), list[Floats]()
+        for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
+            waiting, self._waiting[kind] = self._waiting[kind], []
+            at.append([t for t, _ in waiting])
+            parts.append(self._forms[kind].decode(_table([x for _, x in waiting]), self._places[kind])[0])
+        if not at:
+            return [], np.zeros((0, 0)), np.zeros((0, 0))
+        return at[0], parts[0], np.hstack(parts) if at[-1] == at[0] else None
+
+
+def _table(messages: list[bytes]) -> NDArray[np.uint8]:
+    """(n, bytes) of messages; ValueError if their lengths differ."""
+    lengths = {len(message) for message in messages}
+    if len(lengths) > 1:
+        raise ValueError("rows of one topic have several lengths")
+    return np.frombuffer(b"".join(messages), np.uint8).reshape(len(messages), *lengths)
+
+
+def sampler_note(data: bytes) -> tuple[int, int, str] | None:
+    """Number, time [ns] and sentence of a line of the log, if the sampler has noted it for people."""
+    line = Log.FromString(data)
+    if line.name != SAMPLER or line.level != Log.Level.WARNING:
+        return None
+    return line.line, line.timestamp.ToNanoseconds(), line.message
+
+
+def _written(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> Any:
+    """A value from JSON as it was before: bytes where the schema says so; Unknown where null stands for a number."""
+    while "$ref" in schema:
+        schema = defs[schema["$ref"].rpartition("/")[2]]
+    if "anyOf" in schema:
+        schema = next((x for x in schema["anyOf"] if _fits(value, x, defs)), schema)
+        return _written(value, schema, defs) if "anyOf" not in schema else value
+    if value is None and schema.get("type") == "number":
+        raise Unknown("a number that is none, which JSON does not keep")
+    if isinstance(value, str) and schema.get("contentEncoding") == "base64":
+        return b64decode(value)
+    if isinstance(value, dict):
+        parts, rest = schema.get("properties", {}), schema.get("additionalProperties", {})
+        return {key: _written(x, parts.get(key, rest if rest else {}), defs) for key, x in value.items()}
+    if isinstance(value, list):
+        parts, rest = schema.get("prefixItems", []), schema.get("items") or {}
+        return [_written(x, parts[i] if i < len(parts) else rest, defs) for i, x in enumerate(value)]
+    return value
+
+
+KINDS: dict[str, type | tuple[type, ...]] = {
+    "number": (int, float), "integer": int, "string": str, "boolean": bool, "null": type(None), "array": list,
+}  # fmt: skip
+
+
+def _fits(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> bool:
+    """Whether a value can be of this part of a union."""
+    while "$ref" in schema:
+        schema = defs[schema["$ref"].rpartition("/")[2]]
+    kind = schema.get("type")
+    if isinstance(value, dict):
+        return kind == "object" and {*schema.get("required", ())} <= value.keys() <= {*schema.get("properties", value)}
+    return "enum" in schema or "const" in schema or isinstance(value, KINDS.get(str(kind), ()))

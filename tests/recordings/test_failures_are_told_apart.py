@@ -1,0 +1,155 @@
+"""Damage, other programs, libraries that fail, a system that refuses: each has a sentence of its own."""
+
+from __future__ import annotations
+
+import errno
+import json
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from altered_recordings import Parts, altered
+from heavylift.kernel.errors import RecordingError, extra
+from heavylift.recordings import Recording, curves, export, info, info_data, plot, recover, report, storyboard, view
+from heavylift.recordings.documents import facts
+from spoiled_recordings import CHUNK, records
+
+NO_NUMBERS = ["NaN", "Infinity", "-Infinity", "1e999", '"NaN"', "null", "[]", '{"a":NaN}']
+
+
+@pytest.fixture
+def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], None]]:
+    """A library of a user's that does this when it is imported."""
+
+    def write(text: str) -> None:
+        (tmp_path / "site-packages" / "oldlib.py").write_text(text)
+
+    (tmp_path / "site-packages").mkdir()
+    monkeypatch.syspath_prepend(tmp_path / "site-packages")
+    yield write
+    sys.modules.pop("oldlib", None)
+
+
+@pytest.mark.parametrize(
+    ("text", "call", "told"),
+    [
+        ("raise ValueError('numpy.dtype size changed')", "", "numpy.dtype size changed"),
+        ("raise ImportError('needs numpy 3')", "", "needs numpy 3"),
+        ("import no_such_library", "", "No module named 'no_such_library'"),
+        ("def f(): raise TypeError('another signature')", "f", "another signature"),
+        ("", "f", "module 'oldlib' has no attribute 'f'"),
+    ],
+)
+def test_a_library_that_fails_is_named(
+    text: str, call: str, told: str, recorded: Path, library: Callable[[str], None]
+) -> None:
+    library(text)
+
+    def use() -> None:
+        import oldlib  # type: ignore[import-not-found]
+
+        getattr(oldlib, call)() if call else None
+
+    with pytest.raises(RecordingError) as error, Recording(recorded).reading():
+        use()
+    said = str(error.value)
+    assert "the library " in said
+    assert told in said
+    assert "damaged" not in said
+
+
+def test_an_extra_that_is_there_but_fails_is_named(library: Callable[[str], None]) -> None:
+    missing = RecordingError("install it")
+    library("raise ValueError('numpy.dtype size changed')")
+    with pytest.raises(RecordingError, match=r"oldlib is installed but fails \(numpy\.dtype size changed\)"):
+        extra("oldlib", missing)
+    with pytest.raises(RecordingError, match="install it"):
+        extra("no_such_library", missing)
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(errno.EIO, "Input/output error"), "cannot be read: Input/output error; look after the disk"),
+        (MemoryError(), "cannot be read: there is too little memory"),
+    ],
+)
+def test_what_the_system_refuses_is_no_damage(error: Exception, told: str, recorded: Path) -> None:
+    with pytest.raises(RecordingError, match=told), Recording(recorded).reading():
+        raise error
+
+
+def test_a_turned_byte_sends_every_command_to_recover(recorded: Path, tmp_path: Path) -> None:
+    data = bytearray(recorded.read_bytes())
+    place, length = next((place, length) for opcode, place, length in records(bytes(data)) if opcode == CHUNK)
+    data[place + 9 + length // 2] ^= 0x55
+    path = tmp_path / "turned.mcap"
+    path.write_bytes(data)
+    ways: list[Callable[[], object]] = [
+        lambda: plot(path, tmp_path / "x.png"),
+        lambda: export(path, tmp_path / "x.csv"),
+        lambda: report(path, tmp_path / "x.html"),
+        lambda: view(path, tmp_path / "y.html"),
+        lambda: storyboard(path, tmp_path / "z.png"),
+        lambda: curves(path, ["rope/*"], tmp_path / "x.svg"),
+        lambda: info(path),
+        lambda: Recording(path).events(),
+    ]
+    for way in ways:
+        with pytest.raises(RecordingError, match=rf"is damaged \(.*\); `heavylift recover {path}` saves"):
+            way()
+    assert [x.name for x in tmp_path.iterdir() if x.suffix in (".png", ".csv", ".html", ".svg")] == []
+
+
+def test_what_another_program_has_changed_is_not_sent_to_recover(recorded: Path, tmp_path: Path) -> None:
+    def spoil(parts: Parts) -> None:
+        i = parts.rows()[0]
+        parts.messages[i] = parts.messages[i]._replace(data=parts.messages[i].data[:-1])
+
+    path = altered(recorded, tmp_path / "changed.mcap", spoil)
+    with pytest.raises(
+        RecordingError, match=r"holds what no run records \(.*\), though no byte is damaged: another pro"
+    ):
+        Recording(path).signal("rope/tension")
+    with pytest.raises(RecordingError, match="is whole; there is nothing to recover"):
+        recover(path)
+
+
+@pytest.mark.parametrize("text", NO_NUMBERS)
+@pytest.mark.parametrize("name", ["sim_s", "wall_s", "samples", "peaks", "rated"])
+def test_what_is_no_number_ends_in_a_sentence(name: str, text: str, recorded: Path, tmp_path: Path) -> None:
+    path = altered(recorded, tmp_path / "no.mcap", lambda parts: parts.metadata["result"].update({name: text}))
+    ways: list[Callable[[], object]] = [
+        lambda: info(path),
+        lambda: info_data(path),
+        lambda: facts(Recording(path)),
+        lambda: Recording(path)._repr_html_(),
+        lambda: plot(path, tmp_path / "x.png"),
+        lambda: view(path, tmp_path / "y.html"),
+    ]
+    sentences = []
+    for way in ways[: None if text == "NaN" else 3]:
+        try:
+            way()
+        except RecordingError as error:
+            sentences.append(str(error))
+    assert not [x for x in sentences if "\n" in x]
+    if name != "wall_s" and text not in ("null", "[]"):
+        assert sentences or name == "rated"
+
+
+def test_an_altered_digest_or_peak_is_told_by_info(recorded: Path, tmp_path: Path) -> None:
+    def forge(parts: Parts) -> None:
+        result = parts.metadata["result"]
+        peaks = json.loads(result["peaks"])
+        peaks["west.H1"]["tension"] *= 0.9
+        result |= {"digest": "0" * 64, "peaks": json.dumps(peaks), "samples": "5"}
+
+    path = altered(recorded, tmp_path / "forged.mcap", forge)
+    told = info(path)
+    assert "the result says " + "0" * 64 in told
+    assert "the peak of west.H1 is 451 kN in the rows, the result says 405.9 kN" in told
+    assert "there are 6 samples, the result says 5" in told
+    assert len(info_data(path)["wrong"]) == 3
+    assert info_data(recorded)["wrong"] == []
