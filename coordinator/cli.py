@@ -22,7 +22,7 @@ LIGHT = {
 
 def main() -> None:
     """Entry point of the command `heavylift`."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())  # none is lost, and none comes while Python imports
+    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())  # until somebody hears them
     from heavylift.coordinator.supervision.hash_seed import start_again
 
     from .stopping import STOPPED, UNHEARD, ReaderLeft, Stopping, heard, open_streams

@@ -113,7 +113,7 @@ def open_streams() -> None:
         except OSError:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # gets the lowest number that is free
             if getattr(sys, name) is None:
-                setattr(sys, name, open(fd, "w" if fd else "r", encoding="utf-8", closefd=False))
+                setattr(sys, name, open(fd, "w" if fd else "r", encoding="utf-8", closefd=False))  # noqa: SIM115 - lives as long
 
 
 @contextmanager

@@ -34,7 +34,7 @@ from heavylift.coordinator.protocol.memory import answer
 from heavylift.coordinator.protocol.messages import Done, Hello
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.outside import OpenCoordinator
-from heavylift.kernel.errors import ModelError, SceneError
+from heavylift.kernel.errors import ModelError, SceneError, path_text
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, encode, ns
@@ -197,10 +197,10 @@ def export(scene: LoadedScene, output: Path, force: bool = False) -> Path:
     """Write the unit of a scene; its path."""
     name = "".join(word.capitalize() for word in re.findall(r"[A-Za-z0-9]+", scene.plan.name))
     name = name if name[:1].isalpha() else f"Scene{name}"
-    kept = _Kept(plan_bytes(scene.plan), scene.text, scene.merged, scene.path.name)
+    kept = _Kept(plan_bytes(scene.plan), scene.text, scene.merged, path_text(scene.path.name))
     with PartFile(output, "a unit", (".fmu",), force) as file, tempfile.TemporaryDirectory() as folder:
         code, data, made = (Path(folder) / x for x in (f"heavylift_{name.lower()}.py", KEPT, f"{name}.fmu"))
-        code.write_text(CODE.format(name=name))
+        code.write_text(CODE.format(name=name), encoding="utf-8")
         data.write_bytes(msgspec.msgpack.encode(kept))
         FmuBuilder.build_FMU(code, dest=made, project_files=[data])
         with zipfile.ZipFile(made, "a") as archive:

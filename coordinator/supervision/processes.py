@@ -228,7 +228,7 @@ class Processes:
     def output(self, node: str) -> str:
         """All that a node has written to its standard output and error."""
         log = self.directory.log(node)
-        return log.read_text(errors="replace") if log.exists() else ""
+        return log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
 
     def stop(self, grace: float = GRACE_s) -> None:
         """Wait `grace` [s] for nodes to leave, then kill them; the keeper stays and guards the directory."""
