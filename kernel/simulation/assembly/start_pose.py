@@ -164,7 +164,7 @@ def told_changes(program: Program, before: np.ndarray, after: np.ndarray, P: np.
     moved = []
     for k in links:
         if k.joint.q0:
-            moved += _changed(k.joint, before[k.q], after[k.q])
+            moved += _changed(k.joint, before[k.q].tolist(), after[k.q].tolist())
     moved += _closing(program, after, P)
     asked = [k for k in links if k.joint.v0]
     fastest = max((abs(float(before[nq + i])) for k in asked for i in range(k.v.start, k.v.stop)), default=0.0)
@@ -246,7 +246,7 @@ def _refusal(program: Program, pose: Pose, asked: Mapping[tuple[int, int], bool]
         (abs(z - x), where, x, z, turns)
         for k in program.graph.links
         if k.joint.q0
-        for where, x, end, turns in _coordinates(k.joint, y[k.q], possible[k.q])
+        for where, x, end, turns in _coordinates(k.joint, y[k.q].tolist(), possible[k.q].tolist())
         for z in (near(end, x) if turns else end,)
     ]
     _, where, x, z, turns = max(changes, key=lambda change: change[0])
