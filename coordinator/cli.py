@@ -9,11 +9,8 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import signal
 import sys
-
-from heavylift.coordinator.supervision.hash_seed import start_again
-
-from .stopping import STOPPED, UNHEARD, ReaderLeft, Stopping, heard
 
 LIGHT = {
     "OPENBLAS_NUM_THREADS": "1",  # threads reserve 40 MB each, and need none
@@ -25,6 +22,13 @@ LIGHT = {
 
 def main() -> None:
     """Entry point of the command `heavylift`."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())  # until somebody hears them
+    from heavylift.coordinator.supervision.hash_seed import start_again
+
+    from .stopping import STOPPED, UNHEARD, ReaderLeft, Stopping, heard, open_streams
+
+    open_streams()
+    start_again()
     stopping = Stopping()
     gc.set_threshold(50_000)  # hardly anything that a start makes is garbage: looking for some takes a tenth of it
     atexit.register(gc.freeze)  # nor is what an end leaves: the system takes it back in no time
@@ -32,7 +36,7 @@ def main() -> None:
     with heard():
         try:
             try:
-                start_again()
+                signal.pthread_sigmask(signal.SIG_SETMASK, ())
                 from heavylift.coordinator.commands.common.ending import (
                     carry_out,  # takes a fifth of a second, in which Ctrl-C may come
                 )

@@ -105,6 +105,17 @@ class whole:
             asked._look()
 
 
+def open_streams() -> None:
+    """Open standard streams that are closed on /dev/null, lest a file or a socket takes their place."""
+    for fd, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(fd)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # gets the lowest number that is free
+            if getattr(sys, name) is None:
+                setattr(sys, name, open(fd, "w" if fd else "r", encoding="utf-8", closefd=False))  # noqa: SIM115 - lives as long
+
+
 @contextmanager
 def heard() -> Iterator[None]:
     """Let standard error drop what nobody hears, and standard output raise ReaderLeft when nobody does."""

@@ -14,19 +14,26 @@ All other rooms import these names and add none: `except HeavyliftError` catches
 """
 
 import errno
+import os
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
 __all__ = [
     "UNREADABLE", "HeavyliftError", "KernelError", "ModelError", "OutputError", "ProtocolError",
-    "RecordingError", "SceneError", "SignalError", "Stopped", "extra", "out_of_memory",
+    "RecordingError", "SceneError", "SignalError", "Stopped", "extra", "out_of_memory", "path_text",
 ]  # fmt: skip
 
 
 UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, RecursionError, MemoryError)
 """What msgspec raises of bytes of others that are not what they should be."""
+
+
+def path_text(path: Path | str) -> str:
+    """A path as text that can be written anywhere: bytes that are no UTF-8 are escaped."""
+    return os.fsencode(path).decode(errors="backslashreplace")
 
 
 def out_of_memory(error: BaseException | None) -> bool:

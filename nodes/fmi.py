@@ -178,7 +178,14 @@ class Unit:
     def advance(self, t: float, h: float) -> None:
         """One step [s]; ModelError if the unit would end there."""
         self._state = None
-        done = self._fmu.doStep(t, h)  # in FMI 3: event, end, early return, time
+        try:
+            done = self._fmu.doStep(t, h)  # in FMI 3: event, end, early return, time
+        except Exception as error:
+            stop = getattr(self._told.defaultExperiment, "stopTime", None)
+            told = f"; its default experiment stops at {stop} s" if stop else ""
+            raise ModelError(
+                f"{self.name}: {self.file.name} refuses the step of {h:g} s at {t:g} s ({error}){told}"
+            ) from None
         if done and done[1]:
             raise ModelError(f"{self.name}: {self.file.name} asks for the end of the simulation at {done[3]:g} s")
 

@@ -24,7 +24,7 @@ from heavylift.kernel.version import __version__
 from packaging.requirements import Requirement
 
 if TYPE_CHECKING:
-    from packaging.requirements import Requirement
+    pass
 
 EXTRAS = {  # what some commands need, and what for
     "cryptography": "certificates of runs over several hosts: pip install 'heavylift[hosts]'",

@@ -146,7 +146,7 @@ def types(
 
     if name:
         machine_type(name)
-        typer.echo(library()[name].read_text(), nl=False)
+        typer.echo(library()[name].read_text(encoding="utf-8"), nl=False)
         return
     keys = ("about", "capacity", "source")
     found = {each: {key: machine_type(each).about(key) for key in keys} for each in library()}

@@ -66,11 +66,11 @@ def sweep(
             )  # fmt: skip
         except Stopped:
             if progress.study is not None:
-                (output / "summary.html").write_text(page(progress.study))
+                (output / "summary.html").write_text(page(progress.study), encoding="utf-8")
             raise
         finally:
             progress.end()
-    (output / "summary.html").write_text(page(study))
+    (output / "summary.html").write_text(page(study), encoding="utf-8")
     found, again = summary(study), verified(study, verify)
     differing = [number for number, equal in again if not equal]
     if as_json:

@@ -16,7 +16,7 @@ from typing import NamedTuple, Self
 
 import msgspec
 from heavylift.coordinator.transport.run_directory import places
-from heavylift.kernel.errors import UNREADABLE, ProtocolError
+from heavylift.kernel.errors import UNREADABLE, ProtocolError, path_text
 from heavylift.kernel.version import __version__
 
 NAME = "run.json"
@@ -60,7 +60,7 @@ class Announcement:
         angles: tuple[str, ...],
     ) -> None:
         plain = {name: dict(fields) for name, fields in units.items()}
-        given = str(recording.absolute()) if recording else ""
+        given = path_text(recording.absolute()) if recording else ""
         notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
         fresh = directory / (NAME + ".new")
         self._file = FileIO(fresh, "w", opener=lambda name, flags: os.open(name, flags, 0o600))
@@ -116,7 +116,7 @@ def _running() -> Iterator[Found]:
 
 
 def _same(recording: str, file: Path) -> bool:
-    return recording in (str(file), str(file).removesuffix(".part"))
+    return recording in (path_text(file), path_text(file).removesuffix(".part"))
 
 
 def _locked(path: Path) -> bool:

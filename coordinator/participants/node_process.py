@@ -68,7 +68,7 @@ def _traced() -> bool:
             return True
         frame = frame.f_back
     try:
-        with open("/proc/self/status") as status:
+        with open("/proc/self/status", encoding="utf-8", errors="replace") as status:
             return any(line.startswith("TracerPid:") and line.split()[1] != "0" for line in status)
     except OSError:
         return False

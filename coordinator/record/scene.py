@@ -20,7 +20,7 @@ from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.cache import remembered
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError
+from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError, path_text
 from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
@@ -108,7 +108,7 @@ class Record(FileTape):
             **(more or {}),
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
         }
-        attachments = {scene.path.name: scene.text.encode(), RESOLVED: encode(plan)}
+        attachments = {path_text(scene.path.name): scene.text.encode(), RESOLVED: encode(plan)}
         attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}
         attachments[LAYOUT] = layout([r.name for r in system(plan, models).all_ropes], *surroundings(plan))
         self._facts: dict[str, object] = facts

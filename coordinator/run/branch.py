@@ -24,7 +24,7 @@ from heavylift.coordinator.participants.recalled import Past
 from heavylift.coordinator.record.scene import MERGED, Result
 from heavylift.coordinator.replay.deviation import Deviation
 from heavylift.coordinator.replay.recorded import RecordedRun
-from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError
+from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError, path_text
 from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import Event, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL
@@ -236,7 +236,7 @@ def _past(what: Branch) -> Past:
         lambda: ((at, rec.checkpoint(at)) for at in before),
         {
             "branch": {
-                "of": what.path.name,
+                "of": path_text(what.path.name),
                 "digest": rec.result.get("digest", ""),
                 "t": tag.t / 1e9,
                 "stage": what.at.stage,

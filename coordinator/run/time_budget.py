@@ -145,7 +145,7 @@ def lasts(scene: LoadedScene) -> float:
 def elapsed() -> float:
     """Seconds since this process was started, whatever it was before it became this program."""
     try:
-        stat = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
+        stat = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
         return time.clock_gettime(time.CLOCK_BOOTTIME) - int(stat[19]) / os.sysconf("SC_CLK_TCK")
     except (OSError, AttributeError, IndexError):  # not Linux
         return time.perf_counter() - IMPORTED

@@ -10,12 +10,14 @@ its end and shows the lift there by the dense output of the mechanics, so that c
     tension.NAME, peak.NAME  of a rope now, and the largest so far [N]
     pose.BODY.x ... .qw      place [m] and quaternion of a body
 
+A step beyond the end of the scene or of the experiment is discarded, as is one back in time, and the log says why.
 It needs this heavylift in the Python that the master loads, and has no state to be saved.
 """
 
 from __future__ import annotations
 
 import re
+import sys
 import tempfile
 import zipfile
 from collections.abc import Callable
@@ -34,7 +36,7 @@ from heavylift.coordinator.protocol.memory import answer
 from heavylift.coordinator.protocol.messages import Done, Hello
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.outside import OpenCoordinator
-from heavylift.kernel.errors import ModelError, SceneError
+from heavylift.kernel.errors import HeavyliftError, ModelError, SceneError, path_text
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, encode, ns
@@ -47,7 +49,8 @@ from heavylift.nodes.scene.operator_command import spoken
 from heavylift.recordings import SampleLayout
 from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.partfile import PartFile
-from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, FmuBuilder, Real, String
+from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Slave, Fmi2Variability, FmuBuilder, Real, String
+from pythonfmu.enums import Fmi2Status
 
 KEPT = "scene.heavylift"
 CODE = """import ctypes
@@ -77,7 +80,9 @@ class Stepped:
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
         """`words` makes an OperatorCommand's action of a command."""
         models, wires = build(plan), wiring(plan)
-        self._words, self.now, self.refused, self._over = words, 0, "", False
+        self._words, self.now, self.refused, self._over, self._failed = words, 0, "", False, ""
+        self.stop = FOREVER.t
+        """No step may go beyond [ns]."""
         self._kernel = KernelNode(configured(plan, models), lambda batch: None)
         most = plan.microsteps
         self._nodes = {n: Node(n, Simulator(m, microsteps=most, wires=wires.all)) for n, m in models.items()}
@@ -112,7 +117,27 @@ class Stepped:
             self._core.inject(command(Given(Tag(self.now), said)))
 
     def go(self, to_ns: int) -> None:
-        """All that comes before that time; raises HeavyliftError as a run does."""
+        """All that comes before that time; raises HeavyliftError as a run does, and for a time that it has not."""
+        if self._failed:
+            raise ModelError(self._failed)
+        if to_ns < self.now:
+            raise ModelError(f"the unit stands at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
+        self._check_end(to_ns)
+        try:
+            self._go(to_ns)
+        except HeavyliftError as error:
+            self._failed = str(error)
+            raise
+        self._check_end(to_ns)  # perhaps all its actions are done
+
+    def _check_end(self, to_ns: int) -> None:
+        """Refuse a time beyond the end of the scene or of the experiment."""
+        ends = {"scene": self._core.end.t, "experiment": self.stop}
+        what = min(ends, key=lambda x: ends[x])
+        if to_ns > ends[what]:
+            raise ModelError(f"the {what} ends at {ends[what] / 1e9:g} s, and no step may go to {to_ns / 1e9} s")
+
+    def _go(self, to_ns: int) -> None:
         answers: list[tuple[str, Done]] = []
         while True:
             for name, grant in self._core.ready(Tag(to_ns)):
@@ -120,8 +145,8 @@ class Stepped:
             if not answers:
                 break
             self._core.done(*answers.pop())
-        self.now = to_ns
-        if self._core.over is not None and not self._over:
+        self.now = min(to_ns, self._core.end.t)
+        if self._core.over is not None and not self._over and self.now == self._core.end.t:
             self._kernel.finish(self._core.end)
             self._over = True
         self._look()
@@ -156,6 +181,7 @@ class Unit(Fmi2Slave):  # type: ignore[misc]
         demand(functions(plan), f"{kept.name}.fmu")
         self.author, self.description = GENERATOR, f"the scene {plan.name}"
         self.command = self._given = ""
+        self.default_experiment = DefaultExperiment(0.0, plan.end, 1 / plan.samples_hz, plan.tolerance)
 
         def said(text: str) -> bytes:
             return msgspec.msgpack.encode(spoken(restored(plan, kept.text, kept.merged, kept.name), text))
@@ -184,12 +210,23 @@ class Unit(Fmi2Slave):  # type: ignore[misc]
             structure[-1].tag = "InitialUnknowns"
         return root
 
+    def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
+        """The experiment [s] begins with the scene; the scene has its own tolerance."""
+        if start_time:
+            raise SceneError(f"the scene begins at 0 s; set startTime to 0, not to {start_time:g}")
+        self._run.stop = FOREVER.t if stop_time is None else ns(stop_time)
+
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """One communication step [s]."""
+        """One communication step [s]; False discards it."""
         if self.command != self._given and self.command:
             self._run.order(self.command)
         self._given = self.command
-        self._run.go(ns(current_time + step_size))
+        try:
+            self._run.go(ns(current_time + step_size))
+        except HeavyliftError as error:
+            self.log(str(error), Fmi2Status.error)
+            sys.stderr.write(f"heavylift: {error}\n")  # many masters drop the log, and take this for an early end
+            return False
         return True
 
 
@@ -197,10 +234,10 @@ def export(scene: LoadedScene, output: Path, force: bool = False) -> Path:
     """Write the unit of a scene; its path."""
     name = "".join(word.capitalize() for word in re.findall(r"[A-Za-z0-9]+", scene.plan.name))
     name = name if name[:1].isalpha() else f"Scene{name}"
-    kept = _Kept(plan_bytes(scene.plan), scene.text, scene.merged, scene.path.name)
+    kept = _Kept(plan_bytes(scene.plan), scene.text, scene.merged, path_text(scene.path.name))
     with PartFile(output, "a unit", (".fmu",), force) as file, tempfile.TemporaryDirectory() as folder:
         code, data, made = (Path(folder) / x for x in (f"heavylift_{name.lower()}.py", KEPT, f"{name}.fmu"))
-        code.write_text(CODE.format(name=name))
+        code.write_text(CODE.format(name=name), encoding="utf-8")
         data.write_bytes(msgspec.msgpack.encode(kept))
         FmuBuilder.build_FMU(code, dest=made, project_files=[data])
         with zipfile.ZipFile(made, "a") as archive:

@@ -1,8 +1,8 @@
 """One seed for the hashes of all processes of a run: who iterates over a set of strings does so alike in equal runs.
 
 Python draws the seed at the start of a process unless PYTHONHASHSEED says otherwise, so the keeper is started with it
-and the command `heavylift` starts itself again.  A script that runs models in its own process has its seed already:
-`loose` finds the models that may show it.
+and the command `heavylift` starts itself again, in UTF-8 in any locale.  A script that runs models in its own
+process has its seed already: `loose` finds the models that may show it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from heavylift.nodes.devs import Model
 
-SEED = {"PYTHONHASHSEED": "0"}
+SEED = {"PYTHONHASHSEED": "0", "PYTHONUTF8": "1"}
 
 
 def fixed() -> bool:
@@ -26,8 +26,10 @@ def fixed() -> bool:
 
 def start_again() -> None:
     """Put the command that this process is in its own place with the seed; nothing if another program called it."""
-    told = os.environ.get("PYTHONHASHSEED") == SEED["PYTHONHASHSEED"]  # and not listened to: python -E
-    if not fixed() and not told and os.name == "posix" and sys.orig_argv[-len(sys.argv) :] == sys.argv:
+    told = os.environ.items() >= SEED.items()  # and not listened to: python -E
+    if told or (fixed() and sys.flags.utf8_mode) or os.name != "posix":
+        return
+    if sys.orig_argv[-len(sys.argv) :] == sys.argv:
         os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, **SEED})
 
 

@@ -165,7 +165,7 @@ def remove(directory: str) -> None:
 
 def name_process(node: str) -> None:
     """Show the node's name in `top` and `ps -c`, where the system allows it."""
-    with contextlib.suppress(OSError), open("/proc/self/comm", "w") as comm:
+    with contextlib.suppress(OSError), open("/proc/self/comm", "w", encoding="utf-8") as comm:
         comm.write(f"hl {node}")
 
 

@@ -32,7 +32,7 @@ def check_room() -> None:
 def state(pid: int) -> str:
     """The system's letter for what a process does; "" if there is none or it cannot be seen."""
     try:
-        with open(f"/proc/{pid}/stat") as stat:
+        with open(f"/proc/{pid}/stat", encoding="utf-8", errors="replace") as stat:
             return stat.read().rpartition(")")[2].split()[0]
     except OSError:
         return ""

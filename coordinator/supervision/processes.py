@@ -24,7 +24,7 @@ from io import FileIO
 from queue import SimpleQueue
 from typing import IO, TYPE_CHECKING, Self
 
-from heavylift.coordinator.stopping import whole
+from heavylift.coordinator.stopping import open_streams, whole
 from heavylift.coordinator.transport.run_directory import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 
@@ -51,6 +51,7 @@ class Processes:
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
         """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
         check_room()
+        open_streams()
         self.directory = RunDirectory.chosen()
         self.pids: dict[str, int] = {}
         """Process id of each process that has been started."""
@@ -227,7 +228,7 @@ class Processes:
     def output(self, node: str) -> str:
         """All that a node has written to its standard output and error."""
         log = self.directory.log(node)
-        return log.read_text(errors="replace") if log.exists() else ""
+        return log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
 
     def stop(self, grace: float = GRACE_s) -> None:
         """Wait `grace` [s] for nodes to leave, then kill them; the keeper stays and guards the directory."""

@@ -26,7 +26,7 @@ class TicketFile:
         """Write it, or that of the next incarnation in its place; OutputError if something else stands there."""
         fresh = self.path.with_name(f".{self.path.name}-{secrets.token_hex(4)}")
         try:
-            with open(os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+            with open(os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
                 file.write(ticket.to_text())
             if self._ours or _abandoned(self.path):
                 os.replace(fresh, self.path)

@@ -85,11 +85,11 @@ class Study:
                 raise OutputError(f"{self.path}: is there already and holds no study; choose another folder with -o")
             else:
                 self.path.mkdir(parents=True, exist_ok=True)
-                hidden.write_text(json.dumps(about, indent=1) + "\n")
+                hidden.write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
                 hidden.rename(file)
             for name in (PARTS, RECORDINGS):
                 (self.path / name).mkdir(exist_ok=True)
-            self._lock = open(file)  # noqa: SIM115 - closed with the study
+            self._lock = open(file, encoding="utf-8")  # noqa: SIM115 - closed with the study
             try:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:

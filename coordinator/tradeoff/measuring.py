@@ -247,7 +247,7 @@ def _row(
 def _machine() -> Machine:
     """This one, now."""
     listed = Path("/proc/cpuinfo")
-    lines = listed.read_text().splitlines() if listed.exists() else []
+    lines = listed.read_text(encoding="utf-8").splitlines() if listed.exists() else []
     named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     processor = next(named, platform.processor() or platform.machine())
     return Machine(processor, cores(), os.getloadavg()[0], platform.python_version(), __version__)

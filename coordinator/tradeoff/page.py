@@ -17,7 +17,7 @@ from .measuring import Measured
 from .quantities import MEANT
 from .verdict import NOISE, Row, answers, percent
 
-STYLE = (Path(__file__).parent / "page.css").read_text()
+STYLE = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
 
 
 def page(measured: Measured) -> str:

@@ -62,7 +62,7 @@ class RunDirectory:
     def write(self, name: str, text: str) -> Path:
         """A file that this user only can read."""
         path = self.path / name
-        with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
             file.write(text)
         return path
 

@@ -146,7 +146,9 @@ def observer_config(directory: Path, run: str) -> dict[str, object]:
         "mode": "client",
         "connect": {"endpoints": [f"unixsock-stream/{directory / 'hub.sock'}"]},
         "scouting": {"multicast": {"enabled": False}},
-        "transport": {"auth": {"usrpwd": {"user": OBSERVER, "password": (directory / OBSERVER).read_text()}}},
+        "transport": {
+            "auth": {"usrpwd": {"user": OBSERVER, "password": (directory / OBSERVER).read_text(encoding="utf-8")}}
+        },
     }
 
 
@@ -154,7 +156,7 @@ def guest_session(directory: Path, user: str) -> zenoh.Session:
     """A session of the run in this directory that may watch its committed events (`OBSERVER`), or query its control
     (`OPERATOR`), and nothing else."""
     config = _config("client", connect=[f"unixsock-stream/{directory / 'hub.sock'}"])
-    config["transport"]["auth"] = {"usrpwd": {"user": user, "password": (directory / user).read_text()}}
+    config["transport"]["auth"] = {"usrpwd": {"user": user, "password": (directory / user).read_text(encoding="utf-8")}}
     return _open(config, f"an {user} cannot join the run in {directory}")
 
 

@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import pi
 
 import numpy as np
+from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross, exact, join
@@ -103,21 +105,51 @@ def residual_unit(kind: str, i: int) -> str:
 
 def closure_numbers(joint: Joint) -> list[float]:
     """(25,) what `closure_function` takes: p_PJ and the joint's directions in the parent, the same in the child."""
-    axis = exact(joint.axis)
-    second = exact(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
-    basis = np.array([axis, second, cross(axis, second)])
+    basis = _basis(joint)
     sides = [(joint.p_PJ, basis @ exact(joint.R_PJ).T), (joint.p_CJ, basis @ exact(joint.R_CJ).T)]
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
 
 
-def closed_coordinates(joint: Joint, A: Array, B: Array) -> dict[str, float]:
-    """Coordinates of a joint that closes a loop, where its sides are at A and B; {} where they are not told apart."""
-    if joint.kind not in ("revolute", "prismatic", "cylindrical"):
-        return {}
-    pair = _pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]
-    turn = atan2(float(pair.a[THIRD] @ pair.b[SECOND]), float(pair.a[SECOND] @ pair.b[SECOND]))
-    found = {"angle": turn, "travel": float(pair.a[AXIS] @ pair.d)}
-    return {name: float(found[name]) for name in JOINTS[joint.kind].coordinates}
+def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
+    """(n_q,) coordinates of a joint that closes a loop, where its sides are at A and B, angles near those in `q0`; for
+    messages only."""
+    a, b, _, _, d, _ = vars(_pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]).values()
+    along = [float(x @ d) for x in a]
+    M = np.array([[float(x @ y) for y in b] for x in a])  # (3, 3) the child's directions in the parent's
+    if joint.kind == "spherical":
+        basis = _basis(joint).astype(float)
+        return [float(x) for x in quaternions((basis.T @ M @ basis)[None])[0]]
+    if joint.kind == "constant-velocity":  # M = turn(second, x) turn(third, 2 y) turn(second, x)
+        x = 0.5 * atan2(M[AXIS, THIRD] - M[THIRD, AXIS], M[AXIS, AXIS] + M[THIRD, THIRD])
+        bent = cos(x) * (M[SECOND, AXIS] - M[AXIS, SECOND]) + sin(x) * (M[SECOND, THIRD] + M[THIRD, SECOND])
+        y = 0.5 * atan2(0.5 * bent, M[SECOND, SECOND])
+        return min(
+            ([near(z, q) for z, q in zip(p, joint.q0, strict=True)] for p in ((x, y), (x + pi, -y))),
+            key=lambda p: sum(abs(z - q) for z, q in zip(p, joint.q0, strict=True)),
+        )
+    turn = atan2(M[THIRD, SECOND], M[SECOND, SECOND])
+    known = {"angle": turn, "angle1": turn, "angle2": atan2(M[AXIS, THIRD], M[AXIS, AXIS])}
+    known |= {"travel": along[AXIS], "x": along[SECOND], "y": along[THIRD]}
+    if joint.kind == "screw":
+        return [along[AXIS] / joint.pitch]
+    type_ = JOINTS[joint.kind]
+    asked = joint.q0 or type_.rest
+    return [
+        near(known[c], q) if type_.turns(i) else known[c]
+        for i, (c, q) in enumerate(zip(type_.coordinates, asked, strict=True))
+    ]
+
+
+def near(x: float, y: float) -> float:
+    """The angle x [rad] with as many turns as bring it near y."""
+    return float(y + (x - y + pi) % (2.0 * pi) - pi)
+
+
+def _basis(joint: Joint) -> Array:
+    """(3, 3) rows: axis, second, third direction of a joint in its own frame."""
+    axis = exact(joint.axis)
+    second = exact(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
+    return np.array([axis, second, cross(axis, second)])
 
 
 def _perpendicular(axis: np.ndarray) -> np.ndarray:

@@ -22,6 +22,11 @@ State = tuple[float, ...]
 Flow = Callable[[State], Sequence[float]]
 LOOKS = (0.25, 0.5, 0.75, 1.0)  # of a step, at which guards are looked at
 STEPS = 1_000_000  # of one look ahead
+RESOLVED = 2  # [ns] after the one before, an event of a guard shows rounding of time, and no motion
+CROWD = 1000  # such events, of which no OTHERS in a row were later, that are chatter
+OTHERS = (
+    10  # where one side is slow, the way back from it takes longer than the resolution, and cycles may have more sides
+)
 ALONE = 1e-14  # [s] steps that are shorter lead nowhere
 
 
@@ -33,6 +38,8 @@ class Hybrid(Atomic):
     """
 
     tolerance, longest, horizon = 1e-10, 0.1, 10.0
+    _crowd: tuple[int, int, int, tuple[int, ...]] = 0, 0, -1, ()
+    """Of events that crowd: how many, how many later ones in a row, when the last was [ns], of which guards."""
 
     def _port_name(self, name: str) -> str:
         if hasattr(Hybrid, name) or name in ("state", "ahead", "fallen"):
@@ -92,9 +99,24 @@ class Hybrid(Atomic):
         """An event is taken by `fell`; where the look ahead ends the next one begins."""
         self.state, which = self.ahead, self.fallen
         if which:
+            self._check_crowd(which)
             self.fell(which)
         else:
             self.go(*self.state)
+
+    def _check_crowd(self, which: tuple[int, ...]) -> None:
+        """Raises ModelError where events of guards follow each other at the resolution of time, without end."""
+        many, later, last, guards = self._crowd
+        close = 0 <= last >= self.now.t - RESOLVED
+        many, later = (many + 1, 0) if close else (many, later + 1)
+        guards = tuple(sorted({*guards, *which}))
+        self._crowd = (many, later, self.now.t, guards) if later < OTHERS else (0, 0, self.now.t, which)
+        if many >= CROWD:
+            named = f"guard{'s' * (len(guards) > 1)} {', '.join(map(str, guards))}"
+            raise ModelError(
+                f"{named} of guards() fell {many} times, each at most {RESOLVED} ns after the one before: the flow "
+                "points at the guard from both sides; give it hysteresis, or a state in which it stays"
+            )
 
     def external(self, e: int, x: Bag) -> None:
         """Inputs are taken by `heard`."""

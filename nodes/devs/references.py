@@ -20,6 +20,8 @@ _importing: list[str] = []
 def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
     """Module or file, name, positional and named arguments; ModelError if it is no reference."""
     where = reference.partition("(")[0].rpartition(":")[0]
+    if any("\ud800" <= c <= "\udfff" for c in reference):
+        raise ModelError(f"{reference!r} names no model: its name has bytes that are no UTF-8; rename the file")
     try:
         tree = ast.parse(reference[len(where) + 1 :], mode="eval").body
         if isinstance(tree, ast.Name) and where:

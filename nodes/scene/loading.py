@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, sources, write_cached
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel.errors import SceneError, path_text
 from heavylift.nodes.fidelity import Verdict
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene.text.files import named_so_far
@@ -34,7 +34,7 @@ def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     if not isinstance(scene, str | Path):
         raise SceneError(f"{scene!r} names no scene; give its path as text or as a Path, or the name of a bundled one")
     path = scene_file(str(scene))
-    name = path.name if path in bundled().values() else str(scene)
+    name = path.name if path in bundled().values() else path_text(scene)
     return replace(_kept(path, name, scene_text(path, name), overrides), typed=str(scene))
 
 

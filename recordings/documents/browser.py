@@ -23,7 +23,7 @@ def print_page(page: str, out: Path) -> bytes:
         )
     with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as folder:
         source, printed = Path(folder) / "report.html", Path(folder) / "report.pdf"
-        source.write_text(page)
+        source.write_text(page, encoding="utf-8")
         flags = ["--headless", "--disable-gpu", "--no-first-run", "--no-pdf-header-footer", "--no-sandbox"]  # our page
         target = [f"--user-data-dir={folder}/profile", f"--print-to-pdf={printed}", source.as_uri()]
         try:

@@ -14,7 +14,7 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import RecordingError, path_text
 from heavylift.recordings.format.html import bullets, document, table
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import GENERATOR, duration
@@ -103,7 +103,7 @@ def _origin(rec: Recording) -> str:
     facts_ += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
     facts_ += [f"{' and '.join(told)} as recorded; {AGAIN}"] if (told := as_recorded(rec)) else []
     versions = [rec.library, f"python {rec.run.get('python', 'unknown')}", rec.run.get("platform", "")]
-    return "; ".join([*facts_, *filter(None, versions), f"from {rec.path.name}"])
+    return "; ".join([*facts_, *filter(None, versions), f"from {path_text(rec.path.name)}"])
 
 
 def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> tuple[str, bool]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .text import GENERATOR
 
-STYLE = (Path(__file__).parents[1] / "page" / "report.css").read_text()
+STYLE = (Path(__file__).parents[1] / "page" / "report.css").read_text(encoding="utf-8")
 Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should be
 
 

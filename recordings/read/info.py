@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from heavylift.kernel.errors import path_text
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration, table
@@ -42,7 +43,7 @@ def info_data(path: str | Path | Recording, verdict: Judged | None = None) -> di
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
         return {
-            "path": str(rec.path),
+            "path": path_text(rec.path),
             "bytes": rec.size,
             "library": rec.library,
             "run": {name: rec.fact(name) for name in rec.run},

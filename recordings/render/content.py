@@ -162,12 +162,12 @@ def bundled(name: str, content: object, policy: str = "") -> str:
     Its Content-Security-Policy lets no script run but its own, named by its hash, and nothing be fetched beyond
     `policy`.
     """
-    script = (PAGE / f"{name}.js").read_text().replace("</script", "<\\/script")
+    script = (PAGE / f"{name}.js").read_text(encoding="utf-8").replace("</script", "<\\/script")
     sha256 = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     parts = {
-        "style": (PAGE / f"{name}.css").read_text(),
+        "style": (PAGE / f"{name}.css").read_text(encoding="utf-8"),
         "run": _inert(msgspec.json.encode(content).decode()),
         "script": script,
         "policy": f"default-src 'none'; script-src 'sha256-{sha256}'; style-src 'unsafe-inline'{policy}",
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], (PAGE / f"{name}.html").read_text())
+    return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], (PAGE / f"{name}.html").read_text(encoding="utf-8"))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import RecordingError, path_text
 from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import clock, duration
@@ -83,7 +83,7 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
     more += [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
     more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
     more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
-    made = [("recording", rec.path.name), ("made by", rec.library)]
+    made = [("recording", path_text(rec.path.name)), ("made by", rec.library)]
     return {
         "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
         "status": _status(rec, verdict),

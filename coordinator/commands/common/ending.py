@@ -61,7 +61,9 @@ def carry_out() -> None:
         if refused := _refused(error):
             print(f"heavylift: {refused}", file=sys.stderr)
             sys.exit(1)
-        with tempfile.NamedTemporaryFile("w", prefix="heavylift-", suffix=".txt", delete=False) as file:
+        with tempfile.NamedTemporaryFile(
+            "w", encoding="utf-8", prefix="heavylift-", suffix=".txt", delete=False
+        ) as file:
             traceback.print_exc(file=file)
         print(
             f"heavylift: internal error, {type(error).__name__}: {error}; this is a defect of heavylift, {file.name} "

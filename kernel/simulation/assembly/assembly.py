@@ -98,7 +98,9 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
         held = [program.instances[i][0] for i in trees]
         free = sum(len(t.free_dofs) for t in held)
         closing = [r for r in rows if r < n]
-        if closing and free <= sum(bool(independent[r]) for r in closing) and not any(t.prescribed_dofs for t in held):
+        if closing and free <= sum(bool(independent[r]) for r in closing):
+            if any(t.prescribed_dofs for t in _tied(program, rows[0])):  # one that is driven as a whole is in no group
+                continue
             names = ", ".join(dict.fromkeys(constraints.names[r] for r in closing))
             raise KernelError(
                 f"{names}: the loops leave nothing free to move; "

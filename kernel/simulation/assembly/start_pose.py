@@ -10,13 +10,14 @@ of the linkage, or a pose far away, and is refused.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import degrees, inf, pi
+from math import atan2, degrees, inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values
-from heavylift.kernel.constraints.loop_closures import closed_coordinates
+from heavylift.kernel.constraints.loop_closures import closed_coordinates, near
 from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import Joint
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.reactions.jacobian import RANK, Group, Pose, pose_of
 
@@ -163,11 +164,7 @@ def told_changes(program: Program, before: np.ndarray, after: np.ndarray, P: np.
     moved = []
     for k in links:
         if k.joint.q0:
-            moved += [
-                f"{where} from {_told(x, turns)} to {_told(z, turns)}"
-                for where, x, z, turns in _coordinates(k, before, after)
-                if abs(z - x) > ROUNDED * max(1.0, abs(x) if not turns else 1.0)
-            ]
+            moved += _changed(k.joint, before[k.q].tolist(), after[k.q].tolist())
     moved += _closing(program, after, P)
     asked = [k for k in links if k.joint.v0]
     fastest = max((abs(float(before[nq + i])) for k in asked for i in range(k.v.start, k.v.stop)), default=0.0)
@@ -176,7 +173,7 @@ def told_changes(program: Program, before: np.ndarray, after: np.ndarray, P: np.
         for c, i in zip(JOINTS[k.joint.kind].velocities, range(k.v.start, k.v.stop), strict=True):
             x, z = float(before[nq + i]), float(after[nq + i])
             if abs(z - x) > SLOWER * fastest:
-                sped.append(f"{_place(k, c)} from {x:.6g} to {z:.6g} {'rad/s' if _is_turn(k, c) else 'm/s'}")
+                sped.append(f"{_place(k.joint, c)} from {x:.6g} to {z:.6g} {'rad/s' if _is_turn(k, c) else 'm/s'}")
     out = []
     if moved:
         out.append(f"the start pose was changed so that the loops of {names} close: {'; '.join(moved)}")
@@ -190,20 +187,24 @@ def _closing(program: Program, after: np.ndarray, P: np.ndarray) -> list[str]:
     out = []
     ends = pose_of(program, after, P).ends if any(j.q0 for j in program.constraints.loops) else {}
     for j in program.constraints.loops:
-        if not j.q0:
-            continue
-        found = closed_coordinates(j, *(ends[program.graph.number(body)] for body in (j.parent, j.child)))
-        for x, (name, z) in zip(j.q0, found.items(), strict=False):
-            turns = name == "angle"
-            near = x + (z - x + pi) % (2.0 * pi) - pi if turns else z
-            if abs(near - x) > ROUNDED * (1.0 if turns else max(1.0, abs(x))):
-                out.append(f"joint '{j.name}' from {_told(x, turns)} to {_told(near, turns)}")
+        if j.q0:
+            found = closed_coordinates(j, *(ends[program.graph.number(body)] for body in (j.parent, j.child)))
+            out += _changed(j, j.q0, found)
     return out
 
 
-def _place(k: Link, coordinate: str) -> str:
-    several = len(JOINTS[k.joint.kind].velocities) > 1
-    return f"joint '{k.joint.name}'{f' {coordinate}' * several}"
+def _changed(joint: Joint, asked: Columns, found: Columns) -> list[str]:
+    """What of a joint's coordinates is not as asked."""
+    return [
+        f"{where} from {_told(x, turns)} to {_told(z, turns)}"
+        for where, x, z, turns in _coordinates(joint, asked, found)
+        if abs(z - x) > ROUNDED * max(1.0, abs(x) if not turns else 1.0)
+    ]
+
+
+def _place(joint: Joint, coordinate: str) -> str:
+    several = len(JOINTS[joint.kind].velocities) > 1
+    return f"joint '{joint.name}'{f' {coordinate}' * several}"
 
 
 def _is_turn(k: Link, velocity: str) -> bool:
@@ -214,20 +215,22 @@ def _is_turn(k: Link, velocity: str) -> bool:
     )  # fmt: skip
 
 
-def _coordinates(k: Link, before: np.ndarray, after: np.ndarray) -> list[tuple[str, float, float, bool]]:
+def _coordinates(j: Joint, before: Columns, after: Columns) -> list[tuple[str, float, float, bool]]:
     """Name, both values and whether it is an angle, of each coordinate; of a quaternion the angle between both."""
-    joint = JOINTS[k.joint.kind]
-    x, z = ([float(e) for e in y[k.q.start : k.q.start + joint.n_q]] for y in (before, after))
+    joint = JOINTS[j.kind]
+    x, z = ([float(e) for e in y[: joint.n_q]] for y in (before, after))
     end = joint.n_q if joint.quaternion is None else joint.quaternion
     names = list(joint.coordinates)
     out = [
-        (_place(k, names[n]), x[n], z[n], any(m.turns for m in joint.motions if m.coordinate == n)) for n in range(end)
+        (_place(j, names[n]), x[n], z[n], any(m.turns for m in joint.motions if m.coordinate == n)) for n in range(end)
     ]
     if joint.quaternion is not None:
         p, q = x[end:], z[end:]
         part = dot(p, q) / (norm(p) * norm(q))
         across = [a - part * b for a, b in zip(q, p, strict=True)]
-        out.append((f"{_place(k, names[0])[: -len(names[0]) - 1]} attitude", 0.0, 2.0 * norm(across), True))
+        out.append(
+            (f"{_place(j, names[0])[: -len(names[0]) - 1]} attitude", 0.0, 2.0 * atan2(norm(across), abs(part)), True)
+        )
     return out
 
 
@@ -243,8 +246,8 @@ def _refusal(program: Program, pose: Pose, asked: Mapping[tuple[int, int], bool]
         (abs(z - x), where, x, z, turns)
         for k in program.graph.links
         if k.joint.q0
-        for where, x, end, turns in _coordinates(k, y, possible)
-        for z in (x + (end - x + pi) % (2.0 * pi) - pi if turns else end,)
+        for where, x, end, turns in _coordinates(k.joint, y[k.q].tolist(), possible[k.q].tolist())
+        for z in (near(end, x) if turns else end,)
     ]
     _, where, x, z, turns = max(changes, key=lambda change: change[0])
     gaps = [(abs(float(row.gap)), n) for n, row in enumerate(pose.rows)]

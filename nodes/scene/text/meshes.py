@@ -10,10 +10,12 @@ middle of the box around the shape; it is drawn, and its clearance is judged, as
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import fsum
+from math import fsum, isfinite
 from typing import Any
+from warnings import catch_warnings
 
 from heavylift.kernel.errors import SceneError, extra
 
@@ -28,6 +30,8 @@ SMALL, LARGE = 0.05, 1000.0  # [m] between which the longest edge of a block lie
 NOISE = 1e-9  # of the largest moment: products that are rounding
 THIN = 1e-3  # [m] of a slice
 SAME = 1e-3  # relative, of a size that is given besides
+FLAT = 1e-12  # of the cube of its longest edge: a volume that is rounding
+COMPRESSED = (b"KHR_draco_mesh_compression", b"EXT_meshopt_compression")
 YUP = ("glb", "gltf")  # formats whose y points up and whose unit is the metre
 
 Vector = tuple[float, float, float]
@@ -119,15 +123,36 @@ def _read(source: Source, file: str) -> list[Triangle]:
     except OSError as error:
         raise SceneError(f"the shape '{file}' cannot be read: {error.strerror}") from None
     try:
-        mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh")
-        faces = mesh.triangles.tolist()
-        closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
-    except Exception as error:  # whatever a broken file makes of the library
-        raise SceneError(f"the shape '{file}' is no {kind} file that can be read: {error}") from None
-    if not faces or not closed:
+        with catch_warnings(action="ignore"):  # in words of NumPy
+            mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh")
+            faces = mesh.triangles.tolist()
+            closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
+    except Exception:  # whatever a broken file makes of the library
+        faces, closed = [], False
+    if not faces:
+        raise SceneError(f"the shape '{file}' cannot be read: {_why(kind, data)}")
+    if not all(isfinite(x) for each in faces for p in each for x in p):
+        raise SceneError(f"the shape '{file}' has coordinates that are no finite numbers: mend it where it was drawn")
+    if not closed:
         raise SceneError(f"the surface in '{file}' is not closed: mend it where it was drawn")
     turned: list[Triangle] = [(_up(a, kind), _up(b, kind), _up(c, kind)) for a, b, c in faces]
-    return turned if solid(turned).volume > 0.0 else [(a, c, b) for a, b, c in turned]
+    volume = solid(turned).volume
+    if not abs(volume) > FLAT * max(b - a for a, b in zip(*_bounds(turned), strict=True)) ** 3:
+        raise SceneError(f"the surface in '{file}' has no inside: draw it as a solid with walls, or give 'size'")
+    return turned if volume > 0.0 else [(a, c, b) for a, b, c in turned]
+
+
+def _why(kind: str, data: bytes) -> str:
+    """Why a file has no triangles to be read, and what to do."""
+    if not data:
+        return "it is empty; write it anew from the program that it was drawn in"
+    if kind in YUP and any(word in data for word in COMPRESSED):
+        return "its surface is compressed; write it without compression"
+    if kind == "gltf" and (
+        other := next((x for x in re.findall(rb'"uri"\s*:\s*"([^"]*)"', data) if x[:5] != b"data:"), b"")
+    ):
+        return f"it needs another file, '{other.decode(errors='replace')}'; write all into one .glb file"
+    return f"it is broken, cut off, or no {kind} file; write it anew from the program that it was drawn in"
 
 
 def _up(p: Vector, kind: str) -> Vector:

@@ -7,11 +7,13 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 from heavylift.coordinator.commands import app
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.run.in_memory import Played, play
 from heavylift.coordinator.run.unit import Stepped, export
+from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Tag, encode, ns
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.scene import load
@@ -21,6 +23,15 @@ from typer.testing import CliRunner
 
 STEP, WORDS = 0.5, "loader-2: lock"
 SETS = ("end=12 s", "samples=2 Hz")
+ENDLESS = """heavylift: 1
+name: slider
+mechanism:
+  bodies: {sledge: {mass: 1 t}}
+  joints: {rail: {type: prismatic, child: sledge, axis: [1, 0, 0]}}
+  drives: {motor: {joint: rail, type: speed, damping: 50 kN s/m, ramp: 1 m/s2}}
+actions:
+  - motor: drive 1 m/s by 2 m
+"""
 OUTPUTS = {
     "tension.crane.H1": "rope/tension/crane.H1",
     "tension.loader-1.sling-1": "rope/tension/loader-1.sling-1",
@@ -103,5 +114,58 @@ def test_it_stays_as_it_was_when_the_run_is_over() -> None:
     run = Stepped(load("pendulum", ("end=1 s",)).plan, lambda text: b"")
     run.go(ns(1))
     last = run["pose/load/qy"]
-    run.go(ns(3))
+    for late in ns(1) + 1, ns(3):
+        with pytest.raises(ModelError, match=r"the scene ends at 1 s, and no step may go to"):
+            run.go(late)
+    run.go(ns(1))
     assert run["pose/load/qy"] == last
+
+
+def test_a_scene_without_a_stated_end_ends_with_its_actions(tmp_path: Path) -> None:
+    (tmp_path / "arm.yaml").write_text(ENDLESS)
+    scene = load(tmp_path / "arm.yaml")
+    assert scene.plan.end is None
+    end = int(max(play(scene.plan).times))
+    run = Stepped(scene.plan, lambda text: b"")
+    run.go(end)
+    with pytest.raises(ModelError, match=rf"the scene ends at {end / 1e9:g} s"):
+        run.go(end + ns(1))
+    with pytest.raises(ModelError, match="the scene ends"):
+        Stepped(scene.plan, lambda text: b"").go(2 * end)
+
+
+@pytest.mark.parametrize("stop", [None, 0.7, 5.0])
+def test_steps_are_discarded_beyond_the_end_and_back_in_time(tmp_path: Path, stop: float | None) -> None:
+    file = str(export(load("pendulum", ("end=1 s",)), tmp_path / "pendulum.fmu"))
+    told = fmpy.read_model_description(file)
+    default = told.defaultExperiment
+    assert (float(default.startTime), float(default.stopTime)) == (0.0, 1.0)
+    assert float(default.tolerance) == load("pendulum").plan.tolerance
+    unit = fmpy.instantiate_fmu(fmpy.extract(file), told, "CoSimulation")
+    unit.setupExperiment(startTime=0.0, stopTime=stop)
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+    end = min(1.0, stop or 1.0)
+    x, angles, t = next(v.valueReference for v in told.modelVariables if v.name == "pose.load.qy"), [], 0.0
+    for h in [0.01] * round(end / 0.01):
+        unit.doStep(t, h)
+        angles += unit.getReal([x])
+        t += h
+    assert len({*angles}) == len(angles)
+    for start, h, done in (t, 0.0, True), (t, 0.1, False), (t, 1e-6, False), (0.2, 0.1, False), (t, 0.0, True):
+        if done:
+            unit.doStep(start, h)
+        else:
+            with pytest.raises(FMICallException, match="discard"):
+                unit.doStep(start, h)
+        assert unit.getReal([x]) == angles[-1:]
+    unit.terminate()
+    unit.freeInstance()
+
+
+def test_fmpy_simulates_it_to_its_default_end(tmp_path: Path) -> None:
+    found = fmpy.simulate_fmu(str(export(load("pendulum", ("end=1 s",)), tmp_path / "pendulum.fmu")))
+    assert (found["time"][0], found["time"][-1], len(found)) == (0.0, 1.0, 21)
+    run = play(load("pendulum", ("end=1 s", "samples=20 Hz")).plan)
+    names = [f"{c.topic}/{name}" for c in run.layout.channels for name in c.names]
+    assert found["pose.load.qy"] == pytest.approx(run.rows[:, names.index("pose/load/qy")], rel=1e-8)

@@ -54,7 +54,6 @@ def greet(*arguments):
 
 
 models._greet = greet
-cli.start_again = lambda: None
 sys.argv = ["heavylift", "devs", "heavylift.nodes.zoo.token_ring:ring(2, 1, 500)", "--until", "1 ms"]
 sys.settrace(lambda frame, event, argument: here if frame.f_code.co_filename in LOOKED_AT else None)
 cli.main()

@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from math import ceil, cos, exp, log, nan, pi, sin
+from random import Random
 
 import pytest
 from heavylift.kernel.errors import ModelError
@@ -155,3 +156,71 @@ def test_what_cannot_be_followed_is_told(model: Odd, sentence: str, monkeypatch:
     with pytest.raises(ModelError) as told:
         drive(model, until=ns(5))
     assert str(told.value).startswith(f"m at (0 s, 0): {sentence}")
+
+
+class Relay(Observed):
+    """Goes down at one speed above its lower guard and up at another below the upper one."""
+
+    def __init__(self, down: float, up: float, width: float = 0.0, start: float = 1e-6) -> None:
+        super().__init__("relay")
+        self.speeds, self.width, self.x, self.rising, self.n = (-down, up), width, start, False, 0
+
+    def start(self) -> None:
+        self.go(self.x)
+
+    def flow(self, x: State) -> State:
+        return (self.speeds[self.rising],)
+
+    def guards(self, x: State) -> State:
+        return (1.0, self.width - x[0]) if self.rising else (x[0], 1.0)
+
+    def fell(self, which: tuple[int, ...]) -> None:
+        self.rising, self.n = not self.rising, self.n + 1
+        self.go(*self.state)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_flow_that_points_at_its_guard_from_both_sides_ends_by_name(seed: int) -> None:
+    down, up = (10.0 ** Random(f"{seed} {side}").uniform(-3, 3) for side in "du")
+    model = Relay(down, up)
+    with pytest.raises(ModelError, match=r"^relay at \(\d.*\): guards 0, 1 of guards\(\) fell 1000 times") as told:
+        drive(model, until=ns(10))
+    at = float(str(told.value).partition("(")[2].partition(" s")[0])
+    slide = 1e-6 / down
+    slowest = 1e-9 * max(down / up, up / down, 1.0) + 2e-9
+    assert slide <= at <= slide + 2 * hybrid.CROWD * slowest, "it ends while it chatters"
+    assert model.n <= 2 * hybrid.CROWD + 10
+
+
+@pytest.mark.parametrize("period", [1e-6, 2e-8], ids=["1 MHz", "50 MHz"])
+@pytest.mark.parametrize("duty", [0.2, 0.5, 0.8])
+def test_rapid_switching_is_no_chatter(period: float, duty: float) -> None:
+    model = Relay(1 / duty, 1 / (1 - duty), width=period, start=period)
+    n = 3 * hybrid.CROWD
+    drive(model, until=ns(n * period))
+    assert model.n == pytest.approx(2 * n, rel=0.3), "each event lags by up to a nanosecond, and so does the way back"
+
+
+class Shrinking(Relay):
+    """Each cycle is a fifth smaller; below `rest` it stays where it is."""
+
+    rest = 0.0
+
+    def fell(self, which: tuple[int, ...]) -> None:
+        self.width *= 0.8
+        if self.width < self.rest:
+            self.passivate()
+        else:
+            super().fell(which)
+
+
+@pytest.mark.parametrize("rest", [0.0, 1e-10])
+def test_cycles_that_shrink_must_come_to_rest(rest: float) -> None:
+    model = Shrinking(1.0, 1.0, width=1e-4, start=1e-4)
+    model.rest = rest
+    if rest:
+        drive(model, until=ns(1))
+        assert model.n > 50
+    else:
+        with pytest.raises(ModelError, match="fell 1000 times"):
+            drive(model, until=ns(1))

@@ -66,3 +66,30 @@ def test_a_joint_that_cannot_be_turned_round_is_told_with_its_place() -> None:
         parse(UPSIDE_DOWN)
     assert "scene.yaml:6:3:" in str(e.value)
     assert "exchange its parent and child" in str(e.value)
+
+
+DRIVEN = """heavylift: 1
+name: shafts
+gravity: 9.81 m/s2
+mechanism:
+  bodies:
+    in: {mass: 1 kg, inertia: [0.01 kg m2, 0.01 kg m2, 0.01 kg m2]}
+    out: {mass: 1 kg, inertia: [0.01 kg m2, 0.01 kg m2, 0.01 kg m2]}
+  joints:
+    bearing-in: {type: revolute, child: in, axis: [1, 0, 0]}
+    bearing-out: {type: revolute, child: out, rotation: [0, 40 deg, 0], axis: [1, 0, 0]}
+    cross: {type: universal, parent: in, child: out, axis: [0, 0, 1], second axis: [0, 1, 0]}
+  drives:
+    motor: {joint: bearing-in, type: speed, damping: 1 kN m s/rad, ramp: 100 rad/s2}
+  forces:
+    load: {type: load, body: out, moment: [9 N m, 0, 0]}
+end: 1 s
+"""
+
+
+def test_a_drive_holds_a_loop_that_has_no_other_freedom() -> None:
+    """At rest the drive carries what a universal joint passes on: at 40 degrees, that of the power it would take."""
+    scene = parse(DRIVEN)
+    (state,) = scene.statics.states
+    assert scene.statics.why == ""
+    assert state.poses["in"][1][0][0] == pytest.approx(1.0)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import re
 import sys
 from itertools import pairwise
 from math import pi
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -160,3 +163,60 @@ def test_one_of_several_blocks_has_a_shape_too(tmp_path: Path) -> None:
     centre, size = around([(x.centre, x.size) for x in machine.shapes])
     assert centre == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
     assert size == pytest.approx(mesh.extents, rel=1e-6)
+
+
+def gltf(mesh: trimesh.Trimesh, **changes: object) -> bytes:
+    """A .gltf file with its buffer beside it, and these keys."""
+    files = mesh.scene().export(file_type="gltf")
+    return json.dumps(json.loads(files["model.gltf"]) | changes).encode()
+
+
+def text_stl(*corners: str) -> bytes:
+    """A surface of one triangle, as text."""
+    vertices = "".join(f"vertex {corner}\n" for corner in corners)
+    return f"solid x\nfacet normal 0 0 1\nouter loop\n{vertices}endloop\nendfacet\nendsolid x\n".encode()
+
+
+BOX = trimesh.creation.box((6.0, 4.0, 2.0))
+FLAT = trimesh.Trimesh(BOX.vertices * [1.0, 1.0, 0.0], BOX.faces, process=False)
+BROKEN = {
+    "empty.stl": (b"", "is empty; write it anew"),
+    "empty.glb": (b"", "is empty; write it anew"),
+    "page.stl": (b"<!DOCTYPE html><html>404</html>", "is broken, cut off, or no stl file; write it anew"),
+    "page.gltf": (b"<!DOCTYPE html>", "is broken, cut off, or no gltf file; write it anew"),
+    "beside.gltf": (gltf(BOX), "needs another file, 'gltf_buffer_0.bin'; write all into one .glb file"),
+    "draco.gltf": (gltf(BOX, extensionsRequired=["KHR_draco_mesh_compression"]), "is compressed; write it without"),
+    "nothing.glb": (b"glTF\x02\0\0\0\x0c\0\0\0", "is broken, cut off, or no glb file; write it anew"),
+    "nan.stl": (text_stl("0 0 0", "1 0 0", "0 nan 0"), "no finite numbers|is broken"),
+    "flat.stl": (FLAT.export(file_type="stl"), "has no inside: draw it as a solid|is not closed|is broken"),
+}
+
+
+@pytest.mark.parametrize("file", BROKEN)
+def test_a_broken_file_ends_in_a_sentence_of_ours(tmp_path: Path, file: str) -> None:
+    data, told = BROKEN[file]
+    (tmp_path / file).write_bytes(data)
+    (tmp_path / "shaped.yaml").write_text(SCENE % (file, "mass: 60 t"))
+    with pytest.raises(SceneError, match=rf"shaped\.yaml:6:\d+: error: .*'{file}'.*({told})"):
+        load(tmp_path / "shaped.yaml")
+
+
+@pytest.mark.parametrize("kind", ["stl", "glb", "gltf"])
+def test_a_file_with_spoiled_bytes_is_read_or_refused_in_our_words(tmp_path: Path, kind: str) -> None:
+    """Cut, or with bytes of others: whatever the library raises, its words are not shown."""
+    whole = gltf(BOX) if kind == "gltf" else BOX.export(file_type=kind)
+    random = Random(kind)
+    for _ in range(40):
+        data = bytearray(whole[: random.randrange(len(whole))] if random.random() < 0.5 else whole)
+        for _ in range(random.randrange(4) if data else 0):
+            data[random.randrange(len(data))] = random.randrange(256)
+        (tmp_path / f"hull.{kind}").write_bytes(data)
+        (tmp_path / "shaped.yaml").write_text(SCENE % (f"hull.{kind}", "mass: 60 t"))
+        told = ""
+        try:
+            load(tmp_path / "shaped.yaml")
+        except SceneError as error:
+            told = str(error)
+        assert re.search("^$|empty|needs another file|broken|finite|not closed|no inside|long; give|supports", told), (
+            told
+        )
