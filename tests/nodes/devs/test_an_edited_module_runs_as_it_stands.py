@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
@@ -18,21 +18,17 @@ LIST = "import sys\nsys.__dict__.setdefault('executed', []).append(__name__)\n"
 
 
 @pytest.fixture
-def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str, str], Path]]:
-    """Writes a module of a folder where modules are found; all are forgotten in the end."""
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.chdir(tmp_path)
+def write(own_modules: Path) -> Callable[[str, str], Path]:
+    """Writes a module of the test's folder."""
 
     def written(name: str, text: str) -> Path:
-        file = tmp_path / name
+        file = own_modules / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
         os.utime(file, (1e9, 1e9))  # one second for all versions, so that no date tells them apart
         return file
 
-    yield written
-    for name in [name for name, x in sys.modules.items() if str(tmp_path) in str(getattr(x, "__file__", ""))]:
-        del sys.modules[name]
+    return written
 
 
 WAYS = {
