@@ -37,7 +37,7 @@ from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.errors import ModelError, SceneError
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.kernel.trust import demand
-from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, encode, ns
+from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, encode, seconds
 from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
 from heavylift.nodes.plan.plan import Plan, decode, functions
@@ -82,7 +82,7 @@ class Stepped:
         most = plan.microsteps
         self._nodes = {n: Node(n, Simulator(m, microsteps=most, wires=wires.all)) for n, m in models.items()}
         self._nodes[KERNEL] = Node(KERNEL, self._kernel, self._kernel.finish, samples=True)
-        end = FOREVER if plan.end is None else Tag(ns(plan.end))
+        end = FOREVER if plan.end is None else Tag(seconds(plan.end))
         self._core = OpenCoordinator(
             self._nodes, wires.couplings, end, wires.finish, self._hear, wires.outside, plan.microsteps
         )
@@ -189,7 +189,7 @@ class Unit(Fmi2Slave):  # type: ignore[misc]
         if self.command != self._given and self.command:
             self._run.order(self.command)
         self._given = self.command
-        self._run.go(ns(current_time + step_size))
+        self._run.go(seconds(current_time + step_size))
         return True
 
 

@@ -188,7 +188,7 @@ def test_a_limit_of_microsteps_that_is_none(limit: Any) -> None:
 
 
 def test_an_end_that_is_no_time() -> None:
-    assert run("chain(3)", until=1.5) == "until=1.5: the end of a run must be an int >= 0 in ns, use ns(seconds)"  # type: ignore[arg-type]
+    assert run("chain(3)", until=1.5) == "until=1.5: the end of a run must be an int >= 0 in ns, use seconds(seconds)"  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("more", [{"processes": 2}, {"places": ["a=b"]}, {"remote": ["a"]}, {"external": ["a"]}])

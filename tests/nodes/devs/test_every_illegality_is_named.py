@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, kinds, run
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Simulator, Tag, ns
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Simulator, Tag, seconds
 from heavylift.nodes.devs.execution.rules import LONGER
 
 
@@ -23,7 +23,7 @@ class M(Atomic):
     into, out = In(Item), Out(Item)
 
     def start(self) -> None:
-        self.hold_in(ns(1))
+        self.hold_in(seconds(1))
 
     def output(self) -> None:
         self.out.send(Item(1))
@@ -32,11 +32,11 @@ class M(Atomic):
         self.passivate()
 
     def external(self, e: int, x: Bag) -> None:
-        self.hold_in(ns(1))
+        self.hold_in(seconds(1))
 
 
 def yard(cls: type[M]) -> Coupled:
-    g = Generator("g", ns(1), first=ns(2), count=2)
+    g = Generator("g", seconds(1), first=seconds(2), count=2)
     m, sink = cls("m"), Sink("sink")
     return coupled("r", [g, m, sink], (g.out, m.into), (m.out, sink.into))
 
@@ -92,12 +92,12 @@ def test_an_endless_recursion_in_each_of_the_five_functions(function: str, where
 WAITS: list[tuple[Any, str]] = [
     (-1, "negative time advance: hold_in(-1) [ns], the wait must be >= 0"),
     (-(2**70), f"negative time advance: hold_in({-(2**70)}) [ns], the wait must be >= 0"),
-    (0.5, "hold_in(0.5): the wait must be an int in ns, use ns(seconds)"),
-    (float("nan"), "hold_in(nan): the wait must be an int in ns, use ns(seconds)"),
-    (float("inf"), "hold_in(inf): the wait must be an int in ns, use ns(seconds)"),
-    (None, "hold_in(None): the wait must be an int in ns, use ns(seconds)"),
-    (True, "hold_in(True): the wait must be an int in ns, use ns(seconds)"),
-    ("1 s", "hold_in('1 s'): the wait must be an int in ns, use ns(seconds)"),
+    (0.5, "hold_in(0.5): the wait must be an int in ns, use seconds(1.5)"),
+    (float("nan"), "hold_in(nan): the wait must be an int in ns, use seconds(1.5)"),
+    (float("inf"), "hold_in(inf): the wait must be an int in ns, use seconds(1.5)"),
+    (None, "hold_in(None): the wait must be an int in ns, use seconds(1.5)"),
+    (True, "hold_in(True): the wait must be an int in ns, use seconds(1.5)"),
+    ("1 s", "hold_in('1 s'): the wait must be an int in ns, use seconds(1.5)"),
 ]
 
 
@@ -172,7 +172,7 @@ def test_functions_that_are_missing() -> None:
         into, out = In(Item), Out(Item)
 
         def start(self) -> None:
-            self.hold_in(ns(1))
+            self.hold_in(seconds(1))
 
     assert sentence_of(Deaf("m")) == "r.m at (1 s, 0): the scheduled tag came, but the model defines no internal()"
     Deaf.start = Atomic.start
@@ -180,11 +180,11 @@ def test_functions_that_are_missing() -> None:
 
 
 def sentence_of(m: Any) -> str:
-    g = Generator("g", ns(1), first=ns(2), count=2)
+    g = Generator("g", seconds(1), first=seconds(2), count=2)
     simulator = Simulator(coupled("r", [g, m], (g.out, m.into)))
     simulator.start()
     with pytest.raises(ModelError) as caught:
-        simulator.run(ns(10))
+        simulator.run(seconds(10))
     return str(caught.value)
 
 
@@ -235,13 +235,13 @@ def test_a_model_that_runs_its_own_simulator() -> None:
         simulator.run()
     again = "r at (1 s, 0): a transition of this tag failed, or runs the simulator itself; start again"
     assert str(caught.value) == f"r.m at (1 s, 0): {again}"
-    for onward in (simulator.run, simulator.snapshot, simulator.outputs, lambda: simulator.advance(Tag(ns(2)))):
+    for onward in (simulator.run, simulator.snapshot, simulator.outputs, lambda: simulator.advance(Tag(seconds(2)))):
         with pytest.raises(ModelError) as caught:
             onward()
         assert str(caught.value) == again
     simulator.start()
-    simulator.run(ns(1))
-    assert simulator.next_time == Tag(ns(1))
+    simulator.run(seconds(1))
+    assert simulator.next_time == Tag(seconds(1))
 
 
 def test_what_has_not_begun() -> None:
@@ -261,13 +261,13 @@ def test_a_model_whose_init_forgets_its_base() -> None:
 def test_late_messages_and_steps_too_far() -> None:
     simulator = Simulator(m := M("m"))
     simulator.start()
-    simulator.advance(Tag(ns(1)))
+    simulator.advance(Tag(seconds(1)))
     simulator.inject("into", Item(1))
-    for tag in (Tag(ns(0.5)), Tag(ns(1))):
+    for tag in (Tag(seconds(0.5)), Tag(seconds(1))):
         with pytest.raises(ModelError) as caught:
             simulator.advance(tag)
         assert str(caught.value) == f"m at (1 s, 0): late message, {tag} is past already"
-    simulator.advance(Tag(ns(1), 1))
-    assert (m.now, simulator.next_time) == (Tag(ns(1), 1), Tag(ns(2)))
+    simulator.advance(Tag(seconds(1), 1))
+    assert (m.now, simulator.next_time) == (Tag(seconds(1), 1), Tag(seconds(2)))
     with pytest.raises(ModelError, match=r"^m: cannot advance to \(3 s, 0\), the next transition is at \(2 s, 0\)$"):
-        simulator.advance(Tag(ns(3)))
+        simulator.advance(Tag(seconds(3)))
