@@ -97,7 +97,7 @@ class _Loader(SourceFileLoader):
         finally:
             _executing.remove(module.__name__)
 
-    def path_stats(self, path: str) -> dict[str, float]:  # type: ignore[override]
+    def path_stats(self, path: str) -> dict[str, float]:
         kept = importlib.util.cache_from_source(path)
         if os.path.exists(kept) and os.stat(path).st_ctime_ns >= os.stat(kept).st_mtime_ns:
             os.unlink(kept)  # it names its source by second and size
@@ -116,7 +116,7 @@ class _Finder:
         return spec
 
 
-sys.meta_path.insert(0, _Finder)  # type: ignore[arg-type]
+sys.meta_path.insert(0, _Finder)
 
 
 def _forget_changed(root: str) -> None:

@@ -33,7 +33,7 @@ def end_ns(until: object) -> int:
     t = _number("until", until)
     if not t >= 0.0:
         raise ModelError(f"until={until!r}: a run ends at 0 s or later; give seconds")
-    if isinstance(until, Integral) and until >= NANOSECONDS:
+    if isinstance(until, Integral) and t >= NANOSECONDS:
         raise ModelError(
             f"until={until!r} looks like nanoseconds and would be {t / 86400.0:.6g} days: `until` is in seconds; write "
             f"{t * 1e-9!r} for so many nanoseconds, {t!r} for so many seconds"

@@ -32,6 +32,7 @@ from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.kernel.islands.dense_output import Looks
 from heavylift.kernel.simulation.commanded import OwnRows
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
@@ -44,7 +45,6 @@ from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.write.rows import Peak, note_peaks
 from numpy.typing import NDArray
 
-from .dense_output import Looks
 from .watch import PATIENCE_ns
 
 CUT = "cut after"

@@ -23,6 +23,7 @@ from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice
+from heavylift.kernel.islands.dense_output import Looks, instants_of
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.native.samples import channels, published
@@ -41,7 +42,6 @@ from heavylift.recordings.write.rows import Peak
 from numpy.typing import NDArray
 
 from .arguments import DENSEST, PERIOD, Order, patterns, time_s, timed
-from .dense_output import SINCE_A_SAMPLE, Looks, instants_of
 from .in_memory import Played, play
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ Floats = NDArray[np.float64]
 Again = Callable[[list[int]], dict[str, Signal]]  # signals of the same run at other instants [ns]
 Command = Callable[[Commanded], object]  # what is told to the simulation
 
+SINCE_A_SAMPLE = ("rope/peak", "rope/peak_time")  # what they show is not a state
 SAMPLES = 1000  # of a system that nobody asks for others
 STOP = "stop"
 

@@ -15,7 +15,6 @@ import typing
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import Enum, Flag
-from functools import reduce
 from importlib import import_module
 from typing import Any
 
@@ -73,7 +72,9 @@ def _place(cls: type) -> tuple[str, str]:
 
 def _left(cls: type) -> bool:
     """Whether a class is one of an earlier version of its module, which has another or none of its name now."""
-    found = reduce(lambda x, part: getattr(x, part, None), cls.__qualname__.split("."), sys.modules.get(cls.__module__))
+    found: object = sys.modules.get(cls.__module__)
+    for part in cls.__qualname__.split("."):
+        found = getattr(found, part, None)
     return "<" not in cls.__qualname__ and found is not cls
 
 

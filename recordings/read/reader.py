@@ -140,10 +140,12 @@ class Recording:
             lines = [Log.FromString(raw.data) for raw in self.messages("/log")]
         return [(x.timestamp.ToNanoseconds() * 1e-9, x.message) for x in lines if x.name == SAMPLER]
 
-    def __getitem__(self, name: str) -> Signal | Part:
+    def __getitem__(self, name: str) -> Any:
         """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.
 
         rec["rope/tension"], rec["rope/tension/west.*"], rec["block"].pose, rec["loader/1"].tension
+
+        `signal` and `part` say which of both they return.
         """
         if name in self.signals():
             return self.signal(name)
@@ -154,7 +156,11 @@ class Recording:
             ((signal, columns),) = found.items()
             with self.reading():
                 return with_own_rows(only(self.signal(signal), columns), self.topics.values(), self.numbers)
-        return Part(self, name, found) if found else Part.of(self, name)
+        return Part(self, name, found) if found else self.part(name)
+
+    def part(self, name: str) -> Part:
+        """All about a crane, loader, rope, joint or body, "loader/1" being loader-1; SignalError if there is none."""
+        return Part.of(self, name)
 
     def _repr_html_(self) -> str:
         """In a notebook: facts, the tensions, stages, and which signals there are."""

@@ -69,8 +69,8 @@ def test_a_model_is_read_when_it_runs(reference: str, helper: bool, here: Path) 
         imports = "from beat_wait import WAIT" if helper else f"WAIT = {wait}"
         (here / "beat_wait.py").write_text(f"WAIT = {wait}\n")
         (here / "beat.py").write_text(MODEL.format(helper=imports))
-        inside = run_models(reference, 3_550_000_000, "beat.mcap", in_process=True, force=True)
-        outside = run_models(reference, 3_550_000_000)
+        inside = run_models(reference, 3.55, "beat.mcap", in_process=True, force=True)
+        outside = run_models(reference, 3.55)
         assert inside.results["yard.clock"].number == beats  # type: ignore[attr-defined]
         assert inside.digest == outside.digest
         told.append((inside.digest, inside.results))
@@ -82,7 +82,7 @@ def test_a_function_given_as_such_is_that_of_its_file(here: Path) -> None:
     from beat_given import build  # type: ignore[import-not-found]
 
     (here / "beat_given.py").write_text(MODEL.format(helper="WAIT = 100"))
-    runs = [run_models(build, 3_550_000_000, in_process=where) for where in (True, False)]
+    runs = [run_models(build, 3.55, in_process=where) for where in (True, False)]
     assert [r.results["yard.clock"].number for r in runs] == [35, 35]  # type: ignore[attr-defined]
 
 

@@ -74,7 +74,7 @@ def test_a_time_that_is_none_of_the_run_is_refused() -> None:
         with pytest.raises(KernelError, match=told):
             result.at(times)
     for times in ([float("nan")], [[0.1]], "soon"):
-        with pytest.raises(KernelError, match="at: .*give"):
+        with pytest.raises(KernelError, match=r"at: .*give"):
             result.at(times)  # type: ignore[arg-type]
     with pytest.raises(KernelError, match="pickled"):
         pickle.loads(pickle.dumps(result)).at(0.5)

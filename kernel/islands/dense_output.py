@@ -10,13 +10,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.model.switching import StateEvent
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.kernel.simulation.simulation import Simulation
 from numpy.typing import NDArray
 
-SINCE_A_SAMPLE = ("rope/peak", "rope/peak_time")  # what they show is not a state
+from .islands import Islands
 
 
 class Looks:
