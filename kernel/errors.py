@@ -14,6 +14,7 @@ All other rooms import these names and add none: `except HeavyliftError` catches
 """
 
 import errno
+from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
@@ -21,7 +22,7 @@ import msgspec
 
 __all__ = [
     "UNREADABLE", "HeavyliftError", "KernelError", "ModelError", "OutputError", "ProtocolError",
-    "RecordingError", "SceneError", "SignalError", "Stopped", "extra", "out_of_memory",
+    "RecordingError", "SceneError", "SignalError", "Stopped", "closest", "extra", "out_of_memory",
 ]  # fmt: skip
 
 
@@ -49,6 +50,19 @@ class HeavyliftError(Exception):
     """
 
     verdict: object = None
+
+
+def closest(word: str, known: Iterable[str]) -> str:
+    """`did you mean 'x'?` for a known word near `word`, else the list of the known words."""
+    from difflib import get_close_matches  # of those who err
+
+    words = list(known)
+    near = get_close_matches(word, words, 1) or get_close_matches(
+        word.lower(), [w for w in words if w.lower() == word.lower()], 1
+    )
+    if near:
+        return f"did you mean '{near[0]}'?"
+    return f"known: {', '.join(words[:12])}{', ...' if len(words) > 12 else ''}" if words else ""
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:

@@ -9,6 +9,7 @@ hook of another tool, counts as changed if its file is newer than this module.
 from __future__ import annotations
 
 import ast
+import errno
 import importlib
 import importlib.util
 import os
@@ -66,7 +67,7 @@ def _of_file(where: str, name: str) -> ModuleType:
     _forget_changed(name)
     if name not in sys.modules:
         if not path.is_file():
-            raise FileNotFoundError(where)
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), where)
         loader = _Loader(name, str(path))
         spec = importlib.util.spec_from_file_location(name, path, loader=loader)
         assert spec is not None

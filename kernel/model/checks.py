@@ -22,6 +22,7 @@ from heavylift.kernel.description.field_types import choice, field_names, item_w
 from heavylift.kernel.description.flexible_checks import check_flexible
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, RigidRope, Rope, Stop, System
+from heavylift.kernel.description.names import check_names
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import FORCES, check_force
 
@@ -75,6 +76,7 @@ def check_description(system: System) -> System:
     new = [x for x in items if id(x) not in before]
     for x in new:
         _check_item(x)
+    check_names(system)
     for x in new:
         _check_kind(x)
     for x in new if len(items) < MOST_KEPT else ():
