@@ -22,7 +22,7 @@ import msgspec
 
 __all__ = [
     "UNREADABLE", "HeavyliftError", "KernelError", "ModelError", "OutputError", "ProtocolError",
-    "RecordingError", "SceneError", "SignalError", "Stopped", "closest", "extra", "out_of_memory",
+    "RecordingError", "SceneError", "SignalError", "Stopped", "closest", "extra", "out_of_memory", "told",
 ]  # fmt: skip
 
 
@@ -63,6 +63,17 @@ def closest(word: str, known: Iterable[str]) -> str:
     if near:
         return f"did you mean '{near[0]}'?"
     return f"known: {', '.join(words[:12])}{', ...' if len(words) > 12 else ''}" if words else ""
+
+
+def told(error: BaseException, most: int = 500) -> str:
+    """The text of an error in one line of printable characters, of any length; never fails."""
+    try:
+        text = str(error)
+        start = " ".join(text[: 2 * most].split())
+        more = f" ... ({len(text)} characters)" if len(text) > 2 * most or len(start) > most else ""
+        return "".join(c if c.isprintable() else repr(c)[1:-1] for c in start[:most]) + more
+    except (Exception, SystemExit):
+        return "its text cannot be had"
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:

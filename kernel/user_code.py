@@ -15,6 +15,7 @@ import importlib.util
 import os
 import sys
 import time
+import traceback
 from collections.abc import Iterator, Sequence
 from functools import cache, lru_cache
 from hashlib import sha256
@@ -23,6 +24,7 @@ from pathlib import Path
 from threading import RLock
 from types import CodeType, ModuleType
 
+from .errors import told
 from .trust import own_file
 
 _BEGAN_ns = time.time_ns()
@@ -188,3 +190,12 @@ def _named(text: bytes, package: str) -> frozenset[str]:
         elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("import_module", "__import__")):
             found |= {x.value for x in node.args[:1] if isinstance(x, ast.Constant) and isinstance(x.value, str)}
     return frozenset(found)
+
+
+def raised(error: BaseException) -> str:
+    """Class and text of an error and where it was raised, in a file of the user's if one took part."""
+    frames = [(x.f_code.co_filename, line) for x, line in traceback.walk_tb(error.__traceback__)]
+    at = next((x for x in reversed(frames) if _own(x[0])), frames[-1] if frames else None)
+    where = f" ({os.path.basename(at[0])}:{at[1]})" if at else ""
+    text = told(error)
+    return f"{type(error).__name__}{': ' if text else ''}{text}{where}"

@@ -47,6 +47,9 @@ class Owner(Protocol):
     def ports(self) -> "Mapping[str, Port[Message]]": ...
 
 
+_NOTHING = object()
+
+
 class Port(Generic[Carried]):
     """A named place of a model where messages of one type enter or leave."""
 
@@ -86,7 +89,7 @@ class OutPort(Port[Message], Generic[Sent]):
         self.lookahead = lookahead
         self.exits: tuple[tuple[OutPort[Never], int], ...] = ()
         self.inner: tuple[tuple[OutPort[Never], int], ...] = ()
-        self._sent: Sent | None = None
+        self._sent: object = _NOTHING
 
     def __getstate__(self) -> tuple[object, ...]:
         return self.owner, self.name, self.type, self.lookahead

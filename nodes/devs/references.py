@@ -47,7 +47,7 @@ def imported(where: str) -> ModuleType:
             raise ModelError(f"there is no module {where} in . or installed") from error
         raise ModelError(f"{where} cannot be imported: {error}") from error
     except Exception as error:
-        raise ModelError(f"{where} cannot be imported: {type(error).__name__}: {error}") from error
+        raise ModelError(f"{where} cannot be imported: {user_code.raised(error)}") from error
     finally:
         _importing.pop()
 

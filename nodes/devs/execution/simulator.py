@@ -212,7 +212,7 @@ class Simulator:
                         else:
                             what = "confluent"
                             m.confluent(x)
-                except (Exception, SystemExit) as error:
+                except BaseException as error:
                     fail(m, tag, what, error)
                 m._last, wait = t, m._wait
                 if wait is None:
