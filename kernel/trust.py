@@ -149,6 +149,12 @@ def own_file(file: str) -> bool:
     return not _among((STANDARD, *LIBRARIES, *HEAVYLIFT), Path(file).resolve())
 
 
+def written_by_others(file: str) -> bool:
+    """Whether a file is no part of heavylift, apart from its models."""
+    path = Path(file).resolve()
+    return not _among(HEAVYLIFT, path) or path.is_relative_to(MODELS)
+
+
 @contextmanager
 def allowed(names: Iterable[str]) -> Iterator[None]:
     """Paths and references whose code may run inside, in this process and in those that it starts."""

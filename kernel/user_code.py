@@ -25,7 +25,7 @@ from threading import RLock
 from types import CodeType, ModuleType
 
 from .errors import told
-from .trust import own_file
+from .trust import own_file, written_by_others
 
 _BEGAN_ns = time.time_ns()
 _lock = RLock()
@@ -193,9 +193,9 @@ def _named(text: bytes, package: str) -> frozenset[str]:
 
 
 def raised(error: BaseException) -> str:
-    """Class and text of an error and where it was raised, in a file of the user's if one took part."""
+    """Class and text of an error and where it was raised, in a file of the user's or else of another package."""
     frames = [(x.f_code.co_filename, line) for x, line in traceback.walk_tb(error.__traceback__)]
-    at = next((x for x in reversed(frames) if _own(x[0])), frames[-1] if frames else None)
+    at = next((x for of in (_own, written_by_others) for x in reversed(frames) if of(x[0])), None)
     where = f" ({os.path.basename(at[0])}:{at[1]})" if at else ""
     text = told(error)
     return f"{type(error).__name__}{': ' if text else ''}{text}{where}"

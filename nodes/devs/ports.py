@@ -47,7 +47,8 @@ class Owner(Protocol):
     def ports(self) -> "Mapping[str, Port[Message]]": ...
 
 
-_NOTHING = object()
+class _Nothing:
+    """What a port has sent that has sent nothing; a class, since ports share no objects."""
 
 
 class Port(Generic[Carried]):
@@ -89,7 +90,7 @@ class OutPort(Port[Message], Generic[Sent]):
         self.lookahead = lookahead
         self.exits: tuple[tuple[OutPort[Never], int], ...] = ()
         self.inner: tuple[tuple[OutPort[Never], int], ...] = ()
-        self._sent: object = _NOTHING
+        self._sent: object = _Nothing
 
     def __getstate__(self) -> tuple[object, ...]:
         return self.owner, self.name, self.type, self.lookahead

@@ -104,9 +104,9 @@ def test_who_does_not_get_on_within_the_deadline_is_replaced(tmp_path):
 def test_a_mistake_in_a_model_is_told_with_its_path_and_time(where):
     done = command("rings:failing", *where, cwd=HERE)
     assert done.returncode == 1
-    assert done.stderr == (
-        "heavylift: workshop.divider at (2 s, 0): external() raised ZeroDivisionError: division by zero\n"
-    )
+    line = (HERE / "rings.py").read_text().partition("1 / (2")[0].count("\n") + 1
+    told = f"workshop.divider at (2 s, 0): external() raised ZeroDivisionError: division by zero (rings.py:{line})"
+    assert done.stderr == f"heavylift: {told}\n"
 
 
 @pytest.mark.parametrize(

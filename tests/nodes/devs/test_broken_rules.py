@@ -29,7 +29,7 @@ def sentence_of(**behaviour: Callable[..., Any]) -> str:
 
 def test_an_exception_keeps_its_own_sentence() -> None:
     said = sentence_of(internal=lambda self: {"H1": 1}["rope"])
-    assert said == "r.m at (1 s, 0): internal() raised KeyError: 'rope'"
+    assert said == "r.m at (1 s, 0): internal() raised KeyError: 'rope' (test_broken_rules.py:31)"
 
     def slack(self: Atomic) -> None:
         raise KernelError("rope H1 is 2 mm too short")

@@ -4,6 +4,7 @@ The model m holds for 1 s, hears 7 at 2 s and again at 3 s, when it is due as we
 """
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
@@ -49,6 +50,11 @@ def sentence(**behaviour: Callable[..., Any]) -> str:
     return str(caught.value)
 
 
+def place(function: Callable[..., Any]) -> str:
+    """File and line of a function of one line."""
+    return f"{Path(__file__).name}:{function.__code__.co_firstlineno + 1}"
+
+
 def test_the_model_itself_is_legal() -> None:
     assert kinds(yard(M), 10)["r.m"] == "ieci"
 
@@ -68,7 +74,7 @@ FIVE = [
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
 def test_an_exception_in_each_of_the_five_functions(function: str, where: str) -> None:
-    assert sentence(**{function: raising}) == f"{where} raised ZeroDivisionError: division by zero"
+    assert sentence(**{function: raising}) == f"{where} raised ZeroDivisionError: division by zero ({place(raising)})"
 
 
 def leaving(self: Atomic, *_: object) -> NoReturn:
@@ -77,7 +83,7 @@ def leaving(self: Atomic, *_: object) -> NoReturn:
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
 def test_a_model_cannot_leave_the_program(function: str, where: str) -> None:
-    assert sentence(**{function: leaving}) == f"{where} raised SystemExit: two lines"
+    assert sentence(**{function: leaving}) == f"{where} raised SystemExit: two lines ({place(leaving)})"
 
 
 def endless(self: Atomic, *_: object) -> None:
@@ -120,8 +126,12 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
         "message Item, field n: the list [1] can be changed by a receiver, "
         "use numbers, str, bytes, tuples, enums or other messages",
     ),
-    ("unknown port", lambda m: m.ports["report"], "output() raised KeyError: 'report'"),
-    ("in port", lambda m: m.into.send(1), "output() raised AttributeError: 'InPort' object has no attribute 'send'"),
+    ("unknown port", lambda m: m.ports["report"], "output() raised KeyError: 'report' (LINE)"),
+    (
+        "in port",
+        lambda m: m.into.send(1),
+        "output() raised AttributeError: 'InPort' object has no attribute 'send' (LINE)",
+    ),
     (
         "foreign port",
         lambda m: m.parent.children["g"].out.send(Item(1)),
@@ -132,7 +142,8 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
 
 @pytest.mark.parametrize(("speak", "wrong"), [entry[1:] for entry in OUTPUTS], ids=[entry[0] for entry in OUTPUTS])
 def test_what_output_must_not_do(speak: Callable[[Any], object], wrong: str) -> None:
-    assert sentence(output=speak) == f"r.m at (1 s, 0): {wrong}"
+    line = f"{Path(__file__).name}:{speak.__code__.co_firstlineno}"
+    assert sentence(output=speak) == f"r.m at (1 s, 0): {wrong}".replace("LINE", line)
 
 
 @pytest.mark.parametrize(
