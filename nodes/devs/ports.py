@@ -151,7 +151,8 @@ def checked_type(type: type[M]) -> type[M]:
 
 
 class Bag(Protocol):
-    """What arrives at one tag: for each in port that got something, its messages in order."""
+    """What arrives at one tag: for each in port that got something, its messages in order; x[port] is empty for another
+    one of the model."""
 
     def __getitem__(self, port: InPort[M], /) -> list[M]: ...
     def __contains__(self, port: object, /) -> bool: ...
@@ -163,3 +164,16 @@ class Bag(Protocol):
     def __len__(self) -> int: ...
     def items(self) -> ItemsView[InPort[Message], list[Message]]: ...
     def values(self) -> ValuesView[list[Message]]: ...
+
+
+class Arrived(dict[InPort[Message], list[Message]]):
+    """The bag that a model gets."""
+
+    __slots__ = ()
+
+    def __missing__(self, port: object) -> list[Message]:
+        owner = next((known.owner for known in self), None)
+        if isinstance(port, InPort) and owner in (None, port.owner):
+            return []
+        ports = ", ".join(f"self.{name}" for name, x in (owner.ports if owner else {}).items() if isinstance(x, InPort))
+        raise ModelError(f"x[{port!r:.60}]: a bag has the in ports of its model, {ports}")
