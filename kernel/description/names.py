@@ -22,7 +22,6 @@ def check_names(system: System) -> None:
         "joint": [j.name for j in system.joints],
         "rope": [r.name for r in system.all_ropes],
         "wind or other force": [f.name for f in system.forces],
-        "drive or winch": [x.name for x in (*system.drives, *system.straight_ropes, *system.forces)],
     }
     sets = {kind: set(names) for kind, names in known.items()}
     for x in (x for group in GROUPS for x in getattr(system, group)):
@@ -43,7 +42,6 @@ def _named(x: Any) -> Iterator[tuple[str, str]]:
             yield from (("body", x.a.body), ("body", x.b.body))
         case Measured():
             yield "joint" if x.kind == "joint" else "body", x.of
-            yield from (("drive or winch", name) for name in x.followers)
         case Threshold():
             yield from (("body", p.body) for p in (x.point, x.origin) if p)
             yield from (("rope", rope) for rope in x.ropes)

@@ -28,6 +28,7 @@ from heavylift.kernel.forces.table import FORCES, check_force
 
 PLACES = ("lines", "point", "p_PJ", "p_CJ", "com")
 FARTHEST = 1e30  # [m] the squares of distances must stay finite
+LARGEST = 1e100  # of any number: products of three must stay finite
 FINEST = 1e-14  # of a step: below is rounding, and steps shrink without end
 SHORTEST_SAMPLE = 100_000  # [ns]
 MOST_SAMPLES = 1_000_000  # within one step: their rows must find room
@@ -64,7 +65,7 @@ def check_description(system: System) -> System:
         return found
 
     system = plain(system, known)
-    if not isfinite(system.gravity):
+    if not (isfinite(system.gravity) and abs(system.gravity) <= LARGEST):
         raise KernelError(f"gravity is {system.gravity}; it must be a finite number")
     for group in [(f.name,) for f in fields(system) if f.name not in ("bodies", "joints", "gravity")] + [*ADDRESSED]:
         seen: set[str] = set()
@@ -154,6 +155,8 @@ def _check_item(x: Any) -> None:
     for field, value in _numbers(x):
         if not isfinite(value):
             raise KernelError(f"{where}: {field} is {value}; it must be a finite number")
+        if abs(value) > LARGEST:
+            raise KernelError(f"{where}: {field} is {value:g}; it must lie within {LARGEST:g}")
         if field in PLACES and abs(value) > FARTHEST:
             raise KernelError(f"{where}: {field} is {value:g} m; it must lie within {FARTHEST:g} m")
     if kind in ("Measured", "Threshold") and x.axis not in AXES:

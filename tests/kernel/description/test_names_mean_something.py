@@ -65,7 +65,7 @@ RICH = System(
     ),
     contacts=(Contact("contact", Ball("cart", (0.0, 0.0, 50.0), 0.1), Plane("world", (0.0, 0.0, -9.0))),),
     masters=(Master("master"),),
-    measured=(Measured("angle", "angle", "lower"), Measured("travel", "joint", "track", followers=("drive",))),
+    measured=(Measured("angle", "angle", "lower"), Measured("travel", "joint", "track")),
     thresholds=(
         Threshold("high", "height", point=HERE),
         Threshold("higher", "height difference", point=HERE, origin=ABOVE),
