@@ -53,9 +53,9 @@ def _settings(given: object, within: str = "") -> list[str]:
     if isinstance(given, Mapping):
         pairs = ((f"{within}{key}", x) for key, x in given.items())
         return [y for key, x in pairs for y in (_settings(x, f"{key}.") if isinstance(x, Mapping) else [_said(key, x)])]
-    listed = list(given) if isinstance(given, Iterable) else [None]
-    if all(isinstance(x, str) for x in listed):
-        return listed
+    listed = [*given] if isinstance(given, Iterable) else [given]
+    if len(texts := [x for x in listed if isinstance(x, str)]) == len(listed):
+        return texts
     raise SceneError(
         f"{given!r:.60} are no settings; write 'block.mass=280 t', a list of such, or a dict of key: value"
     )
