@@ -15,6 +15,7 @@ All other rooms import these names and add none: `except HeavyliftError` catches
 
 import errno
 import os
+from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ import msgspec
 
 __all__ = [
     "UNREADABLE", "HeavyliftError", "KernelError", "ModelError", "OutputError", "ProtocolError",
-    "RecordingError", "SceneError", "SignalError", "Stopped", "extra", "out_of_memory", "path_text",
+    "RecordingError", "SceneError", "SignalError", "Stopped", "closest", "extra", "out_of_memory", "path_text", "told",
 ]  # fmt: skip
 
 
@@ -56,6 +57,30 @@ class HeavyliftError(Exception):
     """
 
     verdict: object = None
+
+
+def closest(word: str, known: Iterable[str]) -> str:
+    """`did you mean 'x'?` for a known word near `word`, else the list of the known words."""
+    from difflib import get_close_matches  # of those who err
+
+    words = list(known)
+    near = get_close_matches(word, words, 1) or get_close_matches(
+        word.lower(), [w for w in words if w.lower() == word.lower()], 1
+    )
+    if near:
+        return f"did you mean '{near[0]}'?"
+    return f"known: {', '.join(words[:12])}{', ...' if len(words) > 12 else ''}" if words else ""
+
+
+def told(error: BaseException, most: int = 500) -> str:
+    """The text of an error in one line of printable characters, of any length; never fails."""
+    try:
+        text = str(error)
+        start = " ".join(text[: 2 * most].split())
+        more = f" ... ({len(text)} characters)" if len(text) > 2 * most or len(start) > most else ""
+        return "".join(c if c.isprintable() else repr(c)[1:-1] for c in start[:most]) + more
+    except (Exception, SystemExit):
+        return "its text cannot be had"
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:

@@ -141,7 +141,18 @@ def withdraw(folder: Path) -> Path:
 def written_by_user(module: str) -> bool:
     """Whether a module that is imported is no part of Python, heavylift or another installed package."""
     file = getattr(sys.modules.get(module), "__file__", None)
-    return file is not None and not _among((STANDARD, *LIBRARIES, *HEAVYLIFT), Path(file).resolve())
+    return file is not None and own_file(file)
+
+
+def own_file(file: str) -> bool:
+    """Whether a file is no part of Python, heavylift or another installed package."""
+    return not _among((STANDARD, *LIBRARIES, *HEAVYLIFT), Path(file).resolve())
+
+
+def written_by_others(file: str) -> bool:
+    """Whether a file is no part of heavylift, apart from its models."""
+    path = Path(file).resolve()
+    return not _among(HEAVYLIFT, path) or path.is_relative_to(MODELS)
 
 
 @contextmanager

@@ -1,8 +1,8 @@
 """Drive one atomic or one node (a coupled model) offline: timed inputs in, exact outputs out.
 
     def test_hoist_reports_when_it_is_done() -> None:
-        said = drive(Hoist("hoist"), [(ns(1), "command", HoistCommand(id=7, duration=ns(2)))])
-        assert said == [(Tag(ns(3)), "done", HoistDone(7))]
+        said = drive(Hoist("hoist"), [(seconds(1), "command", HoistCommand(id=7, duration=seconds(2)))])
+        assert said == [(Tag(seconds(3)), "done", HoistDone(7))]
 
 Inputs that stand at one tag arrive in one bag. `output` is called twice at every tag: a model whose
 output differs the second time is refused.
@@ -47,7 +47,7 @@ def drive(
 def _tag(model: Model, when: int | Tag, port: str) -> Tag:
     tag = when if isinstance(when, Tag) else Tag(when)
     if type(tag.t) is not int or not (0, 0) <= tag < FOREVER:
-        message = "take a time before 2**63 ns" if tag >= FOREVER else "give ns(seconds) or a Tag, from 0 on"
+        message = "take a time before 2**63 ns" if tag >= FOREVER else "give seconds(1.5) or a Tag, from 0 on"
         raise ModelError(f"{model.path}: the input for {port} comes at {when!r}; {message}")
     return tag
 

@@ -9,6 +9,7 @@ took when they ran last.
 from __future__ import annotations
 
 import gc
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from itertools import accumulate
@@ -29,6 +30,16 @@ def code_allowed(tmp_path: Path) -> Iterator[None]:
     """Lets scenes name the Python code that a test writes into its folder."""
     with allowed([str(tmp_path)]):
         yield
+
+
+@pytest.fixture
+def own_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The test's folder, where it stands and where modules are found, which are forgotten afterwards."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield tmp_path
+    for name in [name for name, x in sys.modules.items() if str(tmp_path) in str(getattr(x, "__file__", ""))]:
+        del sys.modules[name]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -77,12 +77,12 @@ def step(
     as_json: o.Json = False,
 ) -> None:
     """Let a run go on for a while and pause it again.    heavylift step turnover.mcap --by 1s"""
-    from heavylift.nodes.devs import NEVER, ns
+    from heavylift.nodes.devs import NEVER, seconds
 
     length = o.duration_s("--by", by)
     if length <= 0.0:
         raise ProtocolError(f"--by {by}: a step is longer than zero")
-    _order(run, "step", as_json, by_ns=None if event else max(1, min(ns(length), NEVER)))
+    _order(run, "step", as_json, by_ns=None if event else max(1, min(seconds(length), NEVER)))
 
 
 @app.command()

@@ -46,12 +46,11 @@ def devs(
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
     from heavylift.coordinator.run.watch import Watch
-    from heavylift.nodes.devs import NEVER, ns
     from heavylift.recordings.format.text import printable
 
     if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
         sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first
-    end = min(ns(o.duration_s("--until", until)), NEVER) if until else NEVER
+    end = o.duration_s("--until", until) if until else None
     patience = o.deadline_s(deadline)
     if replications is not None:
         if output or places or remote or external or listen or in_process:

@@ -15,6 +15,7 @@ from weakref import WeakSet
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.trust import foreign, refusal
+from heavylift.kernel.user_code import raised
 from heavylift.nodes.devs import Coupled, Model, OutPort
 from heavylift.nodes.devs.references import imported, read
 
@@ -40,7 +41,7 @@ def built(reference: str, by: str = "") -> Coupled:
     except HeavyliftError:
         raise
     except Exception as error:
-        raise ModelError(f"{reference}: {name}() raised {type(error).__name__}: {error}") from error
+        raise ModelError(f"{reference}: {name}() raised {raised(error)}") from error
     if not isinstance(model, Coupled):
         raise ModelError(f"{reference}: {name}() returned {type(model).__name__}, it must return a Coupled")
     if model in _returned:

@@ -13,6 +13,7 @@ from types import CodeType, FunctionType, ModuleType
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
 from heavylift.nodes.devs.execution.purity import image
+from heavylift.nodes.devs.models import tree
 
 _CODE = (ModuleType, FunctionType, type, staticmethod, classmethod, property, In, Out)
 _Place = tuple[str, dict[str, object], str]  # full name; the variables of its module or class; its own
@@ -24,7 +25,7 @@ class Commons:
     def __init__(self, root: Coupled) -> None:
         alike: dict[frozenset[type], list[str]] = {}
         for child in root.children.values():
-            alike.setdefault(frozenset(_classes(child)), []).append(child.name)
+            alike.setdefault(frozenset(map(type, tree(child))), []).append(child.name)
         users: dict[str, list[str]] = {}
         places: dict[str, tuple[dict[str, object], str]] = {}
         for classes, names in alike.items():
@@ -59,13 +60,6 @@ class Commons:
 
     def _by(self, full: str) -> str:
         return ", ".join(f"{self._root}.{name}" for name in sorted(self._users[full])[:3])
-
-
-def _classes(model: Model) -> Iterator[type]:
-    yield type(model)
-    if isinstance(model, Coupled):
-        for child in model.children.values():
-            yield from _classes(child)
 
 
 @cache

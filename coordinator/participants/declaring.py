@@ -14,6 +14,7 @@ import msgspec
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.devs import Coupled, InPort, Model, Port
 from heavylift.nodes.devs.execution.canonical import Freezer
+from heavylift.nodes.devs.models import tree
 
 _Declared = tuple[list[tuple[str, str, str]], dict[str, dict[str, bytes]]]  # ports; path, attribute, fingerprint
 _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decoder(dict[str, _Declared])
@@ -21,7 +22,7 @@ _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decode
 
 def declarations(root: Coupled, nodes: Iterable[Sequence[str]]) -> Iterator[bytes]:
     """Of the children of each node, of a root that has just been built."""
-    freezer, first = Freezer([root, *_below(root)]), min(root.children)
+    freezer, first = Freezer(tree(root)), min(root.children)
     for names in nodes:
         yield msgspec.msgpack.encode({name: _declared(root, name, freezer, name == first) for name in names})
 
@@ -31,7 +32,7 @@ def _declared(root: Coupled, name: str, freezer: Freezer, first: bool) -> _Decla
     child = root.children[name]
     ports = sorted((p.name, "in" if isinstance(p, InPort) else "out", p.type.__name__) for p in child.ports.values())
     found = {root.path: {"structure": _fingerprint(freezer, _structure(root))}} if first else {}
-    for model in (child, *_below(child)):
+    for model in tree(child):
         own = {"class": type(model), "structure": _structure(model)}
         own |= {key: x for key, x in vars(model).items() if key not in ("children", "_coupled")}
         found[model.path] = {key: _fingerprint(freezer, own[key]) for key in sorted(own)}
@@ -54,13 +55,6 @@ def difference(here: bytes, there: bytes) -> tuple[str, str]:
                 if a.get(key) != b.get(key):
                     return name, f"the {key} of {path}" if key in ("class", "structure") else f"{path}.{key}"
     return "", ""
-
-
-def _below(model: Model) -> Iterator[Model]:
-    if isinstance(model, Coupled):
-        for name in sorted(model.children):
-            yield model.children[name]
-            yield from _below(model.children[name])
 
 
 def _structure(model: Model) -> Sequence[object]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol.node import Node, failure
 from heavylift.coordinator.protocol.node_state import together
 from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.kernel.version import __version__
@@ -46,11 +46,16 @@ class Participant:
         self._unchanged: Callable[[bool], None] = lambda now: None  # of what models share
         self._busy_s = self._put_s = 0.0
         self.over, self.failed = False, ""
+        self._cause: BaseException | None = None
 
     @property
     def steps(self) -> int:
         """Grows while the node makes progress; any thread may ask."""
         return self._node.steps + self._pauses() if self._node is not None else 0
+
+    def cause(self) -> BaseException | None:
+        """What a model has raised, if that is why it has failed."""
+        return self._node.cause if self._node is not None else self._cause
 
     def handle(self, data: bytes) -> None:
         """Answer one message of the coordinator."""
@@ -88,7 +93,7 @@ class Participant:
             if isinstance(answer, m.Done | m.Bye):
                 self._unchanged(isinstance(answer, m.Bye))
         except ModelError as error:
-            answer = Node.failure(self.name, error)
+            answer = node.failure(error)
         self._busy_s += time.perf_counter() - began - (self._put_s - put)
         self._flush()
         return answer
@@ -97,7 +102,8 @@ class Participant:
         try:
             node, declaration, agreed = self._take(parts.decode(welcome.config))
         except Exception as error:
-            return Node.failure(self.name, error)
+            self._cause = error
+            return failure(self.name, error)
         self._node = node
         node.handle(welcome)
         return node.hello(declaration, __version__, agreed)

@@ -19,7 +19,7 @@ from heavylift.kernel.errors import SceneError
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.devs import Event, Simulator, Tag, ns
+from heavylift.nodes.devs import Event, Simulator, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, system
 from heavylift.nodes.models.parts.messages import Finished, Stage
 from heavylift.nodes.plan.plan import Plan
@@ -120,7 +120,7 @@ def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str 
     if at is not None and not 0.0 <= at < LAST.t * 1e-9:
         raise SceneError(f"--at {at:g} s: the time must lie between 0 and {LAST.t * 1e-9:g} s")
     stages = _Stages(after)
-    end = Tag(ns(at) + 1) if at is not None else LAST if plan.end is None else Tag(ns(plan.end))
+    end = Tag(seconds(at) + 1) if at is not None else LAST if plan.end is None else Tag(seconds(plan.end))
     limit, wires = plan.microsteps, wiring(plan)
     core = Coordinator([*models, KERNEL], wires.couplings, end, wires.finish, stages, limit)
     nodes = [Node(name, Simulator(model, microsteps=limit, wires=wires.all)) for name, model in models.items()]
@@ -132,6 +132,6 @@ def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str 
         if at is None:
             told = f"it is not over within {end.t * 1e-9:g} s" if after in stages.seen else "there is no such stage"
             raise SceneError(f"--after '{after}': {told}; stages are {', '.join(stages.seen) or 'none'}")
-        simulation.interrupt(ns(at))
+        simulation.interrupt(seconds(at))
     simulation.settle()
     return simulation

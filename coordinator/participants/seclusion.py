@@ -18,7 +18,7 @@ from typing import NoReturn
 from weakref import ref
 
 from heavylift.nodes.devs import Coupled, Message, Model, Port
-from heavylift.nodes.devs.models import Present, out_of_reach
+from heavylift.nodes.devs.models import Present, out_of_reach, tree
 
 _FIXED = {"__class__", "_path", "name", "parent", "path"}
 _STRUCTURE = {*vars(Coupled), *vars(Model), "children", "ports"} - _FIXED
@@ -50,7 +50,7 @@ def _seclude(root: Coupled, own: Collection[str]) -> None:
 
 def _bound(children: Sequence[Model]) -> list[str]:
     """Who of these holds another one, or something that can change and one before it holds, too."""
-    first = {id(x): child.name for child in children for x in _tree(child)}  # who has a thing
+    first = {id(x): child.name for child in children for x in tree(child)}  # who has a thing
     found: dict[str, None] = {}
     for child in children if len(children) > 1 else ():
         if _common(child, first):
@@ -73,7 +73,7 @@ def _copied(child: Model) -> list[tuple[dict[str, object], str, object]]:
     memo: dict[int, object] = {}
     found = [
         (vars(x), key, data)
-        for x in _tree(child)
+        for x in tree(child)
         for key, data in vars(x).items()
         if key not in _STRUCTURE and not isinstance(data, _PLAIN) and _data(data)
     ]
@@ -94,7 +94,7 @@ def _data(x: object) -> bool:
 
 def _held(child: Model) -> list[object]:
     """What a child refers to and can change, and models beside it; not what code and classes do."""
-    own = {id(x) for x in _tree(child)}
+    own = {id(x) for x in tree(child)}
     found, met, ahead = list[object](), set[int](), list[object]([child])
     while ahead:
         x = ahead.pop()
@@ -115,13 +115,8 @@ def _held(child: Model) -> list[object]:
     return found
 
 
-def _tree(model: Model) -> list[Model]:
-    below = model.children.values() if isinstance(model, Coupled) else ()
-    return [model, *(x for child in below for x in _tree(child))]
-
-
 def _close(model: Model) -> None:
-    for x in _tree(model):
+    for x in tree(model):
         x.__class__ = _ghost(type(x), _of_sibling)
 
 

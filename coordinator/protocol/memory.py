@@ -23,7 +23,7 @@ def run_in_memory(
     for name in order.sample(sorted(by_name), len(by_name)):
         hello = by_name[name].hello()
         if isinstance(hello, Fail):
-            raise ModelError(hello.sentence)
+            raise ModelError(hello.sentence) from by_name[name].cause
         coordinator.hello(name, hello)
     return go_on(coordinator, by_name, order, wired)
 
@@ -45,7 +45,7 @@ def answer(node: Node, grant: Grant, coordinator: Coordinator, wired: bool = Tru
     """The DONE of a node, by way of the wire if it is `wired`; what a FAIL says is raised."""
     said = node.handle(decode(encode(grant)) if wired else grant)
     if isinstance(said, Fail):
-        raise coordinator.failed(node.name, said)
+        raise coordinator.failed(node.name, said) from node.cause
     again = decode(encode(said)) if wired and said is not None else said
     if not isinstance(again, Done):
         raise ProtocolError(f"{node.name} answered GRANT {grant.gseq} with {said!r}")

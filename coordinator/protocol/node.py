@@ -16,6 +16,7 @@ from heapq import heappop, heappush
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, out_of_memory
+from heavylift.kernel.user_code import raised
 from heavylift.nodes.devs import FOREVER, Event, Keepable, Result, Steppable, Tag, after, encode, succ
 
 from .distance import plus
@@ -25,6 +26,7 @@ _ENCODER = msgspec.msgpack.Encoder()
 _KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], list[Event], bytes])
 _BEGIN = Tag(0)
 SPOKEN = TAGS = 256  # events and tags after which a grant ends
+LONGEST = 20_000  # characters of a traceback that are sent, the last ones
 
 
 def kept(state: bytes) -> tuple[Tag, bytes]:
@@ -49,6 +51,7 @@ class Node:
         self._kept: list[Event] = []  # heap of inputs that it has not reached
         self._spoken: list[Event] = []  # under the present grant
         self._offer: list[Event] = []  # what it says at its next tag unless an input comes before
+        self.cause: BaseException | None = None
         self.steps = 0
         """Tags that it has done in its life, replayed ones as well: a measure of its progress."""
 
@@ -58,7 +61,7 @@ class Node:
             self.model.start()
             tag, offer, self._quiet = self._present()
         except Exception as error:
-            return self.failure(self.name, error)
+            return self.failure(error)
         return Hello(tag, offer, self._quiet, dict(self.model.lookahead), declaration, version, scene)
 
     def handle(self, message: AnyMessage) -> Done | Checkpoint | Fail | Bye | None:
@@ -75,18 +78,18 @@ class Node:
                 except Exception as error:
                     spoken = sorted(self._spoken + self.model.among())
                     last = max([self._last, *(event.tag for event in spoken[-1:])])
-                    return self.failure(self.name, error, last, spoken)
+                    return self.failure(error, last, spoken)
                 return self._done
             case Checkpoint():
                 try:
                     return self._resume(message) if message.state else self._checkpoint()
                 except Exception as error:
-                    return self.failure(self.name, error, max(self._last, _BEGIN))
+                    return self.failure(error, max(self._last, _BEGIN))
             case Stop():
                 try:
                     return Bye(self._finish(message.end), slack=self.model.slack, results=self._results(message))
                 except Exception as error:
-                    return self.failure(self.name, error, max(self._last, _BEGIN))
+                    return self.failure(error, max(self._last, _BEGIN))
             case Welcome():
                 self.epoch = message.epoch
                 return None
@@ -179,12 +182,17 @@ class Node:
                     f"declared; declare a shorter lookahead"
                 )
 
-    @staticmethod
-    def failure(name: str, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-        """What a node sends when it has failed; without memory its process is lost, and the model is not wrong."""
-        if out_of_memory(error):
-            raise MemoryError from error
-        sentence = (
-            str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {type(error).__name__}: {error}"
-        )
-        return Fail(tag, name, sentence, "".join(traceback.format_exception(error)), list(spoken))
+    def failure(self, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
+        """What it sends when it has failed; `cause` is what a model has raised."""
+        self.cause = error.__cause__ if isinstance(error, HeavyliftError) else error
+        return failure(self.name, error, tag, spoken)
+
+
+def failure(name: str, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
+    """What a node sends when it has failed; without memory, unless that is what a model's function has raised, its
+    process is lost, and the model is not wrong."""
+    if out_of_memory(error) and not isinstance(error, ModelError):
+        raise MemoryError from error
+    sentence = str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {raised(error)}"
+    text = "".join(traceback.format_exception(error))[-LONGEST:]
+    return Fail(tag, name, sentence, text.encode(errors="backslashreplace").decode(), list(spoken))

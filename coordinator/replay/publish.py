@@ -24,7 +24,7 @@ from heavylift.coordinator.live import shown
 from heavylift.coordinator.live.keyboard import Keyboard
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import RecordingError
-from heavylift.nodes.devs import Event, ns
+from heavylift.nodes.devs import Event, seconds
 from heavylift.recordings import RecordedEvent
 
 from .recorded import RecordedRun, plain
@@ -59,8 +59,8 @@ class Replay:
         if not all(t is None or isfinite(t) for t in (start, end)):
             raise RecordingError(f"{run.path}: --from and --to are seconds of the run; give numbers, such as --from 30")
         self._data = data
-        self.start = 0 if start is None else ns(start)
-        self.end = ns(end) + 1 if end is not None else 2**63 - 1
+        self.start = 0 if start is None else seconds(start)
+        self.end = seconds(end) + 1 if end is not None else 2**63 - 1
         if self.start >= self.end:
             raise RecordingError(f"{run.path}: nothing lies between {start} s and {end} s; give --from before --to")
 

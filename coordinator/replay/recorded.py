@@ -13,7 +13,7 @@ import msgspec
 from heavylift.coordinator.protocol.core import Outcome
 from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError
 from heavylift.kernel.version import __version__, again
-from heavylift.nodes.devs import FOREVER, Event, Tag, encode, message_type, ns
+from heavylift.nodes.devs import FOREVER, Event, Tag, encode, message_type, seconds
 from heavylift.recordings import RecordedEvent, Recording
 
 from .cast import Cast, cast_of
@@ -60,7 +60,7 @@ class RecordedRun:
             return last
         if self.recording.fact("outcome") == Outcome.QUIET.value:
             return FOREVER
-        return Tag(max(last.t, ns(float(self.recording.fact("sim_s", 0.0)))) + 1)
+        return Tag(max(last.t, seconds(float(self.recording.fact("sim_s", 0.0)))) + 1)
 
 
 def plain(e: RecordedEvent) -> Event:

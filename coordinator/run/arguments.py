@@ -8,20 +8,37 @@ from numbers import Integral, Real
 from typing import TypeVar
 
 from heavylift.kernel.errors import ModelError, SignalError
+from heavylift.nodes.devs import NEVER, seconds
 from heavylift.nodes.scene.text.units import TIME, Limited
 
 DENSEST = 1e-4  # [s] between samples, as the kernel takes them
+NANOSECONDS = 1_000_000  # a whole number from here on [s, 11.6 days] was perhaps meant as that many of them
 PERIOD = Limited("period", TIME.units, "0.1 ms", "1000 s")
 What = TypeVar("What")
 Order = tuple[float, What]  # when [s], and what is to be done
 
 
-def seconds(name: str, value: object, span: Limited) -> float:
+def time_s(name: str, value: object, span: Limited) -> float:
     """A time [s] within a span; raises ModelError."""
     try:
         return span.read(f"{_number(name, value)!r} s")
     except ValueError as error:
         raise ModelError(f"{name}: {error}") from None
+
+
+def end_ns(until: object) -> int:
+    """The end [ns] of a run of models to `until` [s], None for the end of all activity; raises ModelError."""
+    if until is None:
+        return NEVER
+    t = _number("until", until)
+    if not t >= 0.0:
+        raise ModelError(f"until={until!r}: a run ends at 0 s or later; give seconds")
+    if isinstance(until, Integral) and t >= NANOSECONDS:
+        raise ModelError(
+            f"until={until!r} looks like nanoseconds and would be {t / 86400.0:.6g} days: `until` is in seconds; write "
+            f"{t * 1e-9!r} for so many nanoseconds, {t!r} for so many seconds"
+        )
+    return min(seconds(t), NEVER) if t < NEVER / 1e9 else NEVER
 
 
 def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Order[What]]:

@@ -26,7 +26,7 @@ from heavylift.coordinator.replay.deviation import Deviation
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError, path_text
 from heavylift.kernel.version import __version__, again
-from heavylift.nodes.devs import Event, Tag, ns
+from heavylift.nodes.devs import Event, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene import LoadedScene, load
@@ -83,7 +83,7 @@ class Branch:
         begun = Beginning.left(path, run, "run the scene again")
         point = _point(run, at)
         new = _new(begun, run.recording, settings, scene)
-        if new.plan.end is not None and ns(new.plan.end) <= point.tag.t:
+        if new.plan.end is not None and seconds(new.plan.end) <= point.tag.t:
             raise SceneError(f"end {new.plan.end:g} s: lies before the branch at {point}; choose a later end")
         return cls(path, new, begun, point, run)
 
@@ -183,17 +183,17 @@ def _point(run: RecordedRun, text: str) -> _Point:
     try:
         clocked = CLOCK.fullmatch(whole)
         parts = [float(part or 0) for part in clocked.groups()] if clocked else []
-        seconds = 3600 * parts[0] + 60 * parts[1] + parts[2] if clocked else DURATION.read(whole)
+        s = 3600 * parts[0] + 60 * parts[1] + parts[2] if clocked else DURATION.read(whole)
     except ValueError as error:
         raise RecordingError(
             f"{run.path}: --at '{text}': {error}; write 'stage NAME', 'end of stage NAME', or a time such as 2:00"
         ) from None
-    return _inside(run, text, _Point(Tag(ns(seconds))))
+    return _inside(run, text, _Point(Tag(seconds(s))))
 
 
 def _inside(run: RecordedRun, text: str, point: _Point) -> _Point:
-    end = run.recording.fact("sim_s", 0.0)
-    if not 0 < point.tag.t <= ns(end):
+    end = float(run.recording.fact("sim_s", 0.0))
+    if not 0 < point.tag.t <= seconds(end):
         where = "nothing lies before it; run the scene instead" if point.tag.t <= 0 else f"the run ended at {end:.3f} s"
         raise RecordingError(f"{run.path}: --at '{text}': {where}")
     return point

@@ -210,7 +210,7 @@ class Conversation:
         self._tape.protocol(self.now.t, node, "from node", message, data)
         if isinstance(message, m.Fail):
             self._tape.failed(message)
-            raise self.core.failed(node, message)
+            raise self.core.failed(node, message) from self._hub.causes.get(node, lambda: None)()
         return node, message
 
     def _read(self, node: str, data: bytes) -> m.AnyMessage:

@@ -32,9 +32,10 @@ from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.kernel.islands.dense_output import Looks
 from heavylift.kernel.simulation.commanded import OwnRows
 from heavylift.kernel.simulation.native.samples import published
-from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, ns
+from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, build, driving
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
@@ -53,8 +54,8 @@ CUT = "cut after"
 class Played:
     """A run of a plan and its mechanics: the columns of a sample, times (n,) [ns] and rows (n, width); events in
     total order; the rope lines that hang from when on [ns]; `apart`: times and rows of one lift alone, by its name;
-    what the kernel has to say, and when [ns]; its end [ns]; what the action list still waited for; GRANTs; seconds
-    before it (of CPU time `start_s`) and in it."""
+    what the kernel has to say, and when [ns]; its end [ns]; what the action list still waited for; rows at instants
+    between samples; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
 
     plan: Plan
     mechanics: System
@@ -67,6 +68,7 @@ class Played:
     notes: list[tuple[int, str]]
     end_ns: int
     unfinished: str
+    looked: NDArray[np.float64]
     grants: int
     prepared_s: float
     start_s: float
@@ -148,8 +150,9 @@ class Played:
 class _Kernel(KernelNode):
     """A kernel whose samples stay with it, and whose run is over at an instant of the clock."""
 
-    def __init__(self, config: KernelConfig) -> None:
+    def __init__(self, config: KernelConfig, instants: Sequence[int]) -> None:
         super().__init__(config, lambda batch: None)
+        self.looks = Looks(self.simulation, instants)
         self.kept: list[tuple[object, tuple[int, np.ndarray]]] = []  # beside the code whose row it is
         self.told: list[tuple[int, str]] = []
         self.of_lifts: dict[str, list[tuple[int, np.ndarray]]] = {}
@@ -190,12 +193,12 @@ class _Counting(OpenCoordinator):
         return granted
 
 
-def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Played:
-    """Run a plan to its end within `limit` seconds of wall time; raises HeavyliftError."""
+def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = (), instants: Sequence[int] = ()) -> Played:
+    """Run a plan to its end within `limit` seconds of wall time, and look at `instants` [ns]; raises HeavyliftError."""
     began, start = time.perf_counter(), time.thread_time()
     models, events, rigs = build(plan), list[Event](), list[tuple[int, list[RopeLine]]]()
     config = configured(plan, models)
-    ropes, kernel = RopeLines(config.systems), _Kernel(config)
+    ropes, kernel = RopeLines(config.systems), _Kernel(config, instants)
     rigs.append((0, ropes.drawn()))
 
     def hear(event: Event) -> None:
@@ -205,7 +208,7 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
         if ropes.change(event):
             rigs.append((event.t, ropes.drawn()))
 
-    end = Tag(PATIENCE_ns if plan.end is None else ns(plan.end))
+    end = Tag(PATIENCE_ns if plan.end is None else seconds(plan.end))
     wires, most = wiring(plan), plan.microsteps
     shared = dict.fromkeys(driving(plan))  # one node: what they say to each other needs no grants
     alone = [n for n in models if n not in shared]
@@ -248,6 +251,7 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = ()) -> Play
         kernel.told,
         max(times[-1].item(), events[-1].t if events else 0),
         "; ".join(waiting),
+        kernel.looks.finish(),
         core.grants,
         prepared - began,
         started - start,

@@ -37,7 +37,9 @@ def joined(
         with LocalHub(placement.models) as local:
             for node, models in local.placement.nodes.items():
                 link = local.link(node)
-                link.serve(Participant(models, link.send, link.sample, past).handle)
+                participant = Participant(models, link.send, link.sample, past)
+                link.serve(participant.handle)
+                local.causes[node] = participant.cause
             yield local
         return
     crew = processes or Processes(PRELOAD)

@@ -3,7 +3,7 @@
     from heavylift.coordinator import run_models
 
     if __name__ == "__main__":
-        run = run_models("my_models:build", until=ns(10), output="ring.mcap")
+        run = run_models("my_models:build", until=10.0, output="ring.mcap")
 
 The node processes import the module and take their child by its name, so the function must be found under that name
 from a fresh interpreter.  Flat or distributed, in one process or many, a model does the same to the last byte.
@@ -39,11 +39,12 @@ from heavylift.coordinator.transport.link import LOCAL
 from heavylift.coordinator.transport.placement import Placement, place
 from heavylift.kernel.errors import ModelError
 from heavylift.kernel.trust import allowed
-from heavylift.nodes.devs import FOREVER, NEVER, Coupled, Message, OutPort, Tag, Transition
+from heavylift.nodes.devs import FOREVER, Coupled, Message, OutPort, Tag, Transition
 from heavylift.nodes.devs.execution.rules import LIMIT, Patience
 from heavylift.nodes.devs.references import importing
 from heavylift.recordings import file_path
 
+from .arguments import end_ns
 from .conversation import Conversation
 from .joining import joined
 from .watch import Watch
@@ -66,7 +67,7 @@ class ModelRun:
 
 def run_models(
     build: str | Callable[[], Coupled],
-    until: int = NEVER,
+    until: float | None = None,
     output: str | Path | None = None,
     in_process: bool = False,
     log: Callable[[Transition], None] | None = None,
@@ -82,7 +83,7 @@ def run_models(
     stop: str = "",
     external: Collection[str] = (),
 ) -> ModelRun:
-    """Run the model of `build` = "module:function" to events at t < `until` [ns], or to the end of all activity.
+    """Run the model of `build` = "module:function" to events at t < `until` [s], or to the end of all activity.
 
     `stop`: "child.port" whose first message ends it, with all that happens at that time.
 
@@ -99,8 +100,7 @@ def run_models(
             'put the call of run_models under `if __name__ == "__main__":`'
         )
     Patience(microsteps)  # complains before anything begins
-    if type(until) is not int or until < 0:
-        raise ModelError(f"until={until!r}: the end of a run must be an int >= 0 in ns, use ns(seconds)")
+    end = Tag(end_ns(until))
     if in_process and (processes or places or remote or external):
         raise ModelError("in_process: all models run in this process; leave out processes, places, remote and external")
     reference = referred(build)
@@ -122,11 +122,10 @@ def run_models(
     with (
         allowed([reference]),  # in the processes, too: the caller names it, not a recording
         Desk(lambda: Path(model.name), tempo) as desk,  # no model takes commands
-        _tape(reference, model, output, lines, placement, microsteps, stop, until, force) as tape,
+        _tape(reference, model, output, lines, placement, microsteps, stop, end.t, force) as tape,
         joined(placement, in_process, None if in_process else Processes(_preload(reference)), door, deadline) as hub,
         shown(hub, model.name, tape.recording) as audience,
     ):
-        end = Tag(until) if until < NEVER else FOREVER
         watching = watch or Watch()
         wiring = Wiring(couplings(model), [], finish)
         talk = Conversation(
@@ -209,7 +208,7 @@ def _tape(
     else:
         placed = {process: list(nodes) for process, nodes in placement.processes.items()}
         facts = {"model": reference, "nodes": list(model.children), "placement": placed, "microsteps": microsteps}
-        facts |= ({"stop": stop} if stop else {}) | ({"until": until} if until < NEVER else {})
+        facts |= ({"stop": stop} if stop else {}) | ({"until": until} if until < FOREVER.t else {})
         tape = file = _FileLines(file_path(output), facts, {}, force)
         for name, child in model.children.items():
             for port in child.ports.values():

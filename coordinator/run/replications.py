@@ -1,6 +1,6 @@
 """Replications of a DEVS model: it runs once for each of many seeds, and each number of its results has a mean.
 
-    estimates = replicate("my_models:build", 30, until=ns(3600)).estimates
+    estimates = replicate("my_models:build", 30, until=3600.0).estimates
     estimates["shop.sink.wait"].mean, estimates["shop.sink.wait"].half
 
 The interval mean +- half is that of Student's t: it covers the expectation with this confidence if the numbers of
@@ -19,10 +19,10 @@ from statistics import fmean, stdev
 import msgspec
 from heavylift.coordinator.participants.building import seeded
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, Stopped
-from heavylift.nodes.devs import NEVER, Coupled, Message
+from heavylift.nodes.devs import Coupled, Message
 from heavylift.nodes.devs.execution.rules import LIMIT
 
-from .arguments import whole
+from .arguments import end_ns, whole
 from .models import referred, run_models
 from .pool import Pool, cores
 
@@ -55,7 +55,7 @@ def replicate(
     build: str | Callable[..., Coupled],
     count: int,
     seed: int = 1,
-    until: int = NEVER,
+    until: float | None = None,
     stop: str = "",
     microsteps: int = LIMIT,
     executor: Executor | None = None,
@@ -71,6 +71,7 @@ def replicate(
         raise ModelError(f"{count} replications, confidence {confidence}: give one run or more, and 0 < confidence < 1")
     if executor is not None and not isinstance(executor, Executor):
         raise ModelError(f"executor={executor!r}: give one of concurrent.futures, or a client's get_executor()")
+    end_ns(until)  # complains before anything begins
     reference, seeds = referred(build), _seeds(whole("--seed", seed), count)
     tasks = [(number, seeded(reference, own), until, stop, microsteps) for number, own in enumerate(seeds, 1)]
     runs: list[dict[str, float]] = []
@@ -99,7 +100,7 @@ def _seeds(seed: int, count: int) -> list[int]:
     return [int(child.generate_state(1, "u8")[0]) >> 1 for child in SeedSequence(seed).spawn(count)]
 
 
-def _once(task: tuple[int, str, int, str, int]) -> dict[str, float]:
+def _once(task: tuple[int, str, float | None, str, int]) -> dict[str, float]:
     """The numbers of one run, by "path.field"."""
     number, reference, until, stop, microsteps = task
     try:

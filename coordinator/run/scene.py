@@ -40,7 +40,7 @@ from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict import prepare
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
-from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
+from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, divided, driving
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.models.parts.messages import OperatorCommand
@@ -166,7 +166,7 @@ class _Run(Watch):
         self._placement = hub.placement
         self.unfinished, self.kernel_s = "", 0.0
         self._outcome = Outcome.BOUND
-        end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
+        end = Tag(seconds(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
         limit, wires = self._plan.microsteps, wiring(self._plan)
         stages = [] if self._plan.lists else [(COMMANDER, "stage")]  # of several lists they would cost all lifts each
         foreign = externals(hub.placement, models, wires.all, limit)

@@ -3,6 +3,7 @@
     result = simulate("lift", keep=["rope/tension"])
     result.t, result["rope/tension"]["crane.H1"], result["rope/tension"].unit       # (n,) [s], (n,), "N"
     result.stages, result.peaks, result.events, result.verdict, result.to_pandas()
+    result.at([1.0, 1.5])["rope/tension"]              # between samples, too
 
 It writes no file and starts no process, thread or session, so any thread or pool may call it; a result can be pickled.
 """
@@ -10,7 +11,7 @@ It writes no file and starts no process, thread or session, so any thread or poo
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
@@ -22,28 +23,35 @@ from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice
+from heavylift.kernel.islands.dense_output import Looks, instants_of
+from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.native.samples import channels, published
-from heavylift.nodes.devs import Tag, encode, ns
+from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.nodes.devs import Tag, encode, seconds
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
 from heavylift.nodes.plan.places import located
 from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.operator_command import spoken
 from heavylift.nodes.scene.text.units import DURATION
+from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import meant
 from heavylift.recordings.read.signal import Signal, titles
 from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.write.rows import Peak
 from numpy.typing import NDArray
 
-from .arguments import DENSEST, PERIOD, Order, patterns, seconds, timed
+from .arguments import DENSEST, PERIOD, Order, patterns, time_s, timed
 from .in_memory import Played, play
 
 if TYPE_CHECKING:
     import pandas
 
+Floats = NDArray[np.float64]
+Again = Callable[[list[int]], dict[str, Signal]]  # signals of the same run at other instants [ns]
 Command = Callable[[Commanded], object]  # what is told to the simulation
 
+SINCE_A_SAMPLE = ("rope/peak", "rope/peak_time")  # what they show is not a state
 SAMPLES = 1000  # of a system that nobody asks for others
 STOP = "stop"
 
@@ -56,30 +64,51 @@ class StageSpan(NamedTuple):
     end: float
 
 
-class Happened(NamedTuple):
-    """An event: when [s], of whom, on which port or what, and its message or number."""
-
-    t: float
-    source: str
-    port: str
-    value: Any
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What a run has shown: times (n,) [s]; signals by name; stages; the largest tension [N] of each rope and when [s];
-    events; sentences of the kernel and when [s]; the verdict, None of a system; what the action list still waited for;
-    the digest, which is that of `run`."""
+    """What a run has shown: times (n,) [s] of samples; signals by name; stages; the largest tension [N] of each rope
+    and when [s]; events, as a recording has them; sentences of the kernel and when [s]; the verdict, None of a system;
+    what the action list still waited for; the digest, which is that of `run`.
+
+    Times repeat where an event or an order meets a sample: the first row is from before it, the last one from after.
+    `at` has other times, each once.
+    """
 
     t: NDArray[np.float64]
     signals: dict[str, Signal]
     stages: list[StageSpan]
     peaks: dict[str, Peak]
-    events: list[Happened]
+    events: list[RecordedEvent]
     notes: list[tuple[float, str]]
     verdict: Judged | None = None
     unfinished: str = ""
     digest: str = ""
+    _again: Again | None = None
+
+    def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> Result:
+        """The same with its signals at these times [s], as the integrator has them between its steps.
+
+        At an event or order they are those after it, or (`before`) those of a nanosecond earlier.  The run is repeated
+        for that, and takes as long as it did.  Raises KernelError for times outside of the run, or if the run is
+        another one by now, since code that it names was edited.
+        """
+        if self._again is None:
+            raise KernelError(
+                "at: this result was pickled, which keeps its samples only; ask before, or simulate again"
+            )
+        asked = instants_of(times, self.t[0], self.t[-1], before)
+        instants, places = np.unique(asked, return_inverse=True)
+        found = self._again(instants.tolist())
+        t = np.atleast_1d(np.asarray(times, np.float64))
+        signals = {
+            name: Signal(t, x.values[places], x.names, x.unit, name)
+            for name, x in found.items()
+            if name not in SINCE_A_SAMPLE
+        }
+        return replace(self, t=t, signals=signals)
+
+    def __getstate__(self) -> dict[str, object]:
+        return {**vars(self), "_again": None}
 
     def __getitem__(self, name: str) -> Signal:
         """The signal of this name, such as "rope/tension"; SignalError names those that there are."""
@@ -145,8 +174,8 @@ def simulate(
     simulation, `lambda s: s.set_brake("b", True)`.  `keep`: signals by name or pattern that the result is to hold.
     `tolerance`, `method`, `step` [s]: of a system; a scene says them itself.  Raises HeavyliftError.
     """
-    until = None if until is None else seconds("until", until, DURATION)
-    every = None if every is None else seconds("every", every, PERIOD)
+    until = None if until is None else time_s("until", until, DURATION)
+    every = None if every is None else time_s("every", every, PERIOD)
     keep = patterns(keep)
     if isinstance(model, System):
         calls: list[Order[Command]] = timed(orders, "a function of the simulation", callable)
@@ -164,11 +193,17 @@ def _of_scene(
     plan, given = msgspec.structs.replace(scene.plan, **changed), list[Given]()
     words: dict[int, str] = {}
     for t, said in orders:
-        t_ns = max(ns(t), max(words, default=-1) + 1)
+        t_ns = max(seconds(t), max(words, default=-1) + 1)
         words[t_ns] = said
         order = b"" if said == STOP else msgspec.msgpack.encode(spoken(scene, said))
         given.append(Given(Tag(t_ns), encode(OperatorCommand(said, order))))
     run = play(plan, commands=given)
+
+    def again(instants: list[int]) -> dict[str, Signal]:
+        repeated = play(plan, commands=given, instants=instants)
+        _check_same(repeated.digest, run.digest)
+        return _signals(np.array(instants) / 1e9, repeated.looked, run.layout.channels, keep)
+
     for e in run.events:
         if isinstance(e.value, OperatorAnswer) and e.value.refused:
             told = located(plan, e.value.refused, e.value.at)
@@ -185,12 +220,21 @@ def _of_scene(
         signals,
         [StageSpan(name, t, end) for (t, name), end in zip(stages, ends, strict=True)] if stages else [],
         run.peaks,
-        [Happened(e.t / 1e9, e.source, e.port, e.value) for e in run.events],
+        [
+            RecordedEvent(e.t, e.k, e.source, e.port, e.index, e.type, msgspec.msgpack.decode(e.payload))
+            for e in run.events
+        ],
         [(t / 1e9, said) for t, said in run.notes],
         run.verdict,
         run.unfinished,
         run.digest,
+        again,
     )
+
+
+def _check_same(now: object, before: object) -> None:
+    if now != before:
+        raise KernelError("at: the run is another one by now, since code that it names was edited; simulate again")
 
 
 def _end(run: Played) -> float:
@@ -209,17 +253,29 @@ def _of_system(
 ) -> Result:
     if until is None:
         raise KernelError("a system has no end of its own; say `until` which time [s] it is to move")
-    end, period = ns(until), ns(every or max(until / SAMPLES, DENSEST))
-    s = choice.simulate(system, tolerance, period, frozenset(), method, step)
-    s.start()
-    for t, order in orders:
-        if ns(t) >= end:
-            raise KernelError(f"an order at {t:g} s: too late, the run ends at {until:g} s")
-        s.interrupt(ns(t))
-        order(s)
+    end, period = seconds(until), seconds(every or max(until / SAMPLES, DENSEST))
+
+    def run(instants: Sequence[int] = ()) -> tuple[Simulation | Islands, Looks]:
+        s = choice.simulate(system, tolerance, period, frozenset(), method, step)
+        looks = Looks(s, instants)
+        s.start()
+        for t, order in orders:
+            if seconds(t) >= end:
+                raise KernelError(f"an order at {t:g} s: too late, the run ends at {until:g} s")
+            s.interrupt(seconds(t))
+            order(s)
+            s.settle()
+        s.interrupt(end)
         s.settle()
-    s.interrupt(end)
-    s.settle()
+        return s, looks
+
+    def again(instants: list[int]) -> dict[str, Signal]:
+        s, looks = run(instants)
+        _check_same([(t, row.tobytes()) for t, row in s.rows], trail)
+        return _kept(_signals(np.array(instants) / 1e9, looks.finish(), channels(s.method), ("*",)), keep)
+
+    s, _ = run()
+    trail = [(t, row.tobytes()) for t, row in s.rows]
     rows = [row for row in s.rows if row[0] < end] + s.rows[-1:]
     times = np.array([t for t, _ in rows]) / 1e9
     signals = _signals(times, published(s.method, np.array([row for _, row in rows])), channels(s.method), ("*",))
@@ -228,9 +284,9 @@ def _of_system(
         most, when = signals["rope/peak"], signals["rope/peak_time"]
         for i, (name, k) in enumerate(zip(most.names, most.values.argmax(axis=0), strict=True)):
             peaks[name] = Peak(float(most.values[k, i]), float(when.values[k, i]))
-    events = [Happened(t / 1e9, e.name, e.what, e.value) for t, e in s.log]
+    events = [RecordedEvent(t, 0, e.name, e.what, 0, type(e.value).__name__, e.value) for t, e in s.log]
     notes = [(note.t_ns / 1e9, note.sentence) for note in s.notes]
-    return Result(times, _kept(signals, keep), [], peaks, events, notes)
+    return Result(times, _kept(signals, keep), [], peaks, events, notes, _again=again)
 
 
 def _signals(

@@ -39,7 +39,7 @@ from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.errors import HeavyliftError, ModelError, SceneError, path_text
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.kernel.trust import demand
-from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, encode, ns
+from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, encode, seconds
 from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
 from heavylift.nodes.plan.plan import Plan, decode, functions
@@ -87,7 +87,7 @@ class Stepped:
         most = plan.microsteps
         self._nodes = {n: Node(n, Simulator(m, microsteps=most, wires=wires.all)) for n, m in models.items()}
         self._nodes[KERNEL] = Node(KERNEL, self._kernel, self._kernel.finish, samples=True)
-        end = FOREVER if plan.end is None else Tag(ns(plan.end))
+        end = FOREVER if plan.end is None else Tag(seconds(plan.end))
         self._core = OpenCoordinator(
             self._nodes, wires.couplings, end, wires.finish, self._hear, wires.outside, plan.microsteps
         )
@@ -214,7 +214,7 @@ class Unit(Fmi2Slave):  # type: ignore[misc]
         """The experiment [s] begins with the scene; the scene has its own tolerance."""
         if start_time:
             raise SceneError(f"the scene begins at 0 s; set startTime to 0, not to {start_time:g}")
-        self._run.stop = FOREVER.t if stop_time is None else ns(stop_time)
+        self._run.stop = FOREVER.t if stop_time is None else seconds(stop_time)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """One communication step [s]; False discards it."""
@@ -222,7 +222,7 @@ class Unit(Fmi2Slave):  # type: ignore[misc]
             self._run.order(self.command)
         self._given = self.command
         try:
-            self._run.go(ns(current_time + step_size))
+            self._run.go(seconds(current_time + step_size))
         except HeavyliftError as error:
             self.log(str(error), Fmi2Status.error)
             sys.stderr.write(f"heavylift: {error}\n")  # many masters drop the log, and take this for an early end

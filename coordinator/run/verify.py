@@ -117,12 +117,11 @@ class _Again:
             commands = [Given(e.tag, e.payload) for e in self._run.events if e.source == OPERATOR]
             run_scene(self._scene(), self._path, in_process=True, watch=watch, commands=commands)
             return
-        until = old.fact("until", self._run.end.t)
+        until_ns = old.fact("until", self._run.end.t)
+        until = until_ns / 1e9 if until_ns < NEVER else None
         microsteps, stop = old.fact("microsteps", LIMIT), str(old.fact("stop", ""))
         with allowed([old.run["model"]]):
-            run_models(
-                old.run["model"], min(until, NEVER), self._path, True, watch=watch, microsteps=microsteps, stop=stop
-            )
+            run_models(old.run["model"], until, self._path, True, watch=watch, microsteps=microsteps, stop=stop)
 
     def _scene(self) -> LoadedScene:
         """The scene, read again from its text, with the plan that was simulated."""

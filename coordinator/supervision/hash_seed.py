@@ -35,12 +35,14 @@ def start_again() -> None:
 
 def loose(model: Model) -> list[str]:
     """Paths of the atomics whose code makes sets or whose attributes hold them."""
-    from heavylift.nodes.devs import Coupled  # for which the command line need not wait
+    from heavylift.nodes.devs.models import Atomic, tree  # for which the command line need not wait
 
-    if isinstance(model, Coupled):
-        return [path for child in model.children.values() for path in loose(child)]
-    held = any(isinstance(x, set | frozenset) for x in vars(model).values())
-    return [model.path] if held or any(map(_makes_sets, _code(type(model)))) else []
+    return [
+        m.path
+        for m in tree(model)
+        if isinstance(m, Atomic)
+        and (any(isinstance(x, set | frozenset) for x in vars(m).values()) or any(map(_makes_sets, _code(type(m)))))
+    ]
 
 
 def _code(cls: type) -> Iterator[CodeType]:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from pathlib import Path
 
-from heavylift.coordinator.run.arguments import seconds, texts, whole
+from heavylift.coordinator.run.arguments import texts, time_s, whole
 from heavylift.coordinator.run.pool import Pool, cores
 from heavylift.kernel.errors import ProtocolError, SceneError, Stopped
 from heavylift.nodes.scene import LoadedScene, loaded
@@ -68,7 +68,7 @@ def sweep(
     """
     if keep not in KEEP:
         raise SceneError(f"--keep '{keep}': keep {', '.join(KEEP)}")
-    workers, limit = whole("--workers", workers), seconds("--limit", limit, DURATION)
+    workers, limit = whole("--workers", workers), time_s("--limit", limit, DURATION)
     if executor is not None and not isinstance(executor, Executor):
         raise SceneError(f"executor={executor!r}: give one of concurrent.futures, or a client's get_executor()")
     plan = planned(scene, vary, sample, design, seed)

@@ -31,6 +31,8 @@ class Exchange:
         """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
         self.tell: Callable[[str], None] = lambda sentence: None
         """Hears what the run survives, and what may become a loss; set by who shows it."""
+        self.causes: dict[str, Callable[[], BaseException | None]] = {}
+        """Of nodes of this process: what a model has raised, should they fail."""
         self._session = session
         self._publishers = {
             n: session.declare_publisher(key(run, "in", *at[n]), congestion_control=block) for n in self.nodes

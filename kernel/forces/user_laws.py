@@ -9,9 +9,6 @@ compiled; the digest of what it computes is part of the structure, so an edited 
 from __future__ import annotations
 
 import hashlib
-import importlib
-import importlib.util
-import sys
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,6 +23,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, is_sym
 from heavylift.kernel.description.forces import Signal, UserLaw
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.trust import foreign, namer, refusal
+from heavylift.kernel.user_code import imported
 
 from .force_law import BODY, Answer, ForceLaw, Poses, Shown, attachment, wrench
 
@@ -198,19 +196,9 @@ def _found(f: UserLaw, function: str) -> Callable[[Given], object]:
 
 
 def _module(name: str) -> ModuleType:
-    """A module by its name or by its file; a file is read once per run and content."""
-    if not name.endswith(".py"):
-        return importlib.import_module(name)
+    """A module by its name or by its file, which as law may have the name of any other module."""
     path = Path(name).resolve()  # as it was judged
-    key = f"heavylift_law_{hashlib.sha256(str(path).encode() + path.read_bytes()).hexdigest()[:16]}"
-    if key not in sys.modules:
-        spec = importlib.util.spec_from_file_location(key, path)
-        if spec is None or spec.loader is None:
-            raise ImportError("it is no Python file")
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        sys.modules[key] = module
-    return sys.modules[key]
+    return imported(name, f"heavylift_law_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}")
 
 
 def _wrong(law: Function) -> str:

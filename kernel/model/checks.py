@@ -22,11 +22,13 @@ from heavylift.kernel.description.field_types import choice, field_names, item_w
 from heavylift.kernel.description.flexible_checks import check_flexible
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, RigidRope, Rope, Stop, System
+from heavylift.kernel.description.names import check_names
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import FORCES, check_force
 
 PLACES = ("lines", "point", "p_PJ", "p_CJ", "com")
 FARTHEST = 1e30  # [m] the squares of distances must stay finite
+LARGEST = 1e100  # of any number: products of three must stay finite
 FINEST = 1e-14  # of a step: below is rounding, and steps shrink without end
 SHORTEST_SAMPLE = 100_000  # [ns]
 MOST_SAMPLES = 1_000_000  # within one step: their rows must find room
@@ -63,7 +65,7 @@ def check_description(system: System) -> System:
         return found
 
     system = plain(system, known)
-    if not isfinite(system.gravity):
+    if not (isfinite(system.gravity) and abs(system.gravity) <= LARGEST):
         raise KernelError(f"gravity is {system.gravity}; it must be a finite number")
     for group in [(f.name,) for f in fields(system) if f.name not in ("bodies", "joints", "gravity")] + [*ADDRESSED]:
         seen: set[str] = set()
@@ -75,6 +77,7 @@ def check_description(system: System) -> System:
     new = [x for x in items if id(x) not in before]
     for x in new:
         _check_item(x)
+    check_names(system)
     for x in new:
         _check_kind(x)
     for x in new if len(items) < MOST_KEPT else ():
@@ -152,6 +155,8 @@ def _check_item(x: Any) -> None:
     for field, value in _numbers(x):
         if not isfinite(value):
             raise KernelError(f"{where}: {field} is {value}; it must be a finite number")
+        if abs(value) > LARGEST:
+            raise KernelError(f"{where}: {field} is {value:g}; it must lie within {LARGEST:g}")
         if field in PLACES and abs(value) > FARTHEST:
             raise KernelError(f"{where}: {field} is {value:g} m; it must lie within {FARTHEST:g} m")
     if kind in ("Measured", "Threshold") and x.axis not in AXES:

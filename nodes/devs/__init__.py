@@ -6,7 +6,8 @@ Coupled              yard = Coupled("yard"); hoist = yard.add(Hoist("hoist")); y
 Simulator            Simulator(yard, log=lines.append): start(), then run(until), or step by step as below
 Trace                Simulator(yard, trace=Trace()): the same lines, made when read, so that keeping them costs little
 Steppable            what a node runs: next_time, outputs(), advance(tag, bag); Events cross it
-Tag, ns, us, ms      time: whole nanoseconds and a microstep; succ and after lead on, FOREVER never comes
+Tag                  time: whole nanoseconds and a microstep; succ and after lead on, FOREVER never comes
+seconds, ms, us      nanoseconds of a time in these units, for waits and lookaheads: hold_in(seconds(1.5))
 
 tags, ports, messages, models   what these are made of; events: what crosses the border of a node
 hybrid                          atomics that follow a differential equation between their transitions
@@ -16,6 +17,7 @@ travelling                      a message as each receiver gets it
 execution                       the abstract simulator
 """
 
+from heavylift.kernel import user_code as user_code  # from now on it sees what is imported
 from heavylift.nodes.devs.execution.simulator import Simulator
 from heavylift.nodes.devs.execution.transitions import Trace, Transition
 
@@ -24,11 +26,11 @@ from .messages import Message, decode, encode, message_type
 from .models import Atomic, Coupled, Model
 from .ports import Bag, In, InPort, Out, OutPort, Port
 from .statistics import Tally, TimeWeighted, stream
-from .tags import FOREVER, NEVER, Tag, after, ms, ns, succ, us
+from .tags import FOREVER, NEVER, Tag, after, ms, ns, seconds, succ, us
 
 __all__ = [
     "FOREVER", "NEVER", "Atomic", "Bag", "Coupled", "Event", "In", "InPort", "Keepable", "Message", "Model",
     "Order", "Out", "OutPort", "Port", "Result", "Simulator", "Slack", "Steppable", "Tag", "Tally",
-    "TimeWeighted", "Trace", "Transition", "after", "decode", "encode", "message_type", "ms", "ns", "stream",
-    "succ", "us",
+    "TimeWeighted", "Trace", "Transition", "after", "decode", "encode", "message_type", "ms", "ns", "seconds",
+    "stream", "succ", "us",
 ]  # fmt: skip

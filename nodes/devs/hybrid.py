@@ -35,6 +35,7 @@ class Hybrid(Atomic):
 
     Two events of a guard within a quarter of a step are seen as none, unless the first one begins the step: `longest`
     [s] bounds steps, `tolerance` the error of each, relative to 1 + |x|; `horizon` [s]: how far it looks ahead at once.
+    What lies between events is not recorded; an atomic that asks it now and then can have it say `present` by a port.
     """
 
     tolerance, longest, horizon = 1e-10, 0.1, 10.0

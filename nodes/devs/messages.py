@@ -13,7 +13,9 @@ import sys
 import types
 import typing
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from enum import Enum, Flag
+from importlib import import_module
 from typing import Any
 
 import msgspec
@@ -36,7 +38,7 @@ class _MessageType(msgspec.StructMeta):
         if not bases or bases == (msgspec.Struct,):
             return
         known = _REGISTRY.get(name)
-        if known is not None and _place(known) != _place(cls):
+        if known is not None and _place(known) != _place(cls) and not _left(known):
             raise ModelError(
                 f"message {name} is defined in {known.__module__} and again in {cls.__module__}: "
                 f"recordings tell messages apart by class name, rename one of them"
@@ -68,11 +70,28 @@ def _place(cls: type) -> tuple[str, str]:
     return os.path.realpath(file) if file else cls.__module__, cls.__qualname__
 
 
+def _left(cls: type) -> bool:
+    """Whether a class is one of an earlier version of its module, which has another or none of its name now."""
+    found: object = sys.modules.get(cls.__module__)
+    for part in cls.__qualname__.split("."):
+        found = getattr(found, part, None)
+    return "<" not in cls.__qualname__ and found is not cls
+
+
 class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
     """Base of everything that a port can carry: `class HoistDone(Message): id: int`."""
 
     units: typing.ClassVar[Mapping[str, str]] = {}
     """Units of its fields, for those who watch a run; "m or rad" where it depends on what is meant."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Pickled as it travels, so that one of an earlier version of its module can be, too."""
+        cls = type(self)
+        return _unpickled, (cls.__module__, cls.__name__, encode(self))
+
+    def __deepcopy__(self, memo: object) -> typing.Self:
+        """Nothing in it changes."""
+        return self
 
     def __plain__(self) -> bool:
         """Whether its fields are surely what its bytes say; False leaves that open."""
@@ -206,6 +225,13 @@ def decode(name: str, payload: bytes) -> Message:
         return typing.cast(Message, decoder(message_type(name)).decode(payload))
     except UNREADABLE as error:
         raise ModelError(f"message {name} cannot be decoded: {error}") from None
+
+
+def _unpickled(module: str, name: str, payload: bytes) -> Message:
+    if name not in _REGISTRY:
+        with suppress(ImportError):
+            import_module(module)
+    return decode(name, payload)
 
 
 def decoder(cls: type[Message]) -> "msgspec.msgpack.Decoder[Any]":

@@ -87,7 +87,12 @@ class Model:
     @property
     def path(self) -> str:
         """Names from the root down to this model, joined by dots."""
-        return self._path or (self.name if self.parent is None else f"{self.parent.path}.{self.name}")
+        names = list[str]()
+        model: Model = self
+        while not model._path and model.parent is not None:
+            names.append(model.name)
+            model = model.parent
+        return ".".join([model._path or model.name, *reversed(names)])
 
     def add_in(self, name: str, type: type[M]) -> InPort[M]:
         """Add an in port that only this instance has."""
@@ -149,7 +154,7 @@ class Atomic(Model):
     def hold_in(self, wait: int) -> None:
         """Schedule the next internal transition `wait` [ns] after this tag (0: at its next microstep)."""
         if type(wait) is not int:
-            raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use ns(seconds)")
+            raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use seconds(1.5)")
         if not 0 <= wait <= NEVER:
             if wait < 0:
                 raise ModelError(f"negative time advance: hold_in({wait}) [ns], the wait must be >= 0")
@@ -296,3 +301,14 @@ class Coupled(Model):
         if (source, target) in self._coupled:
             return "it is there already, a second one would double every message"
         return ""
+
+
+def tree(model: Model) -> list[Model]:
+    """A model and all that it is made of, each before its children, these in the order of their names."""
+    found, waiting = list[Model](), [model]
+    while waiting:
+        model = waiting.pop()
+        found.append(model)
+        if isinstance(model, Coupled):
+            waiting += (model.children[name] for name in sorted(model.children, reverse=True))
+    return found

@@ -47,6 +47,10 @@ class Owner(Protocol):
     def ports(self) -> "Mapping[str, Port[Message]]": ...
 
 
+class _Nothing:
+    """What a port has sent that has sent nothing; a class, since ports share no objects."""
+
+
 class Port(Generic[Carried]):
     """A named place of a model where messages of one type enter or leave."""
 
@@ -86,7 +90,7 @@ class OutPort(Port[Message], Generic[Sent]):
         self.lookahead = lookahead
         self.exits: tuple[tuple[OutPort[Never], int], ...] = ()
         self.inner: tuple[tuple[OutPort[Never], int], ...] = ()
-        self._sent: Sent | None = None
+        self._sent: object = _Nothing
 
     def __getstate__(self) -> tuple[object, ...]:
         return self.owner, self.name, self.type, self.lookahead
@@ -147,7 +151,8 @@ def checked_type(type: type[M]) -> type[M]:
 
 
 class Bag(Protocol):
-    """What arrives at one tag: for each in port that got something, its messages in order."""
+    """What arrives at one tag: for each in port that got something, its messages in order; x[port] is empty for another
+    one of the model."""
 
     def __getitem__(self, port: InPort[M], /) -> list[M]: ...
     def __contains__(self, port: object, /) -> bool: ...
@@ -159,3 +164,16 @@ class Bag(Protocol):
     def __len__(self) -> int: ...
     def items(self) -> ItemsView[InPort[Message], list[Message]]: ...
     def values(self) -> ValuesView[list[Message]]: ...
+
+
+class Arrived(dict[InPort[Message], list[Message]]):
+    """The bag that a model gets."""
+
+    __slots__ = ()
+
+    def __missing__(self, port: object) -> list[Message]:
+        owner = next((known.owner for known in self), None)
+        if isinstance(port, InPort) and owner in (None, port.owner):
+            return []
+        ports = ", ".join(f"self.{name}" for name, x in (owner.ports if owner else {}).items() if isinstance(x, InPort))
+        raise ModelError(f"x[{port!r:.60}]: a bag has the in ports of its model, {ports}")

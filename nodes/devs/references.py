@@ -6,12 +6,9 @@ Whether that code may run is judged before, by `heavylift.kernel.trust`.
 from __future__ import annotations
 
 import ast
-import importlib
-import importlib.util
-import sys
-from pathlib import Path
 from types import ModuleType
 
+from heavylift.kernel import user_code
 from heavylift.kernel.errors import HeavyliftError, ModelError
 
 _importing: list[str] = []
@@ -40,24 +37,9 @@ def imported(where: str) -> ModuleType:
     """The module of a name or file; ModelError says why there is none."""
     _importing.append(where)
     try:
-        if not where.endswith(".py"):
-            return importlib.import_module(where)
-        path = Path(where).resolve()
-        spec = importlib.util.spec_from_file_location(path.stem, path)
-        if spec is None or spec.loader is None:
-            raise FileNotFoundError(where)
-        if path.stem in sys.modules:
-            known = sys.modules[path.stem]
-            if Path(known.__file__ or "") == path:
-                return known
-            raise ModelError(f"{where}: a module {path.stem} exists already; give the file another name")
-        module = sys.modules[path.stem] = importlib.util.module_from_spec(spec)
-        try:
-            spec.loader.exec_module(module)
-        except BaseException:
-            del sys.modules[path.stem]
-            raise
-        return module
+        return user_code.imported(where)
+    except user_code.Taken as error:
+        raise ModelError(f"{where}: a module {error} exists already; give the file another name") from None
     except HeavyliftError:
         raise
     except FileNotFoundError as error:
@@ -67,7 +49,7 @@ def imported(where: str) -> ModuleType:
             raise ModelError(f"there is no module {where} in . or installed") from error
         raise ModelError(f"{where} cannot be imported: {error}") from error
     except Exception as error:
-        raise ModelError(f"{where} cannot be imported: {type(error).__name__}: {error}") from error
+        raise ModelError(f"{where} cannot be imported: {user_code.raised(error)}") from error
     finally:
         _importing.pop()
 

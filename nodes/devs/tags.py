@@ -6,6 +6,7 @@ in adevs `sd_time` and Lingua Franca's tags. `after` is the only sum: a wait of 
 positive wait starts at k = 0.
 """
 
+import warnings
 from typing import Annotated, NamedTuple
 
 from msgspec import Meta
@@ -57,9 +58,9 @@ def beyond(wait: int) -> str:
     )
 
 
-def ns(seconds: float) -> int:
+def seconds(t: float) -> int:
     """Nanoseconds of a time in seconds, rounded to the nearest."""
-    return round(seconds * 1e9)
+    return round(t * 1e9)
 
 
 def us(microseconds: float) -> int:
@@ -70,3 +71,9 @@ def us(microseconds: float) -> int:
 def ms(milliseconds: float) -> int:
     """Nanoseconds of a time in milliseconds, rounded to the nearest."""
     return round(milliseconds * 1e6)
+
+
+def ns(t: float) -> int:
+    """The former name of `seconds`."""
+    warnings.warn(f"ns({t!r}) reads as nanoseconds; write seconds({t!r})", DeprecationWarning, stacklevel=2)
+    return seconds(t)

@@ -17,6 +17,7 @@ from __future__ import annotations
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.trust import foreign, refusal
+from heavylift.kernel.user_code import raised
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, InPort, Model, Out, OutPort
 from heavylift.nodes.devs.references import imported, read
 from heavylift.nodes.fmi import Stepped
@@ -138,7 +139,7 @@ def _made(own: Own) -> Model:
     except HeavyliftError:
         raise
     except Exception as error:
-        raise ModelError(f"{own.name}: {name}() of {file} raised {type(error).__name__}: {error}") from error
+        raise ModelError(f"{own.name}: {name}() of {file} raised {raised(error)}") from error
     if not isinstance(model, Model) or model.name != "model":
         raise ModelError(f"{own.name}: {name}() of {file} must return a DEVS model of the name that it is given")
     return model

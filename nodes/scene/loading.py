@@ -7,7 +7,8 @@ start neither reads nor checks it: what validates scenes is then not even import
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -29,13 +30,42 @@ if TYPE_CHECKING:
     from .report import Report
 
 
-def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
-    """The scene of a path, or a bundled one by name, with `key=value` settings laid over it."""
+def load(
+    scene: str | Path, overrides: str | Sequence[str] | Mapping[str, object] = (), **settings: object
+) -> LoadedScene:
+    """The scene of a path, or a bundled one by name, with settings laid over it, the last ones on top.
+
+    load("lift", "block.mass=280 t"), load("lift", ["block.mass=280 t", "end=30 s"]),
+    load("lift", {"block.mass": "280 t"}), load("lift", block={"mass": "280 t"}, end="30 s")
+    """
+    given = [*_settings(overrides), *_settings(settings)]
     if not isinstance(scene, str | Path):
         raise SceneError(f"{scene!r} names no scene; give its path as text or as a Path, or the name of a bundled one")
     path = scene_file(str(scene))
     name = path.name if path in bundled().values() else path_text(scene)
-    return replace(_kept(path, name, scene_text(path, name), overrides), typed=str(scene))
+    return replace(_kept(path, name, scene_text(path, name), given), typed=str(scene))
+
+
+def _settings(given: object, within: str = "") -> list[str]:
+    """The same as `key=value`."""
+    if isinstance(given, str):
+        return [given]
+    if isinstance(given, Mapping):
+        pairs = ((f"{within}{key}", x) for key, x in given.items())
+        return [y for key, x in pairs for y in (_settings(x, f"{key}.") if isinstance(x, Mapping) else [_said(key, x)])]
+    listed = [*given] if isinstance(given, Iterable) else [given]
+    if len(texts := [x for x in listed if isinstance(x, str)]) == len(listed):
+        return texts
+    raise SceneError(
+        f"{given!r:.60} are no settings; write 'block.mass=280 t', a list of such, or a dict of key: value"
+    )
+
+
+def _said(key: str, x: object) -> str:
+    try:
+        return f"{key}={x}" if isinstance(x, str) else f"{key}={json.dumps(x, default=lambda y: y.tolist())}"
+    except (TypeError, ValueError, AttributeError):
+        raise SceneError(f"{key}: {x!r:.60} is no value of a setting; give text, numbers, or lists of them") from None
 
 
 def loaded(scene: LoadedScene | str | Path) -> LoadedScene:

@@ -19,7 +19,7 @@ from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateEvent as Switched
 from heavylift.kernel.simulation.native.samples import shown
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, ns, succ
+from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, seconds, succ
 from heavylift.nodes.models import COMMANDER, KERNEL, CommanderModel, build, couplings, subscriptions, system
 from heavylift.nodes.models.commander.actuator_registry import TURN, first_lugs
 from heavylift.nodes.models.parts import messages as m
@@ -95,7 +95,7 @@ class Rehearsal:
 
     def walk(self) -> None:
         """Go to the end of the list, of the scene or of the stage, or to where no rest is known."""
-        end = LAST_NS if self.plan.end is None else ns(self.plan.end)
+        end = LAST_NS if self.plan.end is None else seconds(self.plan.end)
         self.simulator = Simulator(self.models, microsteps=self.plan.microsteps, watched=False)
         try:
             happened = self.path.start()
@@ -209,7 +209,7 @@ class Rehearsal:
         angles = [k * WAYPOINT for k in range(ceil(first / WAYPOINT), ceil(last / WAYPOINT))]
         times = []
         for part in sorted((angle - a.x0) / way for angle in angles if first < angle < last):
-            low, high = 0, ns(a.move.duration)
+            low, high = 0, seconds(a.move.duration)
             while high - low > 1:
                 middle = (low + high) // 2
                 behind = a.move.displacement(middle * 1e-9) / way < part

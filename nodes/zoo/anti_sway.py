@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from heavylift.kernel.description.profile import trapezoid
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, In, Out, ns
+from heavylift.nodes.devs import Atomic, Bag, In, Out, seconds
 from heavylift.nodes.models import Sample, SetPoint
 
 
@@ -43,7 +43,7 @@ class Damper(Atomic):
         super().__init__(name)
         if not (speed > 0.0 and ramp > 0.0):
             raise ModelError(f"speed {speed:g} m/s and ramp {ramp:g} m/s2 of a damper must be positive")
-        self.profile, self.begin = trapezoid(distance, speed, ramp), ns(begin)
+        self.profile, self.begin = trapezoid(distance, speed, ramp), seconds(begin)
         self.gains, self.most, self.still = (gain, integral, derivative), most or 2.0 * speed, still
 
     def start(self) -> None:

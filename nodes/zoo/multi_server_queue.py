@@ -5,7 +5,7 @@ The simplest Jackson network (Jackson 1957): it sees arrivals / (1 - again), and
 
 from bisect import insort
 
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tally, TimeWeighted, ns, stream
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tally, TimeWeighted, seconds, stream
 from heavylift.nodes.zoo.queue import Job, PoissonGenerator
 
 
@@ -51,7 +51,7 @@ class Station(Atomic):
         """Free servers take jobs; when one will be ready, and whether it will leave then, is drawn now."""
         self.queue += more
         while self.queue and len(self.busy) < self.c:
-            ready = self.now.t + ns(self.random.expovariate(self.rate))
+            ready = self.now.t + seconds(self.random.expovariate(self.rate))
             insort(self.busy, (ready, self.random.random() >= self.again, self.queue.pop(0)), key=lambda job: job[0])
         self.length.set(len(self.queue) + len(self.busy), self.now)
         self.hold_in(self.busy[0][0] - self.now.t) if self.busy else self.passivate()

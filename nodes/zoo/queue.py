@@ -5,7 +5,7 @@ frame(period, span) gives jobs and counts for `span`; couple its `job` to a proc
 
 from __future__ import annotations
 
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tag, ns, stream
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tag, seconds, stream
 
 
 class Job(Message):
@@ -68,7 +68,7 @@ class PoissonGenerator(Generator):
     def internal(self) -> None:
         """Count, and wait for a time that is exponentially distributed."""
         self.number += 1
-        self.hold_in(ns(self.random.expovariate(self.rate)))
+        self.hold_in(seconds(self.random.expovariate(self.rate)))
 
 
 class Processor(Atomic):

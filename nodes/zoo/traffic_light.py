@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, ns
+from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, seconds
 
 
 class Colour(StrEnum):
@@ -41,8 +41,8 @@ class Show(Message):
 
 TURN = {Colour.RED: Colour.GREEN, Colour.GREEN: Colour.YELLOW, Colour.YELLOW: Colour.RED}
 BLINK = {Colour.YELLOW: Colour.DARK, Colour.DARK: Colour.YELLOW}
-LASTS = {Colour.RED: ns(60), Colour.GREEN: ns(50), Colour.YELLOW: ns(10)}
-BLINKS = ns(0.5)
+LASTS = {Colour.RED: seconds(60), Colour.GREEN: seconds(50), Colour.YELLOW: seconds(10)}
+BLINKS = seconds(0.5)
 
 
 class Light(Atomic):

@@ -77,7 +77,8 @@ def file_descriptor_set(descriptor: Descriptor) -> bytes:
 
 
 class RecordedEvent(msgspec.Struct, frozen=True):
-    """An event on a port of a coupled model; `value` is its message as plain data."""
+    """An event on a port of a coupled model, or of a System what happened to whom; `value`: its message as plain
+    data."""
 
     t_ns: int
     microstep: int
@@ -86,6 +87,11 @@ class RecordedEvent(msgspec.Struct, frozen=True):
     index: int
     type: str
     value: Any
+
+    @property
+    def t(self) -> float:
+        """When [s]."""
+        return self.t_ns / 1e9
 
 
 def event_schema(value: Mapping[str, object]) -> bytes:

@@ -157,10 +157,12 @@ class Recording:
             found = [note for raw in self.messages("/log") if (note := sampler_note(raw.data))]
         return [(t_ns * 1e-9, sentence) for _, t_ns, sentence in sorted(found, key=lambda note: note[0])]
 
-    def __getitem__(self, name: str) -> Signal | Part:
+    def __getitem__(self, name: str) -> Any:
         """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.
 
         rec["rope/tension"], rec["rope/tension/west.*"], rec["block"].pose, rec["loader/1"].tension
+
+        `signal` and `part` say which of both they return.
         """
         if name in self.signals():
             return self.signal(name)
@@ -171,7 +173,11 @@ class Recording:
             ((signal, columns),) = found.items()
             with self.reading():
                 return with_own_rows(only(self.signal(signal), columns), self.topics.values(), self.numbers)
-        return Part(self, name, found) if found else Part.of(self, name)
+        return Part(self, name, found) if found else self.part(name)
+
+    def part(self, name: str) -> Part:
+        """All about a crane, loader, rope, joint or body, "loader/1" being loader-1; SignalError if there is none."""
+        return Part.of(self, name)
 
     def _repr_html_(self) -> str:
         """In a notebook: facts, the tensions, stages, and which signals there are."""

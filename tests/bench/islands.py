@@ -22,7 +22,7 @@ from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.devs import Simulator, Tag, ns
+from heavylift.nodes.devs import Simulator, Tag, seconds
 from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.scene import LoadedScene
 
@@ -51,7 +51,7 @@ def scene_run(scene: LoadedScene, apart: bool) -> Made:
         plan, rows = scene.plan, list[bytes]()
         models = build(plan)
         kernel = kernel_node.KernelNode(configured(plan, models), rows.append)
-        end = Tag(ns(plan.end or HOUR))
+        end = Tag(seconds(plan.end or HOUR))
         wires = wiring(plan)
         core = Coordinator([*models, KERNEL], wires.couplings, end, wires.finish, lambda event: None)
         nodes = [*(Node(n, Simulator(m, wires=wires.all)) for n, m in models.items()), Node(KERNEL, kernel)]

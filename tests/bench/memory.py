@@ -22,7 +22,6 @@ from heavylift.coordinator import run_models
 from heavylift.coordinator.run import conversation, run
 from heavylift.coordinator.run.watch import Watch
 from heavylift.kernel.errors import Stopped
-from heavylift.nodes.devs import ns
 from heavylift.nodes.scene import bundled, parse
 from shared.processes import Told, family, lost
 from shared.rows import SHORT, options, row
@@ -108,7 +107,7 @@ def granted(span):
 
     conversation.m.encode = measured
     try:
-        run_models(QUEUE, until=ns(span), in_process=True, watch=Counted())
+        run_models(QUEUE, until=span, in_process=True, watch=Counted())
     finally:
         conversation.m.encode = encode
     return sum(sizes) / events

@@ -90,7 +90,7 @@ class Watched(Stamped):
 def grant(n: int) -> float:
     """Microseconds of one grant cycle among n nodes."""
     conversation.OpenCoordinator = Stamped  # type: ignore[misc]
-    run_models(f"{MODELS}:turns({n})", until=1000 * GRANTS)
+    run_models(f"{MODELS}:turns({n})", until=1e-6 * GRANTS)
     return cycle(Stamped.at)
 
 
@@ -98,7 +98,7 @@ def full_round(n: int, rounds: int = ROUNDS, processes: int = 0, in_process: boo
     """Microseconds of a round in which n models speak and hear."""
     conversation.OpenCoordinator = Stamped  # type: ignore[misc]
     until = 1000 * rounds + 1
-    run = run_models(f"{MODELS}:rounds({n}, {SIZE})", until=until, processes=processes, in_process=in_process)
+    run = run_models(f"{MODELS}:rounds({n}, {SIZE})", until=until / 1e9, processes=processes, in_process=in_process)
     assert Stamped.events == n * rounds, "each has spoken in each round"
     blocks, begun, before = [], Stamped.at[0], Stamped.said[0]
     for at, said in zip(Stamped.at, Stamped.said, strict=True):
@@ -140,7 +140,7 @@ def events(gaps: int, processes: int = 0) -> float:
     simulator.start()
     simulator.run(GAPS[gaps] * GAP)
     count = sum(m.events for m in simulator.atomics if isinstance(m, Station))
-    run = run_models(f"{MODELS}:workload({RING}, {gaps})", until=GAPS[gaps] * GAP, processes=processes)
+    run = run_models(f"{MODELS}:workload({RING}, {gaps})", until=GAPS[gaps] * GAP / 1e9, processes=processes)
     return count / run.rounds_s
 
 
@@ -160,7 +160,7 @@ def alone(_: int) -> float:
 
 def queued(processes: int) -> float:
     """The same in so many processes, or in this one."""
-    return run_models(f"{MODELS}:queue", until=QUEUE * 10**9, processes=processes, in_process=not processes).rounds_s
+    return run_models(f"{MODELS}:queue", until=float(QUEUE), processes=processes, in_process=not processes).rounds_s
 
 
 def observed(n: int) -> float:

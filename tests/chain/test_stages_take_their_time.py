@@ -2,7 +2,7 @@
 
 import pytest
 from chain import CLOSED_FORMS, play
-from heavylift.nodes.devs import ns
+from heavylift.nodes.devs import seconds
 from heavylift.recordings import Recording
 
 FORM = CLOSED_FORMS["C24"]["expected"]
@@ -57,14 +57,14 @@ def test_a_move_takes_its_trapezoid(recording: Recording, form: str, actuator: s
     begun, done = ([e for e in events if e.type == kind][order] for kind in ("Run", "Done"))
 
     assert done.value["id"] == begun.value["id"]
-    assert done.t_ns - begun.t_ns == ns(FORM[form])
+    assert done.t_ns - begun.t_ns == seconds(FORM[form])
     assert done.value["position"] == pytest.approx(stands, abs=PLACE)
 
 
 def test_all_closed_forms_are_told_and_the_run_ends_with_the_last_move(recording: Recording) -> None:
     assert {form for form, *_ in MOVES} == set(FORM)
     last = recording.events()[-1]
-    assert (last.type, last.t_ns) == ("Finished", ns(2 * 602.5))
+    assert (last.type, last.t_ns) == ("Finished", seconds(2 * 602.5))
 
 
 def test_the_ropes_have_the_lengths_that_were_reported(recording: Recording) -> None:

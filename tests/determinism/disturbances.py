@@ -142,8 +142,8 @@ def _model(case: Case) -> str:
     reference, until = case.what.split(" ")
     nodes = _shuffled(list(built(reference).children), case.start)
     if case.processes == 1:
-        return run_models(reference, int(until), in_process=True, order=nodes).digest
-    return run_models(reference, int(until), processes=case.processes, order=nodes).digest
+        return run_models(reference, int(until) / 1e9, in_process=True, order=nodes).digest
+    return run_models(reference, int(until) / 1e9, processes=case.processes, order=nodes).digest
 
 
 def _shuffled(nodes: list[str], seed: int) -> list[str]:

@@ -24,7 +24,6 @@ from pathlib import Path
 
 from heavylift.coordinator import run_models
 from heavylift.coordinator.run import run
-from heavylift.nodes.devs import ns
 from heavylift.nodes.scene import load
 
 SHORT = "--short" in sys.argv
@@ -42,7 +41,7 @@ def scene(name: str, *changed: str) -> Callable[[Path, bool], str]:
 
 def queue(recorded: bool) -> Callable[[Path, bool], str]:
     return lambda path, apart: (
-        run_models(QUEUE, until=ns(20), output=path if recorded else None, in_process=not apart).digest
+        run_models(QUEUE, until=20.0, output=path if recorded else None, in_process=not apart).digest
     )
 
 

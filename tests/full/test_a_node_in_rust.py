@@ -46,6 +46,6 @@ def test_the_digest_is_that_of_a_run_without_it(node: Path, tmp_path, monkeypatc
 
     player = threading.Thread(target=play)
     player.start()
-    run = run_models(ring, until=until, external=["s1"])
+    run = run_models(ring, until=until / 1e9, external=["s1"])
     player.join()
-    assert (ended, run.digest) == ([0], run_models(ring, until=until, in_process=True).digest)
+    assert (ended, run.digest) == ([0], run_models(ring, until=until / 1e9, in_process=True).digest)

@@ -46,8 +46,8 @@ DESCRIPTIONS = [
     # the graph
     (with_(bodies=(BODY, BODY)), "body 'a': two of this name; names must be unique"),
     (with_(joints=(GUIDE, GUIDE)), "joint 'a-guide': two of this name; names must be unique"),
-    (with_(joints=(replace(GUIDE, child="b"),)), "joint 'a-guide': there is no body 'b'"),
-    (with_(joints=(replace(GUIDE, parent="b"),)), "joint 'a-guide': there is no body 'b'"),
+    (with_(joints=(replace(GUIDE, child="b"),)), "joint 'a-guide': there is no body 'b'; known: a, world"),
+    (with_(joints=(replace(GUIDE, parent="b"),)), "joint 'a-guide': there is no body 'b'; known: a, world"),
     (with_(joints=()), "body 'a': no joint connects it to the ground; add one (kind free if it floats)"),
     (
         with_(joints=(replace(GUIDE, parent="a"),)),
@@ -192,7 +192,7 @@ DESCRIPTIONS = [
     # laws
     (
         with_(springs=(JointSpring("spring", "b-guide"),)),
-        "joint 'b-guide': no such joint; joints are a-guide",
+        "spring 'spring': there is no joint 'b-guide'; did you mean 'a-guide'?",
     ),
     (
         with_(joints=(replace(GUIDE, kind="cylindrical", q0=(), v0=()),), springs=(JointSpring("spring", "a-guide"),)),
@@ -221,19 +221,28 @@ DESCRIPTIONS = [
         with_(drives=(Drive("d", "a-guide", "servo"), Drive("e", "a-guide", "servo"))),
         "drive 'e': joint 'a-guide' already has the drive 'd'",
     ),
-    (with_(ropes=(replace(ROPE, lines=(Line(Point("b"), Point("a")),)),)), "'rope': there is no body 'b'"),
-    (with_(supports=(Support("pad", Point("b"), 0.0, 1.0, 1.0),)), "'pad': there is no body 'b'"),
-    (with_(measured=(Measured("theta", "angle", "b"),)), "'theta': there is no body 'b'"),
-    (with_(measured=(Measured("way", "joint", "b"),)), "joint 'b': no such joint; joints are a-guide"),
+    (
+        with_(ropes=(replace(ROPE, lines=(Line(Point("b"), Point("a")),)),)),
+        "rope 'rope': there is no body 'b'; known: a, world",
+    ),
+    (
+        with_(supports=(Support("pad", Point("b"), 0.0, 1.0, 1.0),)),
+        "support 'pad': there is no body 'b'; known: a, world",
+    ),
+    (with_(measured=(Measured("theta", "angle", "b"),)), "measured 'theta': there is no body 'b'; known: a, world"),
+    (with_(measured=(Measured("way", "joint", "b"),)), "measured 'way': there is no joint 'b'; known: a-guide"),
     (
         with_(joints=(FLOAT,), measured=(Measured("way", "joint", "float"),)),
         "'way': nothing can act along joint 'float', which is free: no velocity of it is the rate of a coordinate",
     ),
-    (with_(thresholds=(Threshold("t", "angle", of="b"),)), "'t': there is no body 'b'"),
-    (with_(thresholds=(Threshold("t", "speed", of="b"),)), "joint 'b': no such joint; joints are a-guide"),
+    (with_(thresholds=(Threshold("t", "angle", of="b"),)), "threshold 't': there is no body 'b'; known: a, world"),
+    (with_(thresholds=(Threshold("t", "speed", of="b"),)), "threshold 't': there is no joint 'b'; known: a-guide"),
     (with_(thresholds=(Threshold("t", "height"),)), "threshold 't': a height needs a point"),
     (with_(thresholds=(Threshold("t", "tension"),)), "threshold 't': a tension needs a rope"),
-    (with_(thresholds=(Threshold("t", "length", ropes=("r",)),)), "threshold 't': there is no rope 'r'"),
+    (
+        with_(thresholds=(Threshold("t", "length", ropes=("r",)),)),
+        "threshold 't': there is no rope 'r'; the system has no rope at all",
+    ),
     (
         with_(ropes=(ROPE, ROPE)),
         "'rope': two of this name; names of laws, drives and masters must be unique",

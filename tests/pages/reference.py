@@ -17,17 +17,22 @@ from typing import Any
 import typer
 from page_blocks import ROOT
 
-MODULES = (
+MODULES = (  # and perhaps which names of each
     "heavylift",
     "heavylift.nodes.scene",
     "heavylift.nodes.limits",
     "heavylift.coordinator.run",
     "heavylift.coordinator",
+    "heavylift.coordinator.sweeps.study: Study",
     "heavylift.coordinator.live",
     "heavylift.recordings",
     "heavylift.nodes.devs",
+    "heavylift.nodes.devs.hybrid",
+    "heavylift.nodes.models: Sample SetPoint",
     "heavylift.nodes.testing",
     "heavylift.kernel.description.mechanics",
+    "heavylift.kernel.description.points",
+    "heavylift.kernel.description.contacts",
     "heavylift.kernel.description.laws",
     "heavylift.kernel.description.forces",
     "heavylift.kernel.simulation.simulation",
@@ -133,11 +138,12 @@ def _plain(name: str) -> str:
 
 
 def _modules() -> Iterator[str]:
-    for name in MODULES:
+    for told in MODULES:
+        name, _, some = told.partition(": ")
         module = import_module(name)
         doc = inspect.cleandoc(module.__doc__ or "")
         yield f"### {name}\n\n```\n{doc}\n```"
-        for public in _public(module):
+        for public in some.split() or _public(module):
             entry = _entry(public, getattr(module, public))
             if entry:
                 yield entry
@@ -160,8 +166,9 @@ def _entry(name: str, thing: object) -> str:
 
 
 def _members(kind: type) -> Iterator[str]:
-    if is_dataclass(kind):
-        yield f"\n    {kind.__name__}({', '.join(field.name for field in fields(kind))})"
+    names = [f.name for f in fields(kind)] if is_dataclass(kind) else getattr(kind, "__struct_fields__", ())
+    if names:
+        yield f"\n    {kind.__name__}({', '.join(names)})"
     bases = [base for base in reversed(kind.__mro__) if "heavylift" in base.__module__]
     members = {k: v for b in bases for k, v in vars(b).items() if getattr(v, "__module__", "") != "typing"}  # overloads
     shown = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from importlib import import_module
 
 import pytest
 import typer
@@ -52,3 +53,26 @@ def test_files_named_in_commands_exist(name: str) -> None:
 def test_the_reference_is_what_the_sources_say() -> None:
     committed = (ROOT / "coordinator" / "REFERENCE.md").read_text()
     assert committed == page(), "make it anew: python tests/pages/reference.py"
+
+
+IMPORT = re.compile(r"^ *from (heavylift[\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
+OTHERS = {"heavylift.kernel.forces.mathematics"}  # functions whose meaning is that of their names
+ALWAYS = ("Hybrid", "Line", "Point", "Contact", "Sample", "SetPoint", "Study", "Rope", "Body", "Atomic")
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_reference_has_what_pages_import(name: str) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(), re.DOTALL)
+    found = [
+        (module, word.split()[0])
+        for block in blocks
+        for module, several, one in IMPORT.findall(block)
+        for word in re.sub(r"#.*", "", several or one).split(",")
+        if word.strip() and module not in OTHERS and ".zoo." not in module
+    ]
+    classes = [word for module, word in found if callable(getattr(import_module(module), word))]
+    assert [word for word in classes if not re.search(rf"^\*\*`{word}\b", page(), re.MULTILINE)] == []
+
+
+def test_the_reference_has_what_models_are_made_of() -> None:
+    assert [word for word in ALWAYS if not re.search(rf"^\*\*`{word}`", page(), re.MULTILINE)] == []

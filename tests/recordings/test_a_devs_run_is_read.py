@@ -59,7 +59,7 @@ def clocks(count: int = 1) -> Coupled:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("devs") / "run.mcap"
-    run_models(clocks, until=ms(6), output=path, in_process=True)
+    run_models(clocks, until=0.006, output=path, in_process=True)
     return path
 
 
@@ -102,10 +102,10 @@ def test_ports_are_drawn_each_in_a_panel(recorded: Path, tmp_path: Path) -> None
 
 def test_too_many_ports_and_none_are_told(tmp_path: Path) -> None:
     path = tmp_path / "many.mcap"
-    run_models(f"{Path(__file__)}:clocks(9)", until=ms(2), output=path, in_process=True)
+    run_models(f"{Path(__file__)}:clocks(9)", until=0.002, output=path, in_process=True)
     with pytest.raises(RecordingError, match=r"18 ports in one figure; name some of them, such as 'clock0/bell', '"):
         plot(path, tmp_path / "many.png")
-    run_models(clocks, until=ms(1), output=tmp_path / "none.mcap", in_process=True)
+    run_models(clocks, until=0.001, output=tmp_path / "none.mcap", in_process=True)
     with pytest.raises(RecordingError, match=r"has no events to draw; let the run last longer$"):
         plot(tmp_path / "none.mcap", tmp_path / "none.png")
     assert export(tmp_path / "none.mcap", tmp_path / "none.csv").read_text().startswith("time [s],microstep,model")
@@ -115,7 +115,7 @@ def test_too_many_ports_and_none_are_told(tmp_path: Path) -> None:
 def test_what_is_all_said_at_one_instant_is_drawn_without_a_warning(
     tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
-    run_models(clocks, until=ms(1) + 1, output=tmp_path / "run.mcap", in_process=True)
+    run_models(clocks, until=0.001000001, output=tmp_path / "run.mcap", in_process=True)
     assert plot(tmp_path / "run.mcap", tmp_path / "run.png").exists()
     assert [warning for warning in recwarn if warning.category is UserWarning] == []
 

@@ -11,7 +11,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import Event
 from heavylift.nodes.devs.messages import Message, decode, encode
 from heavylift.nodes.devs.models import Atomic, Model
-from heavylift.nodes.devs.ports import InPort, OutPort, Port
+from heavylift.nodes.devs.ports import Arrived, InPort, OutPort, Port
 from heavylift.nodes.devs.tags import Instant
 
 from .flatten import Entries
@@ -43,7 +43,7 @@ def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
     """A bag of several messages: ports by name, values by place; nothing lies there any more."""
     assert m._port is not None
     assert m._more is not None
-    bag: dict[InPort[Message], list[Message]] = {}
+    bag = Arrived()
     for _, port, value in sorted([(m._place, m._port, m._value), *m._more], key=place):
         bag.setdefault(port, []).append(value)
     m._more = None

@@ -15,7 +15,7 @@ from operator import itemgetter
 from typing import Never
 
 from heavylift.nodes.devs.messages import Message
-from heavylift.nodes.devs.models import Atomic, Coupled, Model
+from heavylift.nodes.devs.models import Atomic, Coupled, Model, tree
 from heavylift.nodes.devs.ports import InPort, OutPort, Port
 
 _Way = tuple[str, Port[Message]]  # its hops (source model's name, "" from outside; port) backwards, and where it begins
@@ -33,7 +33,10 @@ def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tupl
     tops = {root.name: root for root in sorted(roots, key=lambda root: root.name)}
     models: list[Model] = []
     for root in tops.values():
-        _collect(root, root.path, models)
+        path = root.path
+        for model in tree(root):  # which keep their paths while they run
+            model._path = path if model is root or model.parent is None else f"{model.parent._path}.{model.name}"
+            models.append(model)
     atomics = [m for m in models if isinstance(m, Atomic)]
     ahead: Ahead = {}
     for model in models:
@@ -90,15 +93,6 @@ def _wired(tops: dict[str, Model], wires: Iterable[Wire], ahead: Ahead) -> tuple
         if target in tops:
             ahead.setdefault(start, []).append(tops[target].ports[into])
     return entries, leaving
-
-
-def _collect(model: Model, path: str, models: list[Model]) -> None:
-    """The models of a tree in the order of their paths, which they keep while they run."""
-    model._path = path
-    models.append(model)
-    if isinstance(model, Coupled):
-        for name in sorted(model.children):
-            _collect(model.children[name], f"{path}.{name}", models)
 
 
 def _follow(start: Port[Message], ahead: Ahead, tops: dict[str, Model], into: dict[Port[Message], list[_Way]]) -> None:

@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from typing import NoReturn
 
-from heavylift.kernel.errors import HeavyliftError, ModelError
+from heavylift.kernel.errors import HeavyliftError, ModelError, told
+from heavylift.kernel.user_code import raised
 from heavylift.nodes.devs.models import Atomic
 from heavylift.nodes.devs.tags import Instant, Tag
 
@@ -39,7 +40,9 @@ class Patience:
 
 
 def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
-    """The sentence of an atomic's function that raised, in one line."""
-    told = " ".join(str(error).split())
-    sentence = told if isinstance(error, HeavyliftError) else f"{what}() raised {type(error).__name__}: {told}"
+    """The sentence of an atomic's function that raised, in one line; what ends the program is no error of a model."""
+    ends = not isinstance(error, Exception) and type(error).__module__.startswith("heavylift.")
+    if ends or isinstance(error, KeyboardInterrupt):
+        raise error
+    sentence = told(error, 10_000) if isinstance(error, HeavyliftError) else f"{what}() raised {raised(error)}"
     raise ModelError(f"{m.path} at {Tag(*tag)}: {sentence}") from error

@@ -100,7 +100,7 @@ class Schedule:
         present.busy = True
         try:
             m.start()
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
             fail(m, present.now, "start", error)
         present.busy = False
         if m._wait is not None:

@@ -19,7 +19,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import Event, Slack
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model, Present
-from heavylift.nodes.devs.ports import InPort, Port
+from heavylift.nodes.devs.ports import Arrived, InPort, Port
 from heavylift.nodes.devs.tags import BEGIN, FOREVER, NEVER, Instant, Tag, tag_of
 from heavylift.nodes.devs.travelling import travelling
 
@@ -200,7 +200,11 @@ class Simulator:
                     if m._port is None:
                         m.internal()
                     else:
-                        x: Any = {m._port: [m._value]} if m._more is None else sorted_bag(m)
+                        if m._more is None:
+                            x: Any = Arrived()
+                            x[m._port] = [m._value]
+                        else:
+                            x = sorted_bag(m)
                         m._port = m._value = None
                         if m._t != t:
                             what = "external"
@@ -212,7 +216,7 @@ class Simulator:
                         else:
                             what = "confluent"
                             m.confluent(x)
-                except (Exception, SystemExit) as error:
+                except BaseException as error:
                     fail(m, tag, what, error)
                 m._last, wait = t, m._wait
                 if wait is None:

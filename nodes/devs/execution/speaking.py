@@ -29,7 +29,7 @@ def speak(
             present.speaker = m = atomics[i]
             try:
                 m.output()
-            except (Exception, SystemExit) as error:
+            except BaseException as error:
                 fail(m, tag, "output", error)
             if m._wait is not None:
                 told = "output() must not change the state: call hold_in in a transition"
@@ -53,7 +53,7 @@ def results_of(atomics: Iterable[Atomic], present: Present, tag: Tag) -> dict[st
                 raise ModelError("result() must not change the model: do that in a transition")
             if result is not None:
                 found[m.path] = travelling(_checked(result), "its result")
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
             m._wait, present.changes = None, []
             fail(m, tag, "result", error)
     present.now = before

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import msgspec
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Bag, ns
+from heavylift.nodes.devs import Bag, seconds
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.places import ASIDE, WHEN, located, place
 from heavylift.nodes.plan.plan import driven
 
 from .conditions import Moment, next_time, words
-from .jobs import addressed, seconds, still_open
+from .jobs import addressed, clock, still_open
 from .orders import Orders
 from .refused import Refused
 
@@ -66,7 +66,7 @@ class Commander(Orders):
             where = condition.where or action.where
             lacks = words(condition, self.picture, moment)
         stuck = "".join(f"; {driven(job.actor)} stopped ({job.limit})" for job in self.jobs if job.limit)
-        since = seconds(self.since)
+        since = clock(self.since)
         return f"still waiting for {lacks} since {since}{stuck}, {where or 'end'}" if lacks else ""
 
     def _settle(self) -> None:
@@ -80,7 +80,7 @@ class Commander(Orders):
             action = self.plan.action(self.index)
             times += next_time(action.when, Moment(self.now.t, self.since))
             if action.timeout is not None:
-                times.append(self.since + ns(action.timeout))
+                times.append(self.since + seconds(action.timeout))
         if self.outbox:
             self.hold_in(0)
         elif times and not self.over:
@@ -119,7 +119,7 @@ class Commander(Orders):
         action = plan.action(self.index)
         condition = action.when or scene.MovesDone()
         if not self._holds(condition, self.index, self.since):
-            if action.timeout is not None and self.now.t >= self.since + ns(action.timeout):
+            if action.timeout is not None and self.now.t >= self.since + seconds(action.timeout):
                 raise ModelError(f"{self.waiting_for()}: timeout of {action.timeout:g} s")
             return False
         aside = {job.actor for job in self.jobs if job.action == ASIDE and not job.halting and not job.limit}

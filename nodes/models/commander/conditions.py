@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from heavylift.kernel.description.mechanics import Threshold
-from heavylift.nodes.devs import ns
+from heavylift.nodes.devs import seconds
 from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.plan import Plan, driven
 
@@ -76,7 +76,7 @@ def holds(condition: scene.Condition, picture: Picture, moment: Moment) -> bool:
 
 def next_time(condition: scene.Condition | None, moment: Moment) -> list[int]:
     """The times to come [ns] at which the condition can become true by itself."""
-    times = [moment.since_ns + ns(term.seconds) for term in terms(condition) if isinstance(term, scene.After)]
+    times = [moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.After)]
     return [t for t in times if t > moment.now_ns]
 
 
@@ -101,7 +101,7 @@ def _true(term: scene.Condition, picture: Picture, moment: Moment) -> bool:
         case scene.Crossing():
             return term.threshold.name in picture.reached
         case scene.After():
-            return moment.now_ns >= moment.since_ns + ns(term.seconds)
+            return moment.now_ns >= moment.since_ns + seconds(term.seconds)
         case scene.Begun():
             return term.lift in picture.begun
         case scene.Ended():

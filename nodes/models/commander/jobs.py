@@ -82,6 +82,6 @@ def make_way(jobs: list[Job], actor: str) -> None:
             raise Refused(f"{actor} gets an order while it follows {what}, wait until it is done")
 
 
-def seconds(t_ns: int) -> str:
+def clock(t_ns: int) -> str:
     """A time to the millisecond: "812.4 s"."""
     return f"{t_ns / 1e9:.3f}".rstrip("0").rstrip(".") + " s"

@@ -9,7 +9,7 @@ from math import isfinite
 from typing import Any
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, In, Message, Out, OutPort, ns
+from heavylift.nodes.devs import Atomic, In, Message, Out, OutPort, seconds
 from heavylift.nodes.models.own import aim_port
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan import actions as scene
@@ -88,7 +88,7 @@ class Orders(Atomic):
         check_led(order, self.plan, self.lugs)
         match order:
             case scene.Wait():
-                self._job(at, "wait", "", ends_ns=self.now.t + ns(order.seconds))
+                self._job(at, "wait", "", ends_ns=self.now.t + seconds(order.seconds))
             case scene.Move():
                 if order.until is None or not self._holds(order.until, at[0], self.now.t):
                     for kept in order.keeps:

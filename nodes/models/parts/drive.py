@@ -13,7 +13,7 @@ from math import copysign, inf, isclose
 
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
-from heavylift.nodes.devs import Bag, InPort, ns
+from heavylift.nodes.devs import Bag, InPort, seconds
 from heavylift.nodes.plan import pulses
 from heavylift.nodes.plan.interlock import Stopped
 from heavylift.nodes.plan.plan import Driven
@@ -139,7 +139,7 @@ class DriveActor(LiveActor):
         self._profile(x, v, trapezoid(distance, speed, order.accel, v), order.accel)
         if self.profile is not REST:
             self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
-        self.wake = self.now.t + ns(self.profile.duration) if self.profile.duration < inf else None
+        self.wake = self.now.t + seconds(self.profile.duration) if self.profile.duration < inf else None
 
     def aim(self, order: m.Aim) -> None:
         """Lead the present speed to another one, as far as the end position on that side."""
@@ -160,7 +160,7 @@ class DriveActor(LiveActor):
         self.goal = x + (distance if distance is not None else self.profile.displacement(self.profile.d1))
         if self.profile is not REST:
             self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
-        self.wake = self.now.t + ns(duration) if duration < inf else None
+        self.wake = self.now.t + seconds(duration) if duration < inf else None
 
     def halt(self, order: m.Halt) -> None:
         """Ramp down the move of that id, unless it stands already."""
@@ -198,7 +198,7 @@ class DriveActor(LiveActor):
         self._profile(x, v, trapezoid(None, 0.0, accel, v), accel)
         self.goal = x + self.profile.displacement(self.profile.d1)
         self.say(m.SetProfile(self.element, self.now.t, 0.0, accel))
-        self.wake = self.now.t + ns(self.profile.d1)
+        self.wake = self.now.t + seconds(self.profile.d1)
 
     def follow(self, order: m.Follow) -> None:
         """Follow a Master from here, or let it go and stand still."""

@@ -6,26 +6,15 @@ mean.  All errors of a scene are reported at once, in the order of the text.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 
 from heavylift.kernel.errors import SceneError
+from heavylift.kernel.errors import closest as closest
 
 from .source import Fault, Mark, Source, shown
 
 MOST = 200  # errors that are reported at once
 WIDEST = 400  # characters of a line that are shown
-
-
-def closest(word: str, known: Iterable[str]) -> str:
-    """`did you mean 'x'?` for a known word near `word`, else the list of the known words."""
-    words = list(known)
-    near = difflib.get_close_matches(word, words, 1) or difflib.get_close_matches(
-        word.lower(), [w for w in words if w.lower() == word.lower()], 1
-    )
-    if near:
-        return f"did you mean '{near[0]}'?"
-    return f"known: {', '.join(words[:12])}{', ...' if len(words) > 12 else ''}" if words else ""
 
 
 def raise_faults(source: Source, faults: Iterable[Fault]) -> None:

@@ -31,6 +31,8 @@ SPELLED = {  # units as they are spoken
     "degree": "deg", "radian": "rad", "newton": "N", "kilonewton": "kN", "meganewton": "MN",
     "hertz": "Hz", "kilohertz": "kHz", "percent": "%", "pascal": "Pa", "megapascal": "MPa", "gigapascal": "GPa",
 }  # fmt: skip
+SMALL, LARGE = 1e-30, 1e30  # between which products of several quantities neither vanish nor overflow
+LEAST = 5e-324
 _DEGREE = Fraction(math.pi / 180)  # as `math.radians` has it
 _MINUTE, _KILO, _MILLI = Fraction(60), Fraction(1000), Fraction(1, 1000)
 _ONE, _MEGA, _GIGA = Fraction(1), _KILO**2, _KILO**3
@@ -48,6 +50,9 @@ class Dimension:
         number = self.number(value)
         if not math.isfinite(number):
             raise ValueError(f"'{value}' is no finite number")
+        if number and not SMALL <= abs(number) <= LARGE:
+            extreme = f"smaller than {SMALL:g}" if abs(number) < SMALL else f"larger than {LARGE:g}"
+            raise ValueError(f"'{value}' is {extreme} in SI units, which is no {self.name} of this world")
         return number
 
     def number(self, value: object) -> float:
@@ -66,7 +71,7 @@ class Dimension:
         if not match:
             known = ", ".join(unit for unit in self.units if unit)
             raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {known}")
-        number, unit = float(match[1]), tidy(match[2])
+        number, unit = _product(match[1], _ONE), tidy(match[2])
         if not unit:
             return self._bare(number, match[1])
         if unit not in self.units:
@@ -144,12 +149,14 @@ class Limited(Dimension):
 
 
 def _product(text: str, factor: Fraction) -> float:
-    """The float nearest to a decimal number times a factor; infinite or nan where the number is."""
+    """The float nearest to a decimal number times a factor, 0 for 0 alone; infinite or nan where the number is."""
     number = float(text)
+    if number == 0.0 and any(digit in text.lower().partition("e")[0] for digit in "123456789"):
+        return LEAST
     if number == 0.0 or not math.isfinite(number):
         return number
     try:
-        return float(Fraction(text) * factor)
+        return float(Fraction(text) * factor) or LEAST
     except OverflowError:
         return math.copysign(math.inf, number)
 

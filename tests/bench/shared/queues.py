@@ -2,7 +2,7 @@
 
 from random import Random
 
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, ns
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, seconds
 
 
 class Job(Message):
@@ -19,14 +19,14 @@ class Source(Atomic):
 
     def start(self) -> None:
         self.random, self.n = Random(self.seed), 0
-        self.hold_in(ns(self.random.expovariate(self.rate)))
+        self.hold_in(seconds(self.random.expovariate(self.rate)))
 
     def output(self) -> None:
         self.out.send(Job(self.n, self.now.t))
 
     def internal(self) -> None:
         self.n += 1
-        self.hold_in(ns(self.random.expovariate(self.rate)))
+        self.hold_in(seconds(self.random.expovariate(self.rate)))
 
 
 class Station(Atomic):
@@ -55,7 +55,7 @@ class Station(Atomic):
     def serve(self) -> None:
         while self.queue and len(self.busy) < self.c:
             job = self.queue.pop(0)
-            self.busy.append((self.now.t + ns(self.random.expovariate(self.rate)), job.number, job))
+            self.busy.append((self.now.t + seconds(self.random.expovariate(self.rate)), job.number, job))
         self.busy.sort(key=lambda entry: entry[:2])
         if self.busy:
             self.hold_in(self.busy[0][0] - self.now.t)

@@ -7,7 +7,7 @@ from hashlib import blake2b
 from math import log
 from random import Random
 
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, OutPort, ns
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, OutPort, seconds
 
 GAP = 1_000_000  # [ns] mean time between the ticks of a station of the ring workload
 SPREAD = 3  # every third event of a station is passed on
@@ -167,7 +167,7 @@ class Source(Atomic):
         self.wait()
 
     def wait(self) -> None:
-        self.hold_in(1 + ns(self.random.expovariate(2.0)))
+        self.hold_in(1 + seconds(self.random.expovariate(2.0)))
 
     def output(self) -> None:
         self.out.send(Job(self.n))
@@ -187,7 +187,7 @@ class Counter(Atomic):
 
     def serve(self) -> None:
         while self.queue and len(self.busy) < 3:
-            self.busy.append((self.now.t + 1 + ns(self.random.expovariate(1.2)), self.queue.pop(0)))
+            self.busy.append((self.now.t + 1 + seconds(self.random.expovariate(1.2)), self.queue.pop(0)))
         self.busy.sort(key=lambda job: job[0])
         if self.busy:
             self.hold_in(self.busy[0][0] - self.now.t)

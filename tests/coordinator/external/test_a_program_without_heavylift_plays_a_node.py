@@ -42,8 +42,8 @@ def test_it_is_short_and_imports_only_the_bus_and_its_words() -> None:
 def test_the_digest_is_that_of_a_run_without_it(guest, tmp_path: Path) -> None:
     ended = []
     with guest(lambda ticket: ended.append(reference(ticket).wait(60))):
-        run = run_models(RING, until=ms(101), external=["s1"])
-    assert run.digest == run_models(RING, until=ms(101), in_process=True).digest
+        run = run_models(RING, until=0.101, external=["s1"])
+    assert run.digest == run_models(RING, until=0.101, in_process=True).digest
     assert ended == [0]
     assert modes.pop() == 0o600
     assert list(tmp_path.iterdir()) == []  # the ticket has gone with the run
@@ -68,7 +68,7 @@ def test_what_stands_in_the_place_of_the_ticket_stays(tmp_path: Path, monkeypatc
     path = tmp_path / "s1.ticket"
     path.write_text("a ticket for the theatre")
     with pytest.raises(OutputError, match="no ticket of a run that has ended; move it"):
-        run_models(RING, until=ms(101), external=["s1"])
+        run_models(RING, until=0.101, external=["s1"])
     assert path.read_text() == "a ticket for the theatre"
 
 
@@ -109,6 +109,6 @@ def test_a_killed_one_has_a_successor_that_is_told_everything_again(guest, tmp_p
         reference(tmp_path / "s1.ticket")
 
     with guest(lambda ticket: pids.append(reference(ticket).pid)):
-        run = run_models(RING, until=ms(2001), external=["s1"], watch=Listening())
-    assert run.digest == run_models(RING, until=ms(2001), in_process=True).digest
+        run = run_models(RING, until=2.001, external=["s1"], watch=Listening())
+    assert run.digest == run_models(RING, until=2.001, in_process=True).digest
     assert [sentence[:7] for sentence in told] == ["waiting", "node s1", "waiting"]

@@ -146,7 +146,7 @@ CASES = {
 def test_a_run_ends_by_the_name_of_who_broke_it(guest, name: str) -> None:
     play, sentence = CASES[name]
     with guest(play), pytest.raises(HeavyliftError, match=sentence):
-        run_models(RING, until=ms(101), external=["s1"])
+        run_models(RING, until=0.101, external=["s1"])
 
 
 def test_a_program_of_another_wire_sees_it_in_its_ticket(tmp_path: Path) -> None:

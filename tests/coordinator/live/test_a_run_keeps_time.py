@@ -10,7 +10,7 @@ import pytest
 from heavylift.coordinator.live.pace import Lateness, Pace, RealTime
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import ProtocolError
-from heavylift.nodes.devs import FOREVER, Event, Tag, ns
+from heavylift.nodes.devs import FOREVER, Event, Tag, seconds
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 from running import said
@@ -38,10 +38,10 @@ class Clock(RealTime):
 def test_the_clock_reaches_a_tag_when_its_nanosecond_is_over() -> None:
     clock = Clock(2.0)
     assert clock.horizon(Tag(0)) == Tag(0)
-    assert clock.wait(Tag(ns(3.0) - 1)) == pytest.approx(1.5, abs=1e-12)
+    assert clock.wait(Tag(seconds(3.0) - 1)) == pytest.approx(1.5, abs=1e-12)
     clock.time += 1.5
-    assert clock.horizon(Tag(0)) == Tag(ns(3.0))
-    assert clock.wait(Tag(ns(3.0) - 1)) == 0.0
+    assert clock.horizon(Tag(0)) == Tag(seconds(3.0))
+    assert clock.wait(Tag(seconds(3.0) - 1)) == 0.0
     assert clock.wait(FOREVER) == float("inf")
 
 
@@ -50,13 +50,13 @@ def test_lateness_is_measured_and_time_stands_still_in_a_pause() -> None:
     clock.horizon(Tag(0))
     for late in (0.0, 0.002, 0.1):
         clock.time = 101.0 + late
-        clock.granted(Tag(ns(1.0) - 1))
+        clock.granted(Tag(seconds(1.0) - 1))
     clock.hold()
     clock.time += 1000.0
-    clock.go_on(Tag(ns(1.0)))
-    assert clock.horizon(Tag(0)) == Tag(ns(1.0))
-    clock.go_on(Tag(ns(7.0)))  # it goes on already
-    assert clock.horizon(Tag(0)) == Tag(ns(1.0))
+    clock.go_on(Tag(seconds(1.0)))
+    assert clock.horizon(Tag(0)) == Tag(seconds(1.0))
+    clock.go_on(Tag(seconds(7.0)))  # it goes on already
+    assert clock.horizon(Tag(0)) == Tag(seconds(1.0))
     told = clock.lateness
     assert told is not None
     assert told == pytest.approx(Lateness(3, 0.1, 0.034, 1 / 3), abs=ROUNDING_s)
@@ -85,7 +85,10 @@ def test_a_run_is_the_same_at_any_rate_and_nothing_comes_early(tmp_path: Path) -
 
 
 def test_slices_of_decisions_do_not_show(tmp_path: Path) -> None:
-    results = {run(parse(SLEDGE), tmp_path / "x.mcap", True, pace=Pace(ahead)).digest for ahead in (1, ns(0.3), ns(10))}
+    results = {
+        run(parse(SLEDGE), tmp_path / "x.mcap", True, pace=Pace(ahead)).digest
+        for ahead in (1, seconds(0.3), seconds(10))
+    }
     assert len(results) == 1
 
 

@@ -18,7 +18,7 @@ from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.keys import OBSERVER, OPERATOR, key
 from heavylift.coordinator.transport.session import guest_session
 from heavylift.kernel.errors import ProtocolError
-from heavylift.nodes.devs import decode, ns
+from heavylift.nodes.devs import decode, seconds
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 from running import PATIENCE_s, found, going, said
@@ -28,7 +28,7 @@ SERVO_m = 0.005  # by which the servo is behind when the run ends with the last 
 OUT_s, REST_s = 3.0, 4.0  # the end of the first move; an instant of the rest after it
 
 
-def seconds(sentence: str) -> float:
+def said_s(sentence: str) -> float:
     """The last time in a sentence."""
     return float(sentence.split(" s")[0].split()[-1])
 
@@ -48,7 +48,7 @@ def test_what_an_operator_does_is_the_same_when_it_is_repeated(tmp_path: Path) -
     with going(tmp_path, "run", "sledge.yaml", "--rate", "2") as process:
         run_ = found(recorded)
         list(islice(observe(run_), 1))
-        paused = seconds(order(run_, Order("pause")))
+        paused = said_s(order(run_, Order("pause")))
         assert paused < OUT_s
         with pytest.raises(ProtocolError, match=r"^command: there is no 'puller' to give an order to\n.*\n.*'pusher'"):
             order(run_, Order("command", text="puller: drive 6 m/min by 1 m"))
@@ -58,14 +58,18 @@ def test_what_an_operator_does_is_the_same_when_it_is_repeated(tmp_path: Path) -
         code, out, _ = said(tmp_path, "step", "sledge.mcap", "--by", f"{REST_s - paused:.9f} s")
         assert (code, out) == (0, f"paused at {REST_s:.9f} s\n")
         assert order(run_, Order("command", text=words)) == f"{words}: at {REST_s:.9f} s, when the run goes on"
-        assert seconds(order(run_, Order("step"))) == pytest.approx(REST_s, abs=1e-8)  # the command is an event
+        assert said_s(order(run_, Order("step"))) == pytest.approx(REST_s, abs=1e-8)  # the command is an event
         assert said(tmp_path, "continue", "sledge.mcap")[:2] == (0, "goes on\n")
         _, errors = process.communicate(timeout=PATIENCE_s)
         assert process.returncode == 0, errors
     recording = Recording(recorded)
     commands = recording.events("operator", "command")
     first, second = recording.events("commander", "answer")
-    assert [event.t_ns for event in commands] == [ns(paused), ns(REST_s)] == [first.value["t_ns"], second.value["t_ns"]]
+    assert (
+        [event.t_ns for event in commands]
+        == [seconds(paused), seconds(REST_s)]
+        == [first.value["t_ns"], second.value["t_ns"]]
+    )
     busy = "pusher gets an order while its drive (order 1 of action 1) is not done, wait for `moves done`"
     assert first.value["refused"].startswith(busy)
     assert second.value["refused"] == ""
@@ -93,7 +97,7 @@ def test_a_command_gets_its_answer_and_a_stop_its_recording(tmp_path: Path) -> N
     assert recording.result["status"] == "finished"
     assert given == f"pusher: drive 6 m/min by 1 m: began at {operator_commands(recording.path)[0].tag.t * 1e-9:.9f} s"
     assert [event.value["text"] for event in recording.events("operator")][-1] == "stop"
-    assert recording.events("commander", "finished")[0].t_ns == pytest.approx(ns(seconds(out)), abs=2)
+    assert recording.events("commander", "finished")[0].t_ns == pytest.approx(seconds(said_s(out)), abs=2)
 
 
 def test_a_command_outlives_a_killed_coordinator(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import re
 import msgspec
 import pytest
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.devs import ns
+from heavylift.nodes.devs import seconds
 from heavylift.nodes.models import build_one
 from heavylift.nodes.models.parts.messages import (
     BrakeOrder,
@@ -90,9 +90,9 @@ def commander(*given: tuple[int, OperatorCommand | Done | Lifted]):  # type: ign
 
 
 def test_a_command_is_given_beside_the_action_list() -> None:
-    said = commander((ns(3), words("loader-2: lock")))
+    said = commander((seconds(3), words("loader-2: lock")))
     assert [message for t, message in said if t == 3.0] == [
-        OperatorAnswer("loader-2: lock", ns(3)),
+        OperatorAnswer("loader-2: lock", seconds(3)),
         BrakeOrder("loader-2.hinge.lock", 4, (-2, 0), True),
     ]
     assert [message.name for _, message in said if isinstance(message, Stage)] == ["take up slack"]
@@ -101,7 +101,7 @@ def test_a_command_is_given_beside_the_action_list() -> None:
 def test_a_refused_command_changes_nothing() -> None:
     """H1 is hoisting since 0 s: the command for all hooks is refused as a whole, and the list goes on."""
     text = "all hooks: hoist 3 m/min by 1 m"
-    said = commander((ns(3), words(text)))
+    said = commander((seconds(3), words(text)))
     (answer,) = (message for t, message in said if t == 3.0)
     assert isinstance(answer, OperatorAnswer)
     assert answer.refused.startswith("crane.H1 gets an order while its hoist (order 1 of action 1) is not done")
@@ -124,13 +124,13 @@ def test_a_refused_command_changes_nothing() -> None:
 )
 def test_a_command_to_a_joint_that_the_fidelity_holds_is_refused(setting: str, text: str, sentence: str) -> None:
     scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]"])
-    said = drive(build_one(scene.plan, "commander"), [(ns(3), "command", words(text))])
+    said = drive(build_one(scene.plan, "commander"), [(seconds(3), "command", words(text))])
     (answer,) = (message for _, _, message in said)
     assert isinstance(answer, OperatorAnswer)
     assert answer.refused.startswith(f"{sentence} of 'fidelity' holds it: name ")
 
 
 def test_an_empty_command_ends_the_run() -> None:
-    said = commander((ns(3), OperatorCommand("stop")))
+    said = commander((seconds(3), OperatorCommand("stop")))
     assert said[-1] == (3.0, Finished())
     assert not [message for t, message in said if t > 0 and isinstance(message, Halt)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import nan
 
-from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, ms, ns
+from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, ms, seconds
 from heavylift.nodes.models import Sample, SetPoint
 
 
@@ -36,7 +36,7 @@ class Hand(Atomic):
         self, name: str, one: float = 0.0, two: float = 0.0, three: float = 0.0, wait: float = 1.0, wild: bool = False
     ) -> None:
         super().__init__(name)
-        self.speeds, self.wait = (nan if wild else one, two, three), ns(wait)
+        self.speeds, self.wait = (nan if wild else one, two, three), seconds(wait)
 
     def start(self) -> None:
         self.said = 0

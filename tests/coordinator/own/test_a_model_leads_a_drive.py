@@ -9,7 +9,7 @@ from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.in_memory import Played, play
 from heavylift.kernel.errors import ModelError, SceneError
-from heavylift.nodes.devs import Simulator, Tag, encode, ms, ns
+from heavylift.nodes.devs import Simulator, Tag, encode, ms, seconds
 from heavylift.nodes.models import build_one
 from heavylift.nodes.models.parts.messages import (
     Aim,
@@ -36,18 +36,18 @@ def test_each_set_point_is_one_order_and_one_profile(folder: Path) -> None:
     assert [(t, x.speed, x.accel) for t, x in said(found, Aim)] == [(1.0, 0.3, 0.5), (2.0, -0.1, 0.5), (3.0, 0.0, 0.5)]  # type: ignore[attr-defined]
     profiles = [x for _, x in said(found, SetProfile)]
     # up to the end positions at +-1 m, 0.3 m/s from 1.6 s on; back from 0.3 m/s, 0.09 m ahead of where it turns
-    assert profiles[0] == SetProfile("pusher", ns(1), 0.3, 0.5, 1.0)
+    assert profiles[0] == SetProfile("pusher", seconds(1), 0.3, 0.5, 1.0)
     assert profiles[1].speed == -0.1  # type: ignore[attr-defined]
     assert profiles[1].distance == pytest.approx(-1.0 - (0.3 * 0.3 / (2 * 0.5) + 0.3 * 0.4))  # type: ignore[attr-defined]
-    assert profiles[2] == SetProfile("pusher", ns(3), 0.0, 0.5)
+    assert profiles[2] == SetProfile("pusher", seconds(3), 0.0, 0.5)
 
 
 def test_a_delay_is_added_to_the_instant_and_is_the_lookahead_of_the_port(folder: Path) -> None:
     late = scene(folder, SLEDGE, HAND, sets=("models.hand.delay=250 ms",))
     model = build_one(late.plan, "hand")
-    assert {port.name: drive(model, until=ns(5))[0][0] for port in model.ports.values() if port.name == "speed"} == {
-        "speed": Tag(ms(1250))
-    }
+    assert {
+        port.name: drive(model, until=seconds(5))[0][0] for port in model.ports.values() if port.name == "speed"
+    } == {"speed": Tag(ms(1250))}
     simulator = Simulator(build_one(late.plan, "hand"))
     simulator.start()
     assert simulator.lookahead == {"hand.speed": ms(250)}
@@ -70,7 +70,7 @@ def test_an_operator_is_refused_what_a_model_leads(folder: Path) -> None:
     plan = scene(folder, SLEDGE, HAND).plan
     push = Move(verb="drive", model="sledge", actuator="pusher", speed=0.1, accel=0.5, by=0.1)
     words = OperatorCommand("pusher: drive 6 m/min by 0.1 m", msgpack.encode(Action(orders=(push,))))
-    found = play(plan, commands=[Given(Tag(ns(4)), encode(words))])
+    found = play(plan, commands=[Given(Tag(seconds(4)), encode(words))])
     ((_, answer),) = said(found, OperatorAnswer)
     assert answer.refused == "pusher is led by the model hand and takes no other orders"  # type: ignore[attr-defined]
 

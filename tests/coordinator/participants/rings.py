@@ -1,6 +1,6 @@
 """Models that tests distribute: each function builds the same one at each call."""
 
-from heavylift.nodes.devs import Atomic, Coupled, In, Out, ms, ns
+from heavylift.nodes.devs import Atomic, Coupled, In, Out, ms, seconds
 from heavylift.nodes.zoo.queue import Job, workshop
 from heavylift.nodes.zoo.token_ring import ring
 
@@ -23,7 +23,7 @@ class Divider(Atomic):
 
 
 def failing() -> Coupled:
-    model = workshop(period=ns(1), duration=ns(2.5), span=ns(20))
+    model = workshop(period=seconds(1), duration=seconds(2.5), span=seconds(20))
     divider = model.add(Divider("divider"))
     model.connect(model.children["frame"].ports["job"], divider.into)
     return model

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.participants import building
@@ -14,6 +15,19 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Simulator, Transition
 
 HERE = Path(__file__).parent
+TICKS = """
+from heavylift.nodes.devs import Atomic, Coupled, Message, seconds
+class Ticked(Message):
+    n: int
+class Ticks(Atomic):
+    def start(self): self.n = 0; self.hold_in(0)
+    def internal(self):
+        self.n += 1
+        self.hold_in(seconds(1)) if self.n < 5 else self.passivate()
+    def result(self): return Ticked(self.n)
+def build():
+    yard = Coupled("y"); yard.add(Ticks("t")); return yard
+"""
 BEYOND = str(HERE / "beyond.py")
 CURE = "in a run each child of yard is a node of its own; send messages, or put what belongs together into one Coupled"
 
@@ -34,7 +48,7 @@ def run(reference: str, until: int = 100, **settings: Any) -> str:
     """The same of nodes."""
     lines: list[Transition] = []
     try:
-        run_models(f"{BEYOND}:{reference}", until=until, log=lines.append, **settings)
+        run_models(f"{BEYOND}:{reference}", until=until / 1e9, log=lines.append, **settings)
     except ModelError as error:
         return str(error)
     return repr(lines)
@@ -161,7 +175,7 @@ def digest(seed: str, *where: str) -> str:
 
 
 def test_who_iterates_over_a_set_does_so_alike_in_every_run() -> None:
-    here = {run_models(f"{BEYOND}:words", until=100, processes=n).digest for n in (1, 2)}
+    here = {run_models(f"{BEYOND}:words", until=1e-7, processes=n).digest for n in (1, 2)}
     assert here == {digest("7", "--in-process")}, "processes of a script and the command's own"
 
 
@@ -187,8 +201,30 @@ def test_a_limit_of_microsteps_that_is_none(limit: Any) -> None:
     )
 
 
-def test_an_end_that_is_no_time() -> None:
-    assert run("chain(3)", until=1.5) == "until=1.5: the end of a run must be an int >= 0 in ns, use ns(seconds)"  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    ("until", "told"),
+    [
+        (-1, "until=-1: a run ends at 0 s or later; give seconds"),
+        (float("nan"), "until=nan: a run ends at 0 s or later; give seconds"),
+        ("1 s", "until: '1 s' is no number; give seconds"),
+        (True, "until: True is no number; give seconds"),
+        (
+            10_000_000_000,
+            "until=10000000000 looks like nanoseconds and would be 115741 days: `until` is in seconds; write 10.0 for "
+            "so many nanoseconds, 10000000000.0 for so many seconds",
+        ),
+    ],
+)
+def test_an_end_that_is_no_time(until: Any, told: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        run_models(f"{BEYOND}:chain(3)", until=until, in_process=True)
+    assert str(caught.value) == told
+
+
+@pytest.mark.parametrize(("until", "ticks"), [(0, 0), (2, 2), (2.5, 3), (np.int64(2), 2), (1e300, 5), (None, 5)])
+def test_an_end_is_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
+    (own_modules / "ticks.py").write_text(TICKS)
+    assert run_models("ticks.py:build", until=until, in_process=True).results["y.t"].n == ticks  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("more", [{"processes": 2}, {"places": ["a=b"]}, {"remote": ["a"]}, {"external": ["a"]}])

@@ -144,6 +144,6 @@ def build():
 def test_as_many_microsteps_are_allowed_as_in_the_run(tmp_path: Path) -> None:
     (tmp_path / "patient.py").write_text(PATIENT)
     with allowed([str(tmp_path)]):
-        run_models(f"{tmp_path / 'patient.py'}:build", 10**9, tmp_path / "run.mcap", True, microsteps=11_000)
+        run_models(f"{tmp_path / 'patient.py'}:build", 1.0, tmp_path / "run.mcap", True, microsteps=11_000)
         recorded = RecordedRun(tmp_path / "run.mcap")
         assert verify(recorded).digest == recorded.recording.result["digest"]

@@ -75,7 +75,7 @@ def test_threads_do_not_meet(lift) -> None:
 
 def test_an_operator_speaks_in_seconds() -> None:
     said = simulate("lift", until=60.0, orders=[(58.0, "crane H1: hoist 0.3 m/min by 0.01 m")])
-    assert [(e.t, e.value.text) for e in said.events if e.source == "operator"] == [
+    assert [(e.t, e.value["text"]) for e in said.events if e.source == "operator"] == [
         (58.0, "crane H1: hoist 0.3 m/min by 0.01 m")
     ]
 

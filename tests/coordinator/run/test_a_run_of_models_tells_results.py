@@ -12,12 +12,12 @@ from heavylift.coordinator import run_models
 from heavylift.coordinator.protocol.core import Outcome
 from heavylift.coordinator.run.branch import Branch
 from heavylift.kernel.errors import ModelError, RecordingError
-from heavylift.nodes.devs import Atomic, Coupled, Message, Model, Out, Simulator, ns
+from heavylift.nodes.devs import Atomic, Coupled, Message, Model, Out, Simulator, seconds
 from heavylift.nodes.zoo.queue import Counted, workshop
 from heavylift.recordings import Recording
 
 HERE = {"in_process": True}
-ENDS = {"no end": {}, "a bound": {"until": ns(5)}, "a port": {"stop": "processor.done"}}
+ENDS = {"no end": {}, "a bound": {"until": 5.0}, "a port": {"stop": "processor.done"}}
 
 
 class Till(Message):
@@ -29,7 +29,7 @@ class Clock(Atomic):
     """Ends a silent run."""
 
     def start(self) -> None:
-        self.hold_in(ns(7))
+        self.hold_in(seconds(7))
 
     def internal(self) -> None:
         self.passivate()
@@ -39,7 +39,7 @@ class Clock(Atomic):
 
 
 def work() -> Coupled:
-    model = workshop(ns(1), ns(2.5), ns(10))
+    model = workshop(seconds(1), seconds(2.5), seconds(10))
     model.add(Coupled("room")).add(Clock("clock"))
     return model
 
@@ -47,7 +47,7 @@ def work() -> Coupled:
 def silent() -> Coupled:
     model = Coupled("silent")
     model.add(Clock("clock"))
-    model.add(Clock("late")).start = lambda: model.children["late"].hold_in(ns(9))  # type: ignore[attr-defined]
+    model.add(Clock("late")).start = lambda: model.children["late"].hold_in(seconds(9))  # type: ignore[attr-defined]
     return model
 
 
@@ -82,11 +82,11 @@ def test_results_do_not_depend_on_where_a_model_ran(end: str, where: dict[str, A
 
 def test_a_flat_simulator_tells_the_same_and_goes_on() -> None:
     assert flat(work()) == run_models(work, **HERE).results
-    assert flat(work(), ns(5), ns(5)) == run_models(work, until=ns(5), **HERE).results
+    assert flat(work(), seconds(5), seconds(5)) == run_models(work, until=5.0, **HERE).results
     simulator = Simulator(work())
     simulator.start()
-    simulator.run(ns(5))
-    assert simulator.results(ns(5)) == simulator.results(ns(5))
+    simulator.run(seconds(5))
+    assert simulator.results(seconds(5)) == simulator.results(seconds(5))
     simulator.run()
     assert simulator.results() == flat(work())
 
@@ -132,7 +132,7 @@ def test_a_script_defines_messages_and_runs_its_model(tmp_path: Path) -> None:
         "class Answer(Message):\n    value: int\n"
         "class Wise(Atomic):\n    def result(self):\n        return Answer(42)\n"
         "def build():\n    model = Coupled('top')\n    model.add(Wise('one'))\n    return model\n"
-        "if __name__ == '__main__':\n    print(run_models(build, until=100).results)\n"
+        "if __name__ == '__main__':\n    print(run_models(build, until=1e-7).results)\n"
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
     assert done.stdout == "{'top.one': Answer(value=42)}\n"
@@ -140,7 +140,7 @@ def test_a_script_defines_messages_and_runs_its_model(tmp_path: Path) -> None:
 
 def test_a_recording_of_models_names_the_command_that_runs_them_again(tmp_path: Path) -> None:
     reference = "heavylift.nodes.zoo.multi_server_queue:mmc(c=2, seed=3)"
-    run_models(reference, until=ns(5), output=tmp_path / "queue.mcap", in_process=True)
+    run_models(reference, until=5.0, output=tmp_path / "queue.mcap", in_process=True)
     with pytest.raises(RecordingError) as error:
         Branch.of(tmp_path / "queue.mcap", "2 s", ["c=3"])
     assert str(error.value).endswith(

@@ -88,7 +88,9 @@ def test_a_mistake_in_a_model_is_told_with_its_model_and_its_time(tmp_path, wher
     assert said == error.splitlines()[-1:]
     found = re.fullmatch(r"heavylift: block\.body\.stools at \((\S+) s, 0\): (.*)", said[0])
     assert found, said
-    assert found[2] == "external() raised AttributeError: 'Stools' object has no attribute 'closed_'"
+    assert (
+        found[2] == "external() raised AttributeError: 'Stools' object has no attribute 'closed_' (sitecustomize.py:4)"
+    )
     assert 9.0 < float(found[1]) < 30.0  # the first stool opens during lift-off
     result = Recording(tmp_path / "lift.mcap").result
     assert result["status"] == "failed"

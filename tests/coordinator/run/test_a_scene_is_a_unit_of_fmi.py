@@ -14,7 +14,7 @@ from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.run.in_memory import Played, play
 from heavylift.coordinator.run.unit import Stepped, export
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Tag, encode, ns
+from heavylift.nodes.devs import Tag, encode, seconds
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.scene import load
 from heavylift.nodes.scene.operator_command import spoken
@@ -67,8 +67,8 @@ def native(orders: dict[int, str]) -> tuple[Played, dict[str, np.ndarray]]:
     """The run, and its columns at the ends of all steps but the last, before what happens there."""
     lift = load("lift", SETS)
     said = {k: encode(OperatorCommand(text, msgpack.encode(spoken(lift, text)))) for k, text in orders.items()}
-    run = play(lift.plan, commands=[Given(Tag(ns(k * STEP)), words) for k, words in said.items()])
-    at = np.searchsorted(run.times, [ns(k * STEP) for k in range(1, 24)])
+    run = play(lift.plan, commands=[Given(Tag(seconds(k * STEP)), words) for k, words in said.items()])
+    at = np.searchsorted(run.times, [seconds(k * STEP) for k in range(1, 24)])
     names = [f"{c.topic}/{name}" for c in run.layout.channels for name in c.names]
     return run, {name: run.rows[at, names.index(signal)] for name, signal in OUTPUTS.items()}
 
@@ -112,12 +112,12 @@ def test_fmpy_finds_no_fault_with_it_and_has_one_after_the_other(tmp_path: Path)
 
 def test_it_stays_as_it_was_when_the_run_is_over() -> None:
     run = Stepped(load("pendulum", ("end=1 s",)).plan, lambda text: b"")
-    run.go(ns(1))
+    run.go(seconds(1))
     last = run["pose/load/qy"]
-    for late in ns(1) + 1, ns(3):
+    for late in seconds(1) + 1, seconds(3):
         with pytest.raises(ModelError, match=r"the scene ends at 1 s, and no step may go to"):
             run.go(late)
-    run.go(ns(1))
+    run.go(seconds(1))
     assert run["pose/load/qy"] == last
 
 
@@ -129,7 +129,7 @@ def test_a_scene_without_a_stated_end_ends_with_its_actions(tmp_path: Path) -> N
     run = Stepped(scene.plan, lambda text: b"")
     run.go(end)
     with pytest.raises(ModelError, match=rf"the scene ends at {end / 1e9:g} s"):
-        run.go(end + ns(1))
+        run.go(end + seconds(1))
     with pytest.raises(ModelError, match="the scene ends"):
         Stepped(scene.plan, lambda text: b"").go(2 * end)
 

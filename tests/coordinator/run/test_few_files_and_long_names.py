@@ -105,9 +105,9 @@ def test_a_model_with_a_long_name_runs_in_processes_or_is_refused(length: int) -
     simulator.run(ms(3))
     if length == LONG:
         with pytest.raises(ProtocolError, match=r"^node name 'n+' "):
-            run_models(f"{__file__}:long_{length}", until=ms(3))
+            run_models(f"{__file__}:long_{length}", until=0.003)
     else:
-        assert run_models(f"{__file__}:long_{length}", until=ms(3)).outcome.name == "BOUND"
+        assert run_models(f"{__file__}:long_{length}", until=0.003).outcome.name == "BOUND"
 
 
 def long_60() -> Coupled:

@@ -16,7 +16,7 @@ from heavylift import replicate
 from heavylift.coordinator.commands import app
 from heavylift.coordinator.run.replications import Replications
 from heavylift.kernel.errors import ModelError, ProtocolError
-from heavylift.nodes.devs import Atomic, Coupled, Message, ns
+from heavylift.nodes.devs import Atomic, Coupled, Message
 from heavylift.nodes.zoo import bouncing_ball, multi_server_queue
 from typer.testing import CliRunner
 
@@ -35,7 +35,7 @@ def in_theory(c: int, arrivals: float, service: float, again: float) -> tuple[fl
 @pytest.mark.parametrize("parameters", [(3, 2.0, 1.2, 0.25), (1, 0.5, 2.0, 0.5)])
 def test_a_jackson_network_is_as_long_as_in_theory(parameters: tuple[int, float, float, float]) -> None:
     with ThreadPoolExecutor(1) as executor:
-        found = replicate(f"{MMC}{parameters}", 6, 5, until=ns(400), executor=executor).estimates
+        found = replicate(f"{MMC}{parameters}", 6, 5, until=400.0, executor=executor).estimates
     length, stay = in_theory(*parameters)
     assert abs(found["net.station.length"].mean - length) < 2 * found["net.station.length"].half < 0.8 * length
     assert abs(found["net.station.stay"].mean - stay) < 2 * found["net.station.stay"].half < 0.8 * stay
@@ -43,21 +43,21 @@ def test_a_jackson_network_is_as_long_as_in_theory(parameters: tuple[int, float,
 
 def test_nothing_depends_on_the_executor_and_few_seeds_are_the_first_of_many() -> None:
     with ThreadPoolExecutor(2) as threads:
-        some = replicate(MMC, 3, 7, until=ns(20), executor=threads)
-        other = replicate(MMC, 3, 8, until=ns(20), executor=threads)
-    assert replicate(MMC, 2, 7, until=ns(20), workers=1).values == {k: x[:2] for k, x in some.values.items()}
+        some = replicate(MMC, 3, 7, until=20.0, executor=threads)
+        other = replicate(MMC, 3, 8, until=20.0, executor=threads)
+    assert replicate(MMC, 2, 7, until=20.0, workers=1).values == {k: x[:2] for k, x in some.values.items()}
     assert not {*some.seeds} & {*other.seeds}
 
 
 @pytest.mark.filterwarnings("ignore:.*fork")
 def test_a_process_that_is_forked_after_a_run_says_that_it_cannot_run() -> None:
     with ThreadPoolExecutor(1) as threads:
-        replicate(MMC, 1, until=ns(1), executor=threads)
+        replicate(MMC, 1, until=1.0, executor=threads)
     with (
         ProcessPoolExecutor(1, mp_context=get_context("fork")) as forks,
         pytest.raises(ProtocolError, match=r"forked from one that has run models.*get_context\('spawn'\)"),
     ):
-        replicate(MMC, 1, until=ns(1), executor=forks)
+        replicate(MMC, 1, until=1.0, executor=forks)
 
 
 def test_the_interval_is_students() -> None:
@@ -73,7 +73,7 @@ def test_the_command_tells_means_and_what_they_are_made_of(tmp_path: Path) -> No
     asked = ("devs", MMC, "--until", "20s", "--json")
     told = json.loads(finish(tmp_path, *asked, "--replications", "2", "--processes", "1", "--seed", "7")[1])
     with ThreadPoolExecutor(1) as executor:
-        here = replicate(MMC, 2, 7, until=ns(20), executor=executor)
+        here = replicate(MMC, 2, 7, until=20.0, executor=executor)
     assert (told["seeds"], told["values"]) == (here.seeds, here.values)
     once = json.loads(finish(tmp_path, *asked, "--in-process", "--seed", str(here.seeds[1]))[1])
     result = once["results"]["net.station"]
@@ -116,7 +116,7 @@ def failing(seed: int) -> Coupled:
 )
 def test_what_cannot_be_replicated_is_told(build: object, sentence: str) -> None:
     with ThreadPoolExecutor(1) as executor, pytest.raises(ModelError, match=sentence):
-        replicate(build, 6, until=ns(1), executor=executor)  # type: ignore[arg-type]
+        replicate(build, 6, until=1.0, executor=executor)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("more", ["-o x.mcap", "--external station", "--place station=a", "--in-process"])

@@ -12,7 +12,6 @@ import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.trace import Grant, Held, Lane, Timeline, chains, data, text, trace_events
 from heavylift.kernel.errors import RecordingError
-from heavylift.nodes.devs import ms
 from heavylift.recordings import Recorder
 from slow_and_quick import TICKS, PAUSE_s
 
@@ -24,7 +23,7 @@ SLACK_s = 1e-6  # rounding of sums of nanoseconds
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """`slow` works PAUSE_s at each of its ticks, `quick` hears of each and has ticks of its own in between."""
     path = tmp_path_factory.mktemp("trace") / "run.mcap"
-    run_models("slow_and_quick:pair", until=ms(10 * TICKS + 5), output=path)
+    run_models("slow_and_quick:pair", until=(10 * TICKS + 5) / 1e3, output=path)
     return path
 
 
@@ -58,7 +57,7 @@ def test_spans_of_a_node_follow_each_other(file: Path) -> None:
 
 
 def test_models_of_one_process_share_a_lane(tmp_path: Path) -> None:
-    run_models("slow_and_quick:pair", until=ms(25), output=tmp_path / "run.mcap", in_process=True)
+    run_models("slow_and_quick:pair", until=0.025, output=tmp_path / "run.mcap", in_process=True)
     found = data(Timeline(tmp_path / "run.mcap"))
     assert [(node["node"], node["process"], node["inputs"]) for node in found["nodes"]] == [("slow, quick", "local", 0)]
     assert "pair.slow.out" in [port["port"] for port in found["lookahead"]]

@@ -17,7 +17,7 @@ from heavylift.coordinator.run.progress import Progress
 from heavylift.coordinator.run.watch import Watch
 from heavylift.coordinator.verdict import verdict_of
 from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
-from heavylift.nodes.devs import Event, Tag, ns
+from heavylift.nodes.devs import Event, Tag, seconds
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.scene import bundled, parse
 from heavylift.recordings import Recording, info, info_data, report
@@ -129,7 +129,7 @@ def test_a_centre_of_mass_outside_the_block_is_red_with_its_line(tmp_path: Path)
 
 
 def test_an_operator_who_stops_the_run_is_told(tmp_path: Path) -> None:
-    stop = Given(Tag(ns(5.0)), msgspec.msgpack.encode(OperatorCommand(STOP)))
+    stop = Given(Tag(seconds(5.0)), msgspec.msgpack.encode(OperatorCommand(STOP)))
     found = verdict(tmp_path, LIFT, commands=(stop,))
     assert kinds(found) == ["operator"]
     assert found.findings[0].t == 5.0

@@ -235,7 +235,7 @@ PLAIN = double_pendulum()
 @pytest.mark.parametrize(
     ("system", "sentence"),
     [
-        (replace(PLAIN, locks=(Lock("l", "knee"),)), "joint 'knee': no such joint; joints are shoulder, elbow"),
+        (replace(PLAIN, locks=(Lock("l", "knee"),)), "lock 'l': there is no joint 'knee'; known: shoulder, elbow"),
         (
             replace(PLAIN, locks=(Lock("l", "elbow"), Lock("m", "elbow"))),
             "lock 'm': joint 'elbow' already has the lock 'l'",

@@ -149,7 +149,7 @@ def test_motion_that_is_not_finite_names_the_body():
     scene = System(
         (Body("a", 1.0), Body("b", 1e-300)),
         (Joint("j", "prismatic", "world", "a", axis=X), Joint("k", "prismatic", "a", "b", axis=Z)),
-        springs=(JointSpring("s", "k", 1e300, q_rest=1e300),),
+        springs=(JointSpring("s", "k", 1e99, q_rest=1e99),),
     )
     s = started(scene)
     with pytest.raises(KernelError) as e:

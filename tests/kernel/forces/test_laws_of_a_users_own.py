@@ -160,7 +160,7 @@ def test_what_cannot_be_traced_is_refused_with_its_line(function, told, do, nati
             "laws_of_a_user.py:36: index 0 is out of bounds",
         ),
         (UserLaw("own", f"{HERE}:too_many", ends=(Point("load"),)), "a force of 3 numbers, or force and moment of 6"),
-        (UserLaw("own", f"{HERE}:shaker", "guide"), "joint 'guide': no such joint"),
+        (UserLaw("own", f"{HERE}:shaker", "guide"), "there is no joint 'guide'"),
     ],
 )
 def test_laws_that_cannot_be(law, told):

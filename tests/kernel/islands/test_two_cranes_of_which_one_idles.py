@@ -15,7 +15,7 @@ from heavylift.coordinator.record.drawing import boxes
 from heavylift.coordinator.run import run
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.devs import Simulator, Tag, ns
+from heavylift.nodes.devs import Simulator, Tag, seconds
 from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.scene import LoadedScene, bundled, parse
 
@@ -47,7 +47,7 @@ def simulated(islands: str = "apart") -> Simulation | Islands:
     kernel = KernelNode(configured(plan, models), lambda batch: None)
     kernel._flush = lambda *least: None
     wires = wiring(plan)
-    core = Coordinator([*models, KERNEL], wires.couplings, Tag(ns(END)), wires.finish, lambda event: None)
+    core = Coordinator([*models, KERNEL], wires.couplings, Tag(seconds(END)), wires.finish, lambda event: None)
     run_in_memory(core, [*(Node(n, Simulator(m, wires=wires.all)) for n, m in models.items()), Node(KERNEL, kernel)])
     return kernel.simulation
 

@@ -16,7 +16,7 @@ from heavylift.nodes.devs import (
     Simulator,
     Tag,
     Transition,
-    ns,
+    seconds,
 )
 
 
@@ -100,18 +100,18 @@ def coupled(name: str, children: Sequence[Model], *couplings: tuple[Port[Any], P
     return model
 
 
-def run(model: Model, seconds: float) -> list[tuple[float, int, str, str]]:
+def run(model: Model, span: float) -> list[tuple[float, int, str, str]]:
     """Run over [0, seconds) and tell each transition as (t [s], microstep, path, kind)."""
     log: list[Transition] = []
     simulator = Simulator(model, log.append)
     simulator.start()
-    simulator.run(ns(seconds))
+    simulator.run(seconds(span))
     return [(line.tag.t / 1e9, line.tag.k, line.path, line.kind) for line in log]
 
 
-def kinds(model: Model, seconds: float) -> dict[str, str]:
+def kinds(model: Model, span: float) -> dict[str, str]:
     """For each path the first letters of its transitions, in order: {"r.a": "iec"}."""
     told: dict[str, str] = {}
-    for _, _, path, kind in run(model, seconds):
+    for _, _, path, kind in run(model, span):
         told[path] = told.get(path, "") + kind[0]
     return told

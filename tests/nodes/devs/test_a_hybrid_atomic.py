@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Bag, Coupled, In, Message, Out, Simulator, Tag, hybrid, ns
+from heavylift.nodes.devs import Bag, Coupled, In, Message, Out, Simulator, Tag, hybrid, seconds
 from heavylift.nodes.devs.hybrid import Hybrid, State
 from heavylift.nodes.testing import drive
 from heavylift.nodes.zoo.bouncing_ball import Ball, Bounce, G
@@ -50,7 +50,7 @@ class Pendulum(Observed):
 
 
 def test_each_guard_falls_once_a_period_where_theory_says() -> None:
-    said = [(tag, m) for tag, _, m in drive(Pendulum("p"), until=ns(13)) if isinstance(m, Passed)]
+    said = [(tag, m) for tag, _, m in drive(Pendulum("p"), until=seconds(13)) if isinstance(m, Passed)]
     falls = [(0, pi / 2), (1, 3 * pi / 2), (2, 2 * pi), (0, 5 * pi / 2), (1, 7 * pi / 2), (2, 4 * pi)]
     assert [m.which for _, m in said] == [(which,) for which, _ in falls]
     for (tag, m), (_, t) in zip(said, falls, strict=True):
@@ -75,24 +75,24 @@ class Cooling(Observed):
 
 
 def test_the_first_nanosecond_is_met_and_an_input_moves_the_event() -> None:
-    alone = [(tag, m) for tag, _, m in drive(Cooling("c"), until=ns(30))]
+    alone = [(tag, m) for tag, _, m in drive(Cooling("c"), until=seconds(30))]
     assert [tag for tag, _ in alone] == [Tag(ceil(log(8) * SECOND))]
-    pushed = drive(Cooling("c"), [(ns(1), "ask", Ask(40.0))], ns(30))
+    pushed = drive(Cooling("c"), [(seconds(1), "ask", Ask(40.0))], seconds(30))
     start = 20 + 80 * exp(-1) + 40
     assert pushed[0][0].t == pytest.approx((1 + log((start - 20) / 10)) * SECOND, abs=2)
 
 
 def test_two_inputs_change_nothing_but_by_what_they_push() -> None:
-    asked = [(ns(0.1 * i), "ask", Ask()) for i in range(1, 20)]
-    (tag, _, _), *_ = drive(Cooling("c"), asked, ns(30))
+    asked = [(seconds(0.1 * i), "ask", Ask()) for i in range(1, 20)]
+    (tag, _, _), *_ = drive(Cooling("c"), asked, seconds(30))
     assert tag.t == pytest.approx(log(8) * SECOND, abs=3)
 
 
 def test_the_state_at_the_end_is_a_result() -> None:
     simulator = Simulator(Cooling("c"))
     simulator.start()
-    simulator.run(ns(1.5))
-    (told,) = simulator.results(ns(1.5)).values()
+    simulator.run(seconds(1.5))
+    (told,) = simulator.results(seconds(1.5)).values()
     assert isinstance(told, Passed)
     assert told.state == pytest.approx((20 + 80 * exp(-1.5),), rel=1e-9)
 
@@ -101,12 +101,12 @@ def test_a_snapshot_goes_on_to_the_last_bit() -> None:
     whole, cut = Simulator(Ball("ball", 3.0, 0.7)), Simulator(Ball("ball", 3.0, 0.7))
     for simulator in (whole, cut):
         simulator.start()
-    whole.run(ns(9))
-    cut.run(ns(2))
+    whole.run(seconds(9))
+    cut.run(seconds(2))
     other = Simulator(Ball("ball", 3.0, 0.7))
     other.start()
     other.restore(cut.snapshot())
-    other.run(ns(9))
+    other.run(seconds(9))
     assert other.snapshot() == whole.snapshot()
 
 
@@ -154,7 +154,7 @@ class Odd(Cooling):
 def test_what_cannot_be_followed_is_told(model: Odd, sentence: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hybrid, "STEPS", 1000)
     with pytest.raises(ModelError) as told:
-        drive(model, until=ns(5))
+        drive(model, until=seconds(5))
     assert str(told.value).startswith(f"m at (0 s, 0): {sentence}")
 
 
@@ -184,7 +184,7 @@ def test_a_flow_that_points_at_its_guard_from_both_sides_ends_by_name(seed: int)
     down, up = (10.0 ** Random(f"{seed} {side}").uniform(-3, 3) for side in "du")
     model = Relay(down, up)
     with pytest.raises(ModelError, match=r"^relay at \(\d.*\): guards 0, 1 of guards\(\) fell 1000 times") as told:
-        drive(model, until=ns(10))
+        drive(model, until=seconds(10))
     at = float(str(told.value).partition("(")[2].partition(" s")[0])
     slide = 1e-6 / down
     slowest = 1e-9 * max(down / up, up / down, 1.0) + 2e-9
@@ -197,7 +197,7 @@ def test_a_flow_that_points_at_its_guard_from_both_sides_ends_by_name(seed: int)
 def test_rapid_switching_is_no_chatter(period: float, duty: float) -> None:
     model = Relay(1 / duty, 1 / (1 - duty), width=period, start=period)
     n = 3 * hybrid.CROWD
-    drive(model, until=ns(n * period))
+    drive(model, until=seconds(n * period))
     assert model.n == pytest.approx(2 * n, rel=0.3), "each event lags by up to a nanosecond, and so does the way back"
 
 
@@ -219,8 +219,8 @@ def test_cycles_that_shrink_must_come_to_rest(rest: float) -> None:
     model = Shrinking(1.0, 1.0, width=1e-4, start=1e-4)
     model.rest = rest
     if rest:
-        drive(model, until=ns(1))
+        drive(model, until=seconds(1))
         assert model.n > 50
     else:
         with pytest.raises(ModelError, match="fell 1000 times"):
-            drive(model, until=ns(1))
+            drive(model, until=seconds(1))

@@ -141,8 +141,8 @@ def test_the_digest_is_the_same_in_one_process_and_in_two_and_after_a_kill(unit,
     monkeypatch.setattr(
         failover.Processes, "start", lambda crew, *more: (began(crew, *more), crews.append(crew.pids))[0]
     )
-    shared = run_models(build, until=ms(1001), watch=Killing())
-    assert shared.digest == run_models(build, until=ms(1001), in_process=True).digest
+    shared = run_models(build, until=1.001, watch=Killing())
+    assert shared.digest == run_models(build, until=1.001, in_process=True).digest
     assert any(sentence.startswith("node spring is replaced") for sentence in told)
     assert any("replayed from the start if it were lost: " in sentence for sentence in told) is not unit[1]
 

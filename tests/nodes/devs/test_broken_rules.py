@@ -6,14 +6,14 @@ from typing import Any
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, run
 from heavylift.kernel.errors import KernelError, ModelError
-from heavylift.nodes.devs import FOREVER, Atomic, Bag, In, Out, Simulator, Tag, ms, ns
+from heavylift.nodes.devs import FOREVER, Atomic, Bag, In, Out, Simulator, Tag, ms, seconds
 
 
 class Model(Atomic):
     into, out, slow = In(Item), Out(Item), Out(Item, lookahead=ms(10))
 
     def start(self) -> None:
-        self.hold_in(ns(1))
+        self.hold_in(seconds(1))
 
     def internal(self) -> None:
         self.passivate()
@@ -29,7 +29,7 @@ def sentence_of(**behaviour: Callable[..., Any]) -> str:
 
 def test_an_exception_keeps_its_own_sentence() -> None:
     said = sentence_of(internal=lambda self: {"H1": 1}["rope"])
-    assert said == "r.m at (1 s, 0): internal() raised KeyError: 'rope'"
+    assert said == "r.m at (1 s, 0): internal() raised KeyError: 'rope' (test_broken_rules.py:31)"
 
     def slack(self: Atomic) -> None:
         raise KernelError("rope H1 is 2 mm too short")
@@ -57,15 +57,15 @@ def test_an_input_that_leaves_the_schedule_standing_does_not_break_the_lookahead
         def output(self) -> None:
             self.slow.send(Item(1))
 
-    g, m = Generator("g", ns(0.999), count=1), Standing("m")
+    g, m = Generator("g", seconds(0.999), count=1), Standing("m")
     assert run(coupled("r", [g, m], (g.out, m.into)), 2)[-1] == (1.0, 0, "r.m", "internal")
 
 
 def test_when_all_are_passive_a_run_ends() -> None:
     """At once, and after a step of positive length that left everybody passive."""
     assert len(run(coupled("r", [Relay("a", first=1), Sink("s")]), 1e6)) == 1
-    g, a = Generator("g", ns(1), count=1), Relay("a", ns(2))
+    g, a = Generator("g", seconds(1), count=1), Relay("a", seconds(2))
     simulator = Simulator(coupled("r", [g, a], (g.out, a.into)))
     simulator.start()
     simulator.run()
-    assert (a.now, simulator.next_time, simulator.outputs()) == (Tag(ns(3)), FOREVER, [])
+    assert (a.now, simulator.next_time, simulator.outputs()) == (Tag(seconds(3)), FOREVER, [])

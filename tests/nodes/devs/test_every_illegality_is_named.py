@@ -4,12 +4,13 @@ The model m holds for 1 s, hears 7 at 2 s and again at 3 s, when it is due as we
 """
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, kinds, run
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Simulator, Tag, ns
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Simulator, Tag, seconds
 from heavylift.nodes.devs.execution.rules import LONGER
 
 
@@ -23,7 +24,7 @@ class M(Atomic):
     into, out = In(Item), Out(Item)
 
     def start(self) -> None:
-        self.hold_in(ns(1))
+        self.hold_in(seconds(1))
 
     def output(self) -> None:
         self.out.send(Item(1))
@@ -32,11 +33,11 @@ class M(Atomic):
         self.passivate()
 
     def external(self, e: int, x: Bag) -> None:
-        self.hold_in(ns(1))
+        self.hold_in(seconds(1))
 
 
 def yard(cls: type[M]) -> Coupled:
-    g = Generator("g", ns(1), first=ns(2), count=2)
+    g = Generator("g", seconds(1), first=seconds(2), count=2)
     m, sink = cls("m"), Sink("sink")
     return coupled("r", [g, m, sink], (g.out, m.into), (m.out, sink.into))
 
@@ -47,6 +48,11 @@ def sentence(**behaviour: Callable[..., Any]) -> str:
     with pytest.raises(ModelError) as caught:
         run(yard(broken), 10)
     return str(caught.value)
+
+
+def place(function: Callable[..., Any]) -> str:
+    """File and line of a function of one line."""
+    return f"{Path(__file__).name}:{function.__code__.co_firstlineno + 1}"
 
 
 def test_the_model_itself_is_legal() -> None:
@@ -68,7 +74,7 @@ FIVE = [
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
 def test_an_exception_in_each_of_the_five_functions(function: str, where: str) -> None:
-    assert sentence(**{function: raising}) == f"{where} raised ZeroDivisionError: division by zero"
+    assert sentence(**{function: raising}) == f"{where} raised ZeroDivisionError: division by zero ({place(raising)})"
 
 
 def leaving(self: Atomic, *_: object) -> NoReturn:
@@ -77,7 +83,7 @@ def leaving(self: Atomic, *_: object) -> NoReturn:
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
 def test_a_model_cannot_leave_the_program(function: str, where: str) -> None:
-    assert sentence(**{function: leaving}) == f"{where} raised SystemExit: two lines"
+    assert sentence(**{function: leaving}) == f"{where} raised SystemExit: two lines ({place(leaving)})"
 
 
 def endless(self: Atomic, *_: object) -> None:
@@ -92,12 +98,12 @@ def test_an_endless_recursion_in_each_of_the_five_functions(function: str, where
 WAITS: list[tuple[Any, str]] = [
     (-1, "negative time advance: hold_in(-1) [ns], the wait must be >= 0"),
     (-(2**70), f"negative time advance: hold_in({-(2**70)}) [ns], the wait must be >= 0"),
-    (0.5, "hold_in(0.5): the wait must be an int in ns, use ns(seconds)"),
-    (float("nan"), "hold_in(nan): the wait must be an int in ns, use ns(seconds)"),
-    (float("inf"), "hold_in(inf): the wait must be an int in ns, use ns(seconds)"),
-    (None, "hold_in(None): the wait must be an int in ns, use ns(seconds)"),
-    (True, "hold_in(True): the wait must be an int in ns, use ns(seconds)"),
-    ("1 s", "hold_in('1 s'): the wait must be an int in ns, use ns(seconds)"),
+    (0.5, "hold_in(0.5): the wait must be an int in ns, use seconds(1.5)"),
+    (float("nan"), "hold_in(nan): the wait must be an int in ns, use seconds(1.5)"),
+    (float("inf"), "hold_in(inf): the wait must be an int in ns, use seconds(1.5)"),
+    (None, "hold_in(None): the wait must be an int in ns, use seconds(1.5)"),
+    (True, "hold_in(True): the wait must be an int in ns, use seconds(1.5)"),
+    ("1 s", "hold_in('1 s'): the wait must be an int in ns, use seconds(1.5)"),
 ]
 
 
@@ -120,8 +126,12 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
         "message Item, field n: the list [1] can be changed by a receiver, "
         "use numbers, str, bytes, tuples, enums or other messages",
     ),
-    ("unknown port", lambda m: m.ports["report"], "output() raised KeyError: 'report'"),
-    ("in port", lambda m: m.into.send(1), "output() raised AttributeError: 'InPort' object has no attribute 'send'"),
+    ("unknown port", lambda m: m.ports["report"], "output() raised KeyError: 'report' (LINE)"),
+    (
+        "in port",
+        lambda m: m.into.send(1),
+        "output() raised AttributeError: 'InPort' object has no attribute 'send' (LINE)",
+    ),
     (
         "foreign port",
         lambda m: m.parent.children["g"].out.send(Item(1)),
@@ -132,7 +142,8 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
 
 @pytest.mark.parametrize(("speak", "wrong"), [entry[1:] for entry in OUTPUTS], ids=[entry[0] for entry in OUTPUTS])
 def test_what_output_must_not_do(speak: Callable[[Any], object], wrong: str) -> None:
-    assert sentence(output=speak) == f"r.m at (1 s, 0): {wrong}"
+    line = f"{Path(__file__).name}:{speak.__code__.co_firstlineno}"
+    assert sentence(output=speak) == f"r.m at (1 s, 0): {wrong}".replace("LINE", line)
 
 
 @pytest.mark.parametrize(
@@ -172,7 +183,7 @@ def test_functions_that_are_missing() -> None:
         into, out = In(Item), Out(Item)
 
         def start(self) -> None:
-            self.hold_in(ns(1))
+            self.hold_in(seconds(1))
 
     assert sentence_of(Deaf("m")) == "r.m at (1 s, 0): the scheduled tag came, but the model defines no internal()"
     Deaf.start = Atomic.start
@@ -180,11 +191,11 @@ def test_functions_that_are_missing() -> None:
 
 
 def sentence_of(m: Any) -> str:
-    g = Generator("g", ns(1), first=ns(2), count=2)
+    g = Generator("g", seconds(1), first=seconds(2), count=2)
     simulator = Simulator(coupled("r", [g, m], (g.out, m.into)))
     simulator.start()
     with pytest.raises(ModelError) as caught:
-        simulator.run(ns(10))
+        simulator.run(seconds(10))
     return str(caught.value)
 
 
@@ -235,13 +246,13 @@ def test_a_model_that_runs_its_own_simulator() -> None:
         simulator.run()
     again = "r at (1 s, 0): a transition of this tag failed, or runs the simulator itself; start again"
     assert str(caught.value) == f"r.m at (1 s, 0): {again}"
-    for onward in (simulator.run, simulator.snapshot, simulator.outputs, lambda: simulator.advance(Tag(ns(2)))):
+    for onward in (simulator.run, simulator.snapshot, simulator.outputs, lambda: simulator.advance(Tag(seconds(2)))):
         with pytest.raises(ModelError) as caught:
             onward()
         assert str(caught.value) == again
     simulator.start()
-    simulator.run(ns(1))
-    assert simulator.next_time == Tag(ns(1))
+    simulator.run(seconds(1))
+    assert simulator.next_time == Tag(seconds(1))
 
 
 def test_what_has_not_begun() -> None:
@@ -261,13 +272,13 @@ def test_a_model_whose_init_forgets_its_base() -> None:
 def test_late_messages_and_steps_too_far() -> None:
     simulator = Simulator(m := M("m"))
     simulator.start()
-    simulator.advance(Tag(ns(1)))
+    simulator.advance(Tag(seconds(1)))
     simulator.inject("into", Item(1))
-    for tag in (Tag(ns(0.5)), Tag(ns(1))):
+    for tag in (Tag(seconds(0.5)), Tag(seconds(1))):
         with pytest.raises(ModelError) as caught:
             simulator.advance(tag)
         assert str(caught.value) == f"m at (1 s, 0): late message, {tag} is past already"
-    simulator.advance(Tag(ns(1), 1))
-    assert (m.now, simulator.next_time) == (Tag(ns(1), 1), Tag(ns(2)))
+    simulator.advance(Tag(seconds(1), 1))
+    assert (m.now, simulator.next_time) == (Tag(seconds(1), 1), Tag(seconds(2)))
     with pytest.raises(ModelError, match=r"^m: cannot advance to \(3 s, 0\), the next transition is at \(2 s, 0\)$"):
-        simulator.advance(Tag(ns(3)))
+        simulator.advance(Tag(seconds(3)))

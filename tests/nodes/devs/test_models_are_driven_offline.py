@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from devs_stories import Item, Relay, coupled
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Coupled, Message, Tag, Transition, ns
+from heavylift.nodes.devs import Coupled, Message, Tag, Transition, seconds
 from heavylift.nodes.models.assembly import build_one
 from heavylift.nodes.models.parts.messages import Done, Run, SetProfile
 from heavylift.nodes.scene.loading import load
@@ -16,18 +16,18 @@ from heavylift.nodes.zoo.queue import Generator, Job, Processor
 
 def test_the_west_crane_travels_10_m_in_30_s() -> None:
     west, gantry = build_one(load("turnover").plan, "west"), "west.gantry.drive"
-    said = drive(west, [(ns(1), "order", Run(gantry, 1, (0, 0), speed=0.5, accel=0.05, by=10.0))])
+    said = drive(west, [(seconds(1), "order", Run(gantry, 1, (0, 0), speed=0.5, accel=0.05, by=10.0))])
     assert said[-2:] == [
-        (Tag(ns(1), 1), "input", SetProfile(gantry, ns(1), 0.5, 0.05, 10.0)),
-        (Tag(ns(31)), "report", Done(gantry, 1, 50.0)),
+        (Tag(seconds(1), 1), "input", SetProfile(gantry, seconds(1), 0.5, 0.05, 10.0)),
+        (Tag(seconds(31)), "report", Done(gantry, 1, 50.0)),
     ]
 
 
 def test_a_model_is_driven_in_one_line() -> None:
-    jobs = [(ns(t), "into", Job(t)) for t in (1, 2, 4)]
-    processor = Processor("p", ns(2.5))
-    assert drive(processor, jobs) == [(Tag(ns(3.5)), "done", Job(1)), (Tag(ns(6.5)), "done", Job(4))]
-    assert drive(processor, jobs, until=ns(6.5)) == [(Tag(ns(3.5)), "done", Job(1))]
+    jobs = [(seconds(t), "into", Job(t)) for t in (1, 2, 4)]
+    processor = Processor("p", seconds(2.5))
+    assert drive(processor, jobs) == [(Tag(seconds(3.5)), "done", Job(1)), (Tag(seconds(6.5)), "done", Job(4))]
+    assert drive(processor, jobs, until=seconds(6.5)) == [(Tag(seconds(3.5)), "done", Job(1))]
 
 
 def test_inputs_of_one_tag_are_one_bag_and_tags_may_have_microsteps() -> None:
@@ -52,7 +52,7 @@ def test_an_output_that_changes_its_model_is_refused() -> None:
             super().output()
 
     with pytest.raises(ModelError, match=r"^g at \(0 s, 0\): output\(\) must not change the state: it changed number"):
-        drive(Impure("g", ns(1)), until=ns(3))
+        drive(Impure("g", seconds(1)), until=seconds(3))
 
 
 def test_transitions_can_be_looked_at() -> None:
@@ -64,8 +64,8 @@ def test_transitions_can_be_looked_at() -> None:
 @pytest.mark.parametrize(
     ("entry", "sentence"),
     [
-        ((1.5, "into", Job(1)), "p: the input for into comes at 1.5; give ns(seconds) or a Tag, from 0 on"),
-        ((-1, "into", Job(1)), "p: the input for into comes at -1; give ns(seconds) or a Tag, from 0 on"),
+        ((1.5, "into", Job(1)), "p: the input for into comes at 1.5; give seconds(1.5) or a Tag, from 0 on"),
+        ((-1, "into", Job(1)), "p: the input for into comes at -1; give seconds(1.5) or a Tag, from 0 on"),
         ((1, "in", Job(1)), "p: there is no in port in; its in ports: into"),
         ((1, "done", Job(1)), "p: there is no in port done; its in ports: into"),
         ((1, "into", Item(1)), "p.into carries Job, not Item"),

@@ -8,7 +8,7 @@ from operator import itemgetter
 import pytest
 from abstract_simulator import nested
 from devs_stories import Item, Relay, Sink, coupled
-from heavylift.nodes.devs import Coupled, Simulator, Tag, Trace, Transition, ns
+from heavylift.nodes.devs import Coupled, Simulator, Tag, Trace, Transition, seconds
 from heavylift.nodes.devs.execution import bags, simulator
 from heavylift.nodes.zoo.queue import workshop
 from heavylift.nodes.zoo.token_ring import ring
@@ -39,15 +39,17 @@ def test_the_random_models_are_as_large_and_deep_as_they_say() -> None:
     assert max(m.path.count(".") for models in atomics for m in models) == 4
 
 
-@pytest.mark.parametrize("model", [lambda: ring(5, 3, ns(0.4)), lambda: workshop(ns(1), ns(2.5), ns(10))])
+@pytest.mark.parametrize(
+    "model", [lambda: ring(5, 3, seconds(0.4)), lambda: workshop(seconds(1), seconds(2.5), seconds(10))]
+)
 def test_a_trace_is_the_log_by_the_book_line_for_line(model) -> None:
     by_the_book: list[Transition] = []
-    nested(model(), ns(12), by_the_book.append)
+    nested(model(), seconds(12), by_the_book.append)
     told: list[Transition] = []
     trace = Trace()
     for tested in (Simulator(model(), told.append), Simulator(model(), trace=trace)):
         tested.start()
-        tested.run(ns(12))
+        tested.run(seconds(12))
     assert told == by_the_book
     assert list(trace) == by_the_book
     assert len(trace) == len(by_the_book) > 20

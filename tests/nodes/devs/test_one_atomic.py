@@ -3,7 +3,21 @@
 import pytest
 from devs_stories import Generator, Item, Relay, kinds, run
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Bag, In, Out, Simulator, Tag, Transition, after, ms, ns, succ
+from heavylift.nodes.devs import (
+    FOREVER,
+    NEVER,
+    Atomic,
+    Bag,
+    In,
+    Out,
+    Simulator,
+    Tag,
+    Transition,
+    after,
+    ms,
+    seconds,
+    succ,
+)
 
 
 class Shot(Atomic):
@@ -19,20 +33,20 @@ class Shot(Atomic):
 
 
 def test_a_shot_fires_once_and_a_passive_one_never() -> None:
-    assert run(Shot(ns(5)), 100) == [(5.0, 0, "shot", "internal")]
+    assert run(Shot(seconds(5)), 100) == [(5.0, 0, "shot", "internal")]
     assert run(Shot(NEVER), 100) == []
 
 
 def test_a_period_of_2_from_0_makes_five_transitions_before_9() -> None:
-    assert [t for t, _, _, _ in run(Generator("g", ns(2), first=0), 9)] == [0, 2, 4, 6, 8]
+    assert [t for t, _, _, _ in run(Generator("g", seconds(2), first=0), 9)] == [0, 2, 4, 6, 8]
 
 
 def test_output_comes_before_internal_and_asking_again_changes_nothing() -> None:
-    g = Generator("g", ns(10))
+    g = Generator("g", seconds(10))
     simulator = Simulator(g)
     simulator.start()
     for tick in range(10):
-        assert simulator.next_time == Tag(ns(10) * (tick + 1))
+        assert simulator.next_time == Tag(seconds(10) * (tick + 1))
         assert [e.value for e in simulator.outputs()] == [Item(tick)] == [e.value for e in simulator.outputs()]
         assert g.n == tick
         simulator.advance(simulator.next_time)
@@ -40,35 +54,35 @@ def test_output_comes_before_internal_and_asking_again_changes_nothing() -> None
 
 
 def test_an_input_before_the_first_tick_silences_the_generator() -> None:
-    g = Generator("g", ns(10))
+    g = Generator("g", seconds(10))
     simulator = Simulator(g)
     simulator.start()
     simulator.inject("stop", Item(0))
-    simulator.advance(Tag(ns(5)))
+    simulator.advance(Tag(seconds(5)))
     assert (simulator.next_time, g.n, simulator.outputs()) == (FOREVER, 0, [])
 
 
 def test_a_relay_changes_state_at_0_and_1_only() -> None:
     log: list[Transition] = []
-    simulator = Simulator(Relay("r", ns(1)), log.append)
+    simulator = Simulator(Relay("r", seconds(1)), log.append)
     simulator.start()
     simulator.inject("into", Item(1))
     simulator.advance(Tag(0))
     simulator.run()
     assert log == [
         Transition(Tag(0), "r", "external", (("into", Item(1)),), ()),
-        Transition(Tag(ns(1)), "r", "internal", (), (("out", Item(1)),)),
+        Transition(Tag(seconds(1)), "r", "internal", (), (("out", Item(1)),)),
     ]
 
 
 def test_elapsed_time_counts_from_the_last_transition() -> None:
-    relay = Relay("r", ns(100))
+    relay = Relay("r", seconds(100))
     simulator = Simulator(relay)
     simulator.start()
-    for t in (ns(0.5), ns(1.25)):
+    for t in (seconds(0.5), seconds(1.25)):
         simulator.inject("into", Item(1))
         simulator.advance(Tag(t))
-    assert relay.elapsed == [ns(0.5), ns(0.75)]
+    assert relay.elapsed == [seconds(0.5), seconds(0.75)]
 
 
 def test_an_external_that_schedules_nothing_leaves_the_schedule_standing() -> None:
@@ -76,76 +90,76 @@ def test_an_external_that_schedules_nothing_leaves_the_schedule_standing() -> No
         def external(self, e: int, x: Bag) -> None:
             pass
 
-    simulator = Simulator(Busy("b", ns(10)))
+    simulator = Simulator(Busy("b", seconds(10)))
     simulator.start()
     simulator.inject("stop", Item(0))
-    simulator.advance(Tag(ns(9)))
-    assert simulator.next_time == Tag(ns(10))
+    simulator.advance(Tag(seconds(9)))
+    assert simulator.next_time == Tag(seconds(10))
 
 
 def test_an_input_at_the_scheduled_tag_is_one_confluent_with_zero_elapsed() -> None:
-    relay = Relay("r", ns(1))
+    relay = Relay("r", seconds(1))
     log: list[Transition] = []
     simulator = Simulator(relay, log.append)
     simulator.start()
-    for t in (0, ns(1)):
+    for t in (0, seconds(1)):
         simulator.inject("into", Item(t))
         simulator.advance(Tag(t))
     assert [line.kind for line in log] == ["external", "confluent"]
     assert relay.elapsed == [0, 0]
-    assert (relay.held, simulator.next_time) == ([Item(ns(1))], Tag(ns(2)))
+    assert (relay.held, simulator.next_time) == ([Item(seconds(1))], Tag(seconds(2)))
 
 
 def test_confluent_can_be_overridden_and_is_never_called_without_an_input() -> None:
     class Patient(Relay):
         def confluent(self, x: Bag) -> None:
             self.held = [Item(-1)]
-            self.hold_in(ns(5))
+            self.hold_in(seconds(5))
 
-    simulator = Simulator(Patient("p", ns(1)))
+    simulator = Simulator(Patient("p", seconds(1)))
     simulator.start()
-    for t in (0, ns(1)):
+    for t in (0, seconds(1)):
         simulator.inject("into", Item(1))
         simulator.advance(Tag(t))
-    assert [(e.tag, e.value) for e in simulator.outputs()] == [(Tag(ns(6)), Item(-1))]
+    assert [(e.tag, e.value) for e in simulator.outputs()] == [(Tag(seconds(6)), Item(-1))]
     assert kinds(Patient("p", first=3), 1) == {"p": "i"}
 
 
 def test_advancing_past_the_next_transition_or_into_the_past_is_refused() -> None:
-    simulator = Simulator(Generator("g", ns(1)))
+    simulator = Simulator(Generator("g", seconds(1)))
     simulator.start()
     with pytest.raises(ModelError, match=r"^g: cannot advance to \(2 s, 0\), the next transition is"):
-        simulator.advance(Tag(ns(2)))
-    simulator.advance(Tag(ns(1)))
+        simulator.advance(Tag(seconds(2)))
+    simulator.advance(Tag(seconds(1)))
     with pytest.raises(ModelError, match=r"^g at \(1 s, 0\): late message, \(0.5 s, 0\) is past already$"):
-        simulator.advance(Tag(ns(0.5)))
+        simulator.advance(Tag(seconds(0.5)))
 
 
 def test_a_run_is_half_open_and_can_be_continued() -> None:
     def log_of(*ends: int) -> list[Transition]:
         log: list[Transition] = []
-        simulator = Simulator(Generator("g", ns(1)), log.append)
+        simulator = Simulator(Generator("g", seconds(1)), log.append)
         simulator.start()
         for end in ends:
             simulator.run(end)
         return log
 
-    assert [line.tag.t for line in log_of(ns(3))] == [ns(1), ns(2)]
-    assert log_of(ns(3), ns(6)) == log_of(ns(6))
+    assert [line.tag.t for line in log_of(seconds(3))] == [seconds(1), seconds(2)]
+    assert log_of(seconds(3), seconds(6)) == log_of(seconds(6))
 
 
 def test_starting_again_is_a_fresh_run_and_two_simulators_do_not_interact() -> None:
     log: list[Transition] = []
-    simulator = Simulator(Generator("g", ns(1)), log.append)
-    other = Simulator(Generator("g", ns(7)))
+    simulator = Simulator(Generator("g", seconds(1)), log.append)
+    other = Simulator(Generator("g", seconds(7)))
     other.start()
     simulator.start()
-    simulator.run(ns(5))
+    simulator.run(seconds(5))
     first = log.copy()
     log.clear()
-    other.run(ns(50))
+    other.run(seconds(50))
     simulator.start()
-    simulator.run(ns(5))
+    simulator.run(seconds(5))
     assert log == first
 
 
@@ -153,8 +167,8 @@ def test_superdense_time_is_ordered_by_time_then_microstep() -> None:
     assert after(Tag(1, 1), 0) == succ(Tag(1, 1)) == Tag(1, 2)
     assert after(Tag(1, 3), 4) == Tag(5, 0)
     assert Tag(1, 9) < Tag(2, 0) < Tag(2, 1) < FOREVER == after(FOREVER, 5) == succ(FOREVER) == after(Tag(3), NEVER)
-    assert [ns(0.1), ms(2.5), ns(1e-9 / 3)] == [100_000_000, 2_500_000, 0]
-    assert [str(t) for t in (Tag(ns(1.5), 2), Tag(-1), FOREVER)] == [
+    assert [seconds(0.1), ms(2.5), seconds(1e-9 / 3)] == [100_000_000, 2_500_000, 0]
+    assert [str(t) for t in (Tag(seconds(1.5), 2), Tag(-1), FOREVER)] == [
         "(1.5 s, 2)",
         "(-0.000000001 s, 0)",
         "(forever)",

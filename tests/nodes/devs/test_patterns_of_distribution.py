@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled
-from heavylift.nodes.devs import Coupled, Model, OutPort, ns
+from heavylift.nodes.devs import Coupled, Model, OutPort, seconds
 from nested_flat_cut import logs_of
 
 
@@ -33,8 +33,8 @@ def line(*models: Model) -> Coupled:
 
 
 def dual(levels: int) -> Coupled:
-    g, s = Generator("g", ns(1), count=2), Sink("s")
-    west, east = (boxed(Relay(name, ns(0.5)), levels) for name in ("w", "x"))
+    g, s = Generator("g", seconds(1), count=2), Sink("s")
+    west, east = (boxed(Relay(name, seconds(0.5)), levels) for name in ("w", "x"))
     root = coupled("r", [g, west, east, s])
     for branch in (west, east):
         root.connect(g.out, branch.ports["into"])
@@ -43,29 +43,29 @@ def dual(levels: int) -> Coupled:
 
 
 def multi() -> Coupled:
-    g, h, s = Generator("g", ns(1), count=2), Generator("h", ns(2), count=1), Sink("s")
+    g, h, s = Generator("g", seconds(1), count=2), Generator("h", seconds(2), count=1), Sink("s")
     return coupled("r", [g, h, s], (h.out, s.into), (g.out, s.into))
 
 
 def ring() -> Coupled:
-    a, b, c = Relay("a", 0, first=5), Relay("b", 0), Relay("c", ns(1))
+    a, b, c = Relay("a", 0, first=5), Relay("b", 0), Relay("c", seconds(1))
     return coupled("r", [a, b, c], (a.out, b.into), (b.out, c.into), (c.out, a.into))
 
 
 PATTERNS: dict[str, tuple[Callable[[], Coupled], list[str]]] = {
     "normal": (
-        lambda: line(Generator("g", ns(1), count=2), Relay("p", ns(0.3)), Sink("s")),
+        lambda: line(Generator("g", seconds(1), count=2), Relay("p", seconds(0.3)), Sink("s")),
         ["1.0 g i", "1.0 p e 0", "1.3 p i", "1.3 s e 0", "2.0 g i", "2.0 p e 1", "2.3 p i", "2.3 s e 1"],
     ),
     "confluent": (
-        lambda: line(Generator("g", ns(1), count=3), Relay("p", ns(1)), Sink("s")),
+        lambda: line(Generator("g", seconds(1), count=3), Relay("p", seconds(1)), Sink("s")),
         [
             *("1.0 g i", "1.0 p e 0", "2.0 g i", "2.0 p c 1", "2.0 s e 0"),
             *("3.0 g i", "3.0 p c 2", "3.0 s e 1", "4.0 p i", "4.0 s e 2"),
         ],
     ),
     "zero lookahead": (
-        lambda: line(Generator("g", ns(1), count=1), Relay("p"), Relay("q"), Relay("r"), Sink("s")),
+        lambda: line(Generator("g", seconds(1), count=1), Relay("p"), Relay("q"), Relay("r"), Sink("s")),
         ["1.0 g i", "1.0 p e 0", "1.0+1 p i", "1.0+1 q e 0", "1.0+2 q i", "1.0+2 r e 0", "1.0+3 r i", "1.0+3 s e 0"],
     ),
     "dual": (
@@ -76,7 +76,7 @@ PATTERNS: dict[str, tuple[Callable[[], Coupled], list[str]]] = {
         ],
     ),
     "nested": (
-        lambda: line(Generator("g", ns(1), count=1), boxed(Relay("p", ns(0.5)), 3), boxed(Sink("s"), 2)),
+        lambda: line(Generator("g", seconds(1), count=1), boxed(Relay("p", seconds(0.5)), 3), boxed(Sink("s"), 2)),
         ["1.0 g i", "1.0 p-1.p-2.p-3.p e 0", "1.5 p-1.p-2.p-3.p i", "1.5 s-1.s-2.s e 0"],
     ),
     "multiple inputs": (multi, ["1.0 g i", "1.0 s e 0", "2.0 g i", "2.0 h i", "2.0 s e 1 0"]),
@@ -93,7 +93,7 @@ PATTERNS: dict[str, tuple[Callable[[], Coupled], list[str]]] = {
 @pytest.mark.parametrize("name", PATTERNS)
 def test_one_log_whether_nested_flat_or_cut(name: str) -> None:
     build, expected = PATTERNS[name]
-    for log in logs_of(build, ns(2) if name.startswith("ring") else ns(10)):
+    for log in logs_of(build, seconds(2) if name.startswith("ring") else seconds(10)):
         told = []
         for tag, path, kind, bag, _ in log:
             k = f"+{tag.k}" if tag.k else ""
@@ -104,7 +104,7 @@ def test_one_log_whether_nested_flat_or_cut(name: str) -> None:
 
 def branches(levels: int) -> list[list[tuple[object, ...]]]:
     """The three logs of the dual pattern, with the atomics' own names."""
-    logs = logs_of(lambda: dual(levels), ns(9))
+    logs = logs_of(lambda: dual(levels), seconds(9))
     return [[(line.tag, line.path.rsplit(".", 1)[1], *line[2:]) for line in log] for log in logs]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, run
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Port, Simulator, Tag, ms, ns
+from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Port, Simulator, Tag, ms, seconds
 
 
 class Other(Message):
@@ -34,7 +34,7 @@ def test_fan_out_fan_in_and_three_levels_of_passing_through() -> None:
 
 
 def test_an_unconnected_port_speaks_to_nobody() -> None:
-    assert run(coupled("r", [Generator("g", ns(1), count=1), Sink("s")]), 5) == [(1.0, 0, "r.g", "internal")]
+    assert run(coupled("r", [Generator("g", seconds(1), count=1), Sink("s")]), 5) == [(1.0, 0, "r.g", "internal")]
 
 
 def test_nothing_stays_in_a_bag_after_a_filter_swallowed_it() -> None:
@@ -43,11 +43,11 @@ def test_nothing_stays_in_a_bag_after_a_filter_swallowed_it() -> None:
             if self.held[0].n == 0:
                 self.out.send(self.held[0])
 
-    g, first, sink = Generator("g", ns(1)), First("first"), Sink("sink")
+    g, first, sink = Generator("g", seconds(1)), First("first"), Sink("sink")
     nested = coupled("nested", [sink])
     nested.connect(nested.add_in("i", Item), sink.into)
     run(coupled("r", [g, first, nested], (g.out, first.into), (first.out, nested.ports["i"])), 6)
-    assert sink.got == [(Tag(ns(1), 1), [0])]
+    assert sink.got == [(Tag(seconds(1), 1), [0])]
 
 
 def test_what_leaves_the_root_is_an_event_with_its_order() -> None:

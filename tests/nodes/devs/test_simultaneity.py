@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, kinds, run
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, ns
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, seconds
 
 
 def test_a_seed_to_two_makes_the_second_one_confluent() -> None:
@@ -40,7 +40,7 @@ class Accumulator(Atomic):
 
 @pytest.mark.parametrize("nested", [False, True])
 def test_a_reset_and_the_fifth_tick_arrive_in_one_bag(nested: bool) -> None:
-    tick, reset, acc = Generator("tick", ns(1)), Generator("reset", ns(5)), Accumulator("acc")
+    tick, reset, acc = Generator("tick", seconds(1)), Generator("reset", seconds(5)), Accumulator("acc")
     sink = Sink("sink")
     model = Coupled("r")
     model.add(sink)
@@ -63,11 +63,11 @@ def test_a_reset_and_the_fifth_tick_arrive_in_one_bag(nested: bool) -> None:
         model.connect(acc.total, sink.into)
     simulator = Simulator(model)
     simulator.start()
-    simulator.run(ns(5))
+    simulator.run(seconds(5))
     assert (sink.got, acc.sum) == ([], 4)
-    simulator.run(ns(5) + 1)
-    assert sink.got == [(Tag(ns(5), 1), [5])]
-    assert (acc.bags, acc.sum, simulator.next_time) == (5, 0, Tag(ns(6)))
+    simulator.run(seconds(5) + 1)
+    assert sink.got == [(Tag(seconds(5), 1), [5])]
+    assert (acc.bags, acc.sum, simulator.next_time) == (5, 0, Tag(seconds(6)))
 
 
 class Holder(Atomic):
@@ -81,7 +81,7 @@ class Holder(Atomic):
 
     def start(self) -> None:
         if self.token:
-            self.hold_in(ns(1))
+            self.hold_in(seconds(1))
 
     def output(self) -> None:
         self.out.send(Item(0))
@@ -90,7 +90,7 @@ class Holder(Atomic):
         self.passivate()
 
     def external(self, e: int, x: Bag) -> None:
-        self.hold_in(ns(1))
+        self.hold_in(seconds(1))
 
 
 def test_one_token_alternates_and_two_tokens_make_every_step_confluent() -> None:
@@ -110,7 +110,7 @@ def test_one_token_alternates_and_two_tokens_make_every_step_confluent() -> None
 
 
 def test_a_chain_of_period_1_is_external_first_and_confluent_from_then_on() -> None:
-    g, p = Generator("g", ns(1)), Relay("p", ns(1))
+    g, p = Generator("g", seconds(1)), Relay("p", seconds(1))
     assert run(coupled("r", [g, p], (g.out, p.into)), 4) == [
         (1.0, 0, "r.g", "internal"),
         (1.0, 0, "r.p", "external"),
@@ -122,7 +122,7 @@ def test_a_chain_of_period_1_is_external_first_and_confluent_from_then_on() -> N
 
 
 def test_two_sources_on_two_ports_at_one_instant_are_one_transition() -> None:
-    tick, reset, acc = Generator("a", ns(1), count=1), Generator("b", ns(1), count=1), Accumulator("acc")
+    tick, reset, acc = Generator("a", seconds(1), count=1), Generator("b", seconds(1), count=1), Accumulator("acc")
     run(coupled("r", [tick, reset, acc], (tick.out, acc.add), (reset.out, acc.reset)), 2)
     assert acc.bags == 1
 
@@ -138,7 +138,7 @@ def test_two_ways_to_one_port_deliver_twice() -> None:
 
 
 def test_every_0_3_s_meets_every_0_1_s_exactly() -> None:
-    a, b, sink = Generator("a", ns(0.1)), Generator("b", ns(0.3)), Sink("sink")
+    a, b, sink = Generator("a", seconds(0.1)), Generator("b", seconds(0.3)), Sink("sink")
     run(coupled("r", [a, b, sink], (a.out, sink.into), (b.out, sink.into)), 30 + 1e-9)
     sizes = [len(bag) for _, bag in sink.got]
     assert (len(sizes), sizes.count(2)) == (300, 100)
@@ -177,7 +177,7 @@ HASHING = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from devs_stories import *
-sources, sink = [Generator(f"s{i}", ns(1 + i % 3)) for i in range(12)], Sink("sink")
+sources, sink = [Generator(f"s{i}", seconds(1 + i % 3)) for i in range(12)], Sink("sink")
 log = run(coupled("r", [*sources, sink], *[(s.out, sink.into) for s in sources]), 10)
 print(log, sink.got)
 """

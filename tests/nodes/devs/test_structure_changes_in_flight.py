@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, Trace, ns
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, Trace, seconds
 from heavylift.nodes.testing import drive
 
 
@@ -49,79 +49,79 @@ def started(yard: Coupled) -> Simulator:
 
 
 def test_what_is_added_starts_at_the_next_microstep() -> None:
-    g, b, sink = Generator("g", ns(1)), Breeder("b"), Sink("sink")
+    g, b, sink = Generator("g", seconds(1)), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, sink], (g.out, b.into)))
-    simulator.run(ns(5))
-    assert sink.got == [(Tag(ns(t), 1), [99 + t]) for t in (1, 2, 3)]
+    simulator.run(seconds(5))
+    assert sink.got == [(Tag(seconds(t), 1), [99 + t]) for t in (1, 2, 3)]
     assert [m.name for m in simulator.atomics] == ["b", "g", "r0", "r1", "r2", "sink"]
 
 
 def test_what_is_removed_hears_nothing_any_more_but_what_came_at_that_instant() -> None:
-    g, sink = Generator("g", ns(1)), Sink("sink")
-    remover = Remover("x", "sink", ns(3))
+    g, sink = Generator("g", seconds(1)), Sink("sink")
+    remover = Remover("x", "sink", seconds(3))
     simulator = started(coupled("yard", [g, sink, remover], (g.out, sink.into)))
-    simulator.run(ns(6))
-    assert sink.got == [(Tag(ns(t)), [t - 1]) for t in (1, 2, 3)]
+    simulator.run(seconds(6))
+    assert sink.got == [(Tag(seconds(t)), [t - 1]) for t in (1, 2, 3)]
     assert [m.name for m in simulator.atomics] == ["g", "x"]
 
 
 def test_what_is_removed_does_not_speak() -> None:
-    g, sink = Generator("g", ns(1)), Sink("sink")
-    started(coupled("yard", [g, sink, Remover("x", "g", ns(2.5))], (g.out, sink.into))).run(ns(6))
-    assert sink.got == [(Tag(ns(1)), [0]), (Tag(ns(2)), [1])]
+    g, sink = Generator("g", seconds(1)), Sink("sink")
+    started(coupled("yard", [g, sink, Remover("x", "g", seconds(2.5))], (g.out, sink.into))).run(seconds(6))
+    assert sink.got == [(Tag(seconds(1)), [0]), (Tag(seconds(2)), [1])]
 
 
 def test_couplings_come_and_go() -> None:
     class Switch(Atomic):
         def start(self) -> None:
-            self.hold_in(ns(2))
+            self.hold_in(seconds(2))
 
         def internal(self) -> None:
             yard = self.parent
             assert isinstance(yard, Coupled)
-            if self.now.t == ns(2):
+            if self.now.t == seconds(2):
                 yard.disconnect(g.out, left.into)
                 yard.connect(g.out, right.into)
-                self.hold_in(ns(100))
+                self.hold_in(seconds(100))
 
-    g, left, right = Generator("g", ns(1)), Sink("left"), Sink("right")
-    started(coupled("yard", [g, left, right, Switch("s")], (g.out, left.into))).run(ns(5))
+    g, left, right = Generator("g", seconds(1)), Sink("left"), Sink("right")
+    started(coupled("yard", [g, left, right, Switch("s")], (g.out, left.into))).run(seconds(5))
     assert [n for _, n in left.got] == [[0], [1]], "what was said at the instant of the change took the old way"
     assert [n for _, n in right.got] == [[2], [3]]
 
 
 def test_the_clock_of_the_others_runs_on() -> None:
     """A model whose neighbours change keeps its schedule and its elapsed time."""
-    relay, g, b, sink = Relay("relay", ns(2.5)), Generator("g", ns(1), count=1), Breeder("b"), Sink("sink")
+    relay, g, b, sink = Relay("relay", seconds(2.5)), Generator("g", seconds(1), count=1), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, relay, sink], (g.out, b.into), (g.out, relay.into)))
     simulator.trace = Trace()
-    simulator.run(ns(10))
+    simulator.run(seconds(10))
     lines = [(line.tag, line.path, line.kind) for line in simulator.trace]
-    assert (Tag(ns(3.5)), "site.yard.relay", "internal") in lines
+    assert (Tag(seconds(3.5)), "site.yard.relay", "internal") in lines
 
 
 def test_between_runs_the_structure_changes_before_the_next_tag() -> None:
-    g, sink = Generator("g", ns(1)), Sink("sink")
+    g, sink = Generator("g", seconds(1)), Sink("sink")
     yard = coupled("yard", [g, sink], (g.out, sink.into))
     simulator = started(yard)
-    simulator.run(ns(1.5))
+    simulator.run(seconds(1.5))
     late = yard.add(Sink("late"))
     yard.connect(g.out, late.into)
-    simulator.run(ns(3.5))
-    assert late.got == [(Tag(ns(2)), [1]), (Tag(ns(3)), [2])]
+    simulator.run(seconds(3.5))
+    assert late.got == [(Tag(seconds(2)), [1]), (Tag(seconds(3)), [2])]
 
 
 def test_impossible_changes_name_place_and_time() -> None:
-    simulator = started(coupled("yard", [Remover("x", "nobody", ns(2))]))
+    simulator = started(coupled("yard", [Remover("x", "nobody", seconds(2))]))
     with pytest.raises(ModelError) as error:
-        simulator.run(ns(5))
+        simulator.run(seconds(5))
     told = "site.yard: there is no child nobody to remove; it has x (a change of site.yard at (2 s, 0))"
     assert str(error.value) == told
 
 
 def test_a_promised_lookahead_holds() -> None:
     class Speaker(Atomic):
-        out = Out(Item, lookahead=ns(1))
+        out = Out(Item, lookahead=seconds(1))
 
     class Hasty(Atomic):
         out = Out(Item)
@@ -133,14 +133,14 @@ def test_a_promised_lookahead_holds() -> None:
             yard.connect(yard.add(Hasty("hasty")).out, yard.ports["out"])
             self.passivate()
 
-    yard = coupled("yard", [speaker := Speaker("speaker"), Adder("adder", "", ns(1))])
+    yard = coupled("yard", [speaker := Speaker("speaker"), Adder("adder", "", seconds(1))])
     yard.connect(speaker.out, yard.add_out("out", Item))
     site = coupled("site", [yard])
     site.connect(yard.ports["out"], site.add_out("out", Item))
     simulator = Simulator(site)
     simulator.start()
     with pytest.raises(ModelError) as error:
-        simulator.run(ns(5))
+        simulator.run(seconds(5))
     assert str(error.value) == (
         "site at (1 s, 0): the lookahead of port out falls from 1000000000 ns to 0 ns, but others rely on it; "
         "give what is added no less lookahead"
@@ -149,10 +149,10 @@ def test_a_promised_lookahead_holds() -> None:
 
 def test_what_is_added_keeps_its_promise_from_the_change_on() -> None:
     class Hasty(Atomic):
-        out = Out(Item, lookahead=ns(1))
+        out = Out(Item, lookahead=seconds(1))
 
         def start(self) -> None:
-            self.hold_in(ns(0.5))
+            self.hold_in(seconds(0.5))
 
         def output(self) -> None:
             self.out.send(Item(1))
@@ -165,7 +165,7 @@ def test_what_is_added_keeps_its_promise_from_the_change_on() -> None:
             self.passivate()
 
     with pytest.raises(ModelError) as error:
-        started(coupled("yard", [Adder("adder", "", ns(1))])).run(ns(5))
+        started(coupled("yard", [Adder("adder", "", seconds(1))])).run(seconds(5))
     assert str(error.value) == (
         "site.yard.hasty at (1.5 s, 0): port out promises a lookahead of 1000000000 ns and speaks 500000000 ns after "
         "the transition that scheduled it; hold for longer or declare less"
@@ -198,7 +198,7 @@ class Restless(Atomic):
             CHANGES[self.change](self.parent)
 
     def start(self) -> None:
-        self.hold_in(ns(1))
+        self.hold_in(seconds(1))
         self.act("start")
 
     def output(self) -> None:
@@ -213,14 +213,14 @@ class Restless(Atomic):
 
 
 def changing(function: str, change: str) -> Coupled:
-    g, m, sink, spare = Generator("g", ns(2), count=1), Restless(function, change), Sink("sink"), Sink("spare")
+    g, m, sink, spare = Generator("g", seconds(2), count=1), Restless(function, change), Sink("sink"), Sink("spare")
     return coupled("yard", [g, m, sink, spare], (g.out, sink.into), (g.out, m.into))
 
 
 def run(yard: Coupled) -> None:
     simulator = Simulator(yard)
     simulator.start()
-    simulator.run(ns(5))
+    simulator.run(seconds(5))
 
 
 @pytest.mark.parametrize("change", CHANGES)
@@ -230,7 +230,7 @@ def test_the_root_stays_while_it_runs(function: str, change: str, monkeypatch: p
     with pytest.raises(ModelError, match=f"^{re.escape(told)}"):
         run(changing(function, change))
     if function != "output":
-        drive(changing(function, change), until=ns(5))  # what is driven alone is one node, which may
+        drive(changing(function, change), until=seconds(5))  # what is driven alone is one node, which may
         monkeypatch.setattr(Coupled, "_reachable", lambda root, name: None)
         run(changing(function, change))
 
@@ -240,7 +240,7 @@ def test_the_root_may_change_between_runs(change: str) -> None:
     yard = changing("", change)
     simulator = Simulator(yard)
     simulator.start()
-    simulator.run(ns(1.5))
+    simulator.run(seconds(1.5))
     CHANGES[change](yard)
-    simulator.run(ns(5))
+    simulator.run(seconds(5))
     assert ("late" in yard.children, "sink" in yard.children) == (change == "add", change != "remove")

@@ -1,7 +1,7 @@
 """The models to copy from do what their first lines say."""
 
 from devs_stories import kinds
-from heavylift.nodes.devs import Message, Simulator, Tag, ns
+from heavylift.nodes.devs import Message, Simulator, Tag, seconds
 from heavylift.nodes.testing import drive
 from heavylift.nodes.zoo.token_ring import Station, ring
 from heavylift.nodes.zoo.traffic_light import Colour, Light, Mode, Show, Take
@@ -9,7 +9,9 @@ from heavylift.nodes.zoo.traffic_light import Colour, Light, Mode, Show, Take
 
 def shown(inputs: list[tuple[int | Tag, str, Message]], until: float) -> list[tuple[float, str]]:
     return [
-        (tag.t / 1e9, say.colour) for tag, _, say in drive(Light("light"), inputs, ns(until)) if isinstance(say, Show)
+        (tag.t / 1e9, say.colour)
+        for tag, _, say in drive(Light("light"), inputs, seconds(until))
+        if isinstance(say, Show)
     ]
 
 
@@ -23,7 +25,7 @@ def test_a_traffic_light_turns() -> None:
 
 
 def test_an_operator_makes_it_blink_and_gives_it_back() -> None:
-    said = shown([(ns(70), "take", Take(Mode.MANUAL)), (ns(71.2), "take", Take(Mode.AUTO))], 132)
+    said = shown([(seconds(70), "take", Take(Mode.MANUAL)), (seconds(71.2), "take", Take(Mode.AUTO))], 132)
     assert said == [
         (0.0, Colour.RED),
         (60.0, Colour.GREEN),
@@ -36,12 +38,14 @@ def test_an_operator_makes_it_blink_and_gives_it_back() -> None:
 
 
 def test_one_token_goes_round() -> None:
-    model = ring(stations=4, tokens=1, hold=ns(1))
+    model = ring(stations=4, tokens=1, hold=seconds(1))
     simulator = Simulator(model)
     simulator.start()
-    simulator.run(ns(10))
+    simulator.run(seconds(10))
     assert [station.passed for station in simulator.atomics if isinstance(station, Station)] == [3, 2, 2, 2]
 
 
 def test_as_many_tokens_as_stations_make_every_step_confluent() -> None:
-    assert kinds(ring(stations=3, tokens=3, hold=ns(1)), 5) == dict.fromkeys(["ring.s0", "ring.s1", "ring.s2"], "cccc")
+    assert kinds(ring(stations=3, tokens=3, hold=seconds(1)), 5) == dict.fromkeys(
+        ["ring.s0", "ring.s1", "ring.s2"], "cccc"
+    )

@@ -5,7 +5,7 @@ from random import Random
 import pytest
 from devs_stories import Item, Relay, Sink
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Bag, In, Simulator, Tag, models
+from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Bag, In, Simulator, Tag, models, ms, ns, seconds, us
 from heavylift.nodes.devs.execution import schedule
 from heavylift.nodes.testing import drive
 
@@ -77,3 +77,9 @@ def test_other_times_beyond_the_end() -> None:
     simulator.start()
     simulator.run(2**70)
     assert simulator.next_time == FOREVER
+
+
+def test_a_helper_says_its_unit_and_the_old_name_warns() -> None:
+    assert (seconds(1), ms(1), us(1)) == (1_000_000_000, 1_000_000, 1_000)
+    with pytest.warns(DeprecationWarning, match=r"ns\(1\) reads as nanoseconds; write seconds\(1\)"):
+        assert ns(1) == seconds(1)

@@ -14,7 +14,7 @@ from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.simulation.native.native_state import _loaded
-from heavylift.nodes.devs import Simulator, Tag, ns
+from heavylift.nodes.devs import Simulator, Tag, seconds
 from heavylift.nodes.fidelity.cost import radau_algebra
 from heavylift.nodes.models import COMMANDER, KERNEL, build
 from heavylift.nodes.models.parts.messages import Finished, Stage
@@ -64,14 +64,14 @@ def _lifted(scene) -> Lifted:
             began.setdefault(name, event.t * 1e-9)
             last[0] = event.t
 
-    end = Tag(ns(plan.end or LONGEST))
+    end = Tag(seconds(plan.end or LONGEST))
     wires = wiring(plan)
     core = Coordinator([*models, KERNEL], wires.couplings, end, wires.finish, heard)
     run_in_memory(
         core, [*(Node(name, Simulator(m, wires=wires.all)) for name, m in models.items()), Node(KERNEL, kernel)]
     )
     kernel.finish(Tag(last[0] + 1))
-    seconds = time.process_time() - begun
+    used_s = time.process_time() - begun
     layout = msgspec.msgpack.decode(kernel.layout())["channels"]
     at = {c["topic"]: (c["start"], c["names"]) for c in layout}
     width = max(c["stop"] for c in layout)
@@ -88,7 +88,7 @@ def _lifted(scene) -> Lifted:
     s = kernel.simulation
     return Lifted(
         table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], s.native.evaluations,
-        _algebra(s, plan.method), 2 * s.program.nv, seconds,
+        _algebra(s, plan.method), 2 * s.program.nv, used_s,
     )  # fmt: skip
 
 

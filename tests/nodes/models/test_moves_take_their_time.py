@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from heavylift.kernel.description.mechanics import Point, Threshold
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import ns
+from heavylift.nodes.devs import seconds
 from heavylift.nodes.models.parts.drive import DriveActor
 from heavylift.nodes.models.parts.messages import (
     Done,
@@ -55,15 +55,15 @@ def test_a_move_ends_to_the_nanosecond(name: str) -> None:
     expected = durations[name]
     out = drive().put(5.0, "order", run(speed, accel, by=-distance)).said()
     assert out == [
-        (5.0, "input", SetProfile("x", ns(5.0), -speed, accel, -distance)),
-        ((ns(5.0) + ns(expected)) / 1e9, "report", Done("x", 1, 10.0 - distance)),
+        (5.0, "input", SetProfile("x", seconds(5.0), -speed, accel, -distance)),
+        ((seconds(5.0) + seconds(expected)) / 1e9, "report", Done("x", 1, 10.0 - distance)),
     ]
 
 
 def test_a_goal_is_reached_from_where_the_last_move_ended() -> None:
     bench = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(10.0, "order", run(1.0, 1.0, to=11.0, id=2))
     assert bench.said()[2:] == [
-        (10.0, "input", SetProfile("x", ns(10.0), -1.0, 1.0, -3.0)),
+        (10.0, "input", SetProfile("x", seconds(10.0), -1.0, 1.0, -3.0)),
         (14.0, "report", Done("x", 2, 11.0)),
     ]
 
@@ -76,7 +76,7 @@ def test_a_halted_move_ramps_down_and_is_done_where_it_stands() -> None:
     bench = drive().put(0.0, "order", run(-0.5)).put(30.0, "order", Halt("x", 1, (0, 0)))
     assert bench.said() == [
         (0.0, "input", SetProfile("x", 0, -0.5, 0.05)),
-        (30.0, "input", SetProfile("x", ns(30.0), 0.0, 0.05)),
+        (30.0, "input", SetProfile("x", seconds(30.0), 0.0, 0.05)),
         (40.0, "report", Done("x", 1, about(10.0 - 2.5 - 10.0 - 2.5))),
     ]
 
@@ -90,7 +90,7 @@ def test_a_new_move_takes_over_from_one_that_ramps_down() -> None:
     bench = drive().put(0.0, "order", run(0.5)).put(20.0, "order", Halt("x", 1, (0, 0)))
     out = bench.put(25.0, "order", run(0.5, by=10.0, id=2)).said()[2:]
     x = 10.0 + 2.5 + 5.0 + (0.5 * 5 - 0.025 * 25)
-    assert out[0] == (25.0, "input", SetProfile("x", ns(25.0), 0.5, 0.05, 10.0))
+    assert out[0] == (25.0, "input", SetProfile("x", seconds(25.0), 0.5, 0.05, 10.0))
     assert out[1] == (25.0, "report", Done("x", 1, about(x)))
     # 0.25 -> 0.5 m/s in 5 s over 1.875 m, 10 s down over 2.5 m, the rest at 0.5 m/s
     assert out[2] == (25.0 + 5 + 10 + 5.625 / 0.5, "report", Done("x", 2, about(x + 10.0)))
@@ -119,7 +119,7 @@ def test_a_distance_beyond_the_end_is_cut_short_and_reported_and_the_way_back_is
     bench.put(10.0, "order", run(1.0, 1.0, by=-4.0, id=2))
     assert bench.said()[1:] == [
         (5.0, "report", Limit("x", "travel limit", 14.0)),
-        (10.0, "input", SetProfile("x", ns(10.0), -1.0, 1.0, -4.0)),
+        (10.0, "input", SetProfile("x", seconds(10.0), -1.0, 1.0, -4.0)),
         (15.0, "report", Done("x", 2, 10.0)),
     ]
 
@@ -130,7 +130,7 @@ def test_a_follower_holds_its_place_when_released_and_knows_it() -> None:
     out = bench.put(630.0, "order", run(1.0, 1.0, to=40.2)).said()
     assert out[0] == (0.0, "input", SetFollow("x", "turn", 0.0, -14.6, 0.0))
     assert out[1] == (620.0, "input", SetFollow("x"))
-    assert out[2] == (630.0, "input", SetProfile("x", ns(630.0), 1.0, 1.0, about(1.0)))
+    assert out[2] == (630.0, "input", SetProfile("x", seconds(630.0), 1.0, 1.0, about(1.0)))
 
 
 def test_release_and_a_new_move_fit_into_one_bag() -> None:
@@ -167,10 +167,10 @@ def test_the_upper_limit_switch_stops_hoisting_and_lets_it_down_again() -> None:
         (0.0, "input", Watch("x.highest", 80.0, True)),
         (0.0, "input", SetProfile("x", 0, -0.5, 0.05, -40.0)),
         (20.0, "input", Watch("x.highest", 79.9, False)),
-        (20.0, "input", SetProfile("x", ns(20.0), 0.0, 0.05)),
+        (20.0, "input", SetProfile("x", seconds(20.0), 0.0, 0.05)),
         (30.0, "report", Limit("x", "upper limit", about(60.0 - 10.0))),
         (40.0, "report", Limit("x", "upper limit", about(50.0))),
-        (50.0, "input", SetProfile("x", ns(50.0), 0.5, 0.5, 2.0)),
+        (50.0, "input", SetProfile("x", seconds(50.0), 0.5, 0.5, 2.0)),
         (52.0, "input", Watch("x.highest", 80.0, True)),
         (55.0, "report", Done("x", 3, about(52.0))),
     ]

@@ -5,7 +5,7 @@ from typing import Literal
 
 import pytest
 from heavylift.kernel.description.mechanics import Threshold
-from heavylift.nodes.devs import ns
+from heavylift.nodes.devs import seconds
 from heavylift.nodes.models.parts.messages import (
     Finished,
     Follow,
@@ -74,7 +74,7 @@ def test_actions_follow_each_other_when_moves_are_done() -> None:
     in_order = [f"{crane}.{hook}" for crane in ("east", "west") for hook in ("H3", "H1", "H2")]  # by path
     assert yard.inputs(SetProfile) == [
         *((0.0, SetProfile(hook, 0, -0.5, 0.5, -9.5)) for hook in in_order),
-        *((20.0, SetProfile(f"{c}.gantry.drive", ns(20.0), 0.5, 0.05, 120.0)) for c in ("east", "west")),
+        *((20.0, SetProfile(f"{c}.gantry.drive", seconds(20.0), 0.5, 0.05, 120.0)) for c in ("east", "west")),
     ]
     assert yard.said(COMMANDER, Stage) == [(0.0, Stage("hoist", 0)), (20.0, Stage("travel", 1))]
     assert yard.said(COMMANDER, Finished) == [(270.0, Finished())]
@@ -109,8 +109,8 @@ def test_the_next_action_may_take_over_while_the_last_move_ramps_down() -> None:
     yard = Yard(turnover(creep, load), *events("taut", 50.0, SLINGS[0])).run()
     assert yard.inputs(SetProfile) == [
         (0.0, SetProfile("west.H1", 0, -0.005, 0.5, 10.0 - 84.0)),
-        (50.0, SetProfile("west.H1", ns(50.0), 0.0, 0.5)),
-        (50.0, SetProfile("west.H1", ns(50.0), -0.5, 0.5, -9.5)),
+        (50.0, SetProfile("west.H1", seconds(50.0), 0.0, 0.5)),
+        (50.0, SetProfile("west.H1", seconds(50.0), -0.5, 0.5, -9.5)),
     ]
     assert [t for t, _ in yard.said(COMMANDER, Finished)] == [pytest.approx(70.0, abs=0.02)]
 
@@ -161,10 +161,10 @@ def test_a_turn_sends_its_laws_once_and_lets_go_at_the_end() -> None:
     turn = Action(orders=(Turn(rate=0.01, accel=0.001, to=pi / 2),))
     slack = Action(orders=(hoist("west.H3", 0.5), hoist("east.H3", 0.5)))
     yard = Yard(turnover(turn, slack)).run()
-    done = (ns(pi / 2 / 0.01 + 10.0)) / 1e9
+    done = (seconds(pi / 2 / 0.01 + 10.0)) / 1e9
     assert yard.inputs(SetProfile) == [
         (0.0, SetProfile("turn", 0, 0.01, 0.001, pi / 2)),
-        *((done, SetProfile(f"{c}.H3", ns(done), 0.5, 0.5, 0.5)) for c in ("east", "west")),
+        *((done, SetProfile(f"{c}.H3", seconds(done), 0.5, 0.5, 0.5)) for c in ("east", "west")),
     ]
     follows = yard.inputs(SetFollow)
     assert [t for t, _ in follows] == [0.0] * 10 + [done] * 10

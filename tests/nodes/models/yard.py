@@ -11,7 +11,7 @@ from math import radians
 from typing import Literal, TypeVar
 
 from heavylift.kernel.description.mechanics import Line, Point, Support
-from heavylift.nodes.devs import Atomic, Bag, Coupled, Message, Model, Simulator, Transition, ns
+from heavylift.nodes.devs import Atomic, Bag, Coupled, Message, Model, Simulator, Transition, seconds
 from heavylift.nodes.models import CommanderModel, build, couplings, subscriptions
 from heavylift.nodes.models.parts.messages import KernelInput, StateEvent
 from heavylift.nodes.plan.actions import Action
@@ -166,7 +166,7 @@ class KernelDouble(Atomic):
 
     def __init__(self, plan: Plan, script: Sequence[tuple[float, StateEvent]]) -> None:
         super().__init__("kernel")
-        self.script = sorted(((ns(t), event) for t, event in script), key=lambda line: line[0])
+        self.script = sorted(((seconds(t), event) for t, event in script), key=lambda line: line[0])
         self.hears = subscriptions(plan)
         self.got: list[tuple[float, str, KernelInput]] = []
         for source, out, target, port in couplings(plan):
@@ -215,8 +215,8 @@ class Yard:
         self.simulator = Simulator(root, log=self.log.append)
         self.simulator.start()
 
-    def run(self, seconds: float = 1e6) -> Yard:
-        self.simulator.run(ns(seconds))
+    def run(self, t: float = 1e6) -> Yard:
+        self.simulator.run(seconds(t))
         return self
 
     def inputs(self, kind: type[M]) -> list[tuple[float, M]]:
@@ -247,9 +247,9 @@ class Bench:
         self.model = model
         self.inputs: list[tuple[int, str, Message]] = []
 
-    def put(self, seconds: float, port: str, *messages: Message) -> Bench:
+    def put(self, t: float, port: str, *messages: Message) -> Bench:
         """Messages that arrive in one bag."""
-        self.inputs += [(ns(seconds), port, message) for message in messages]
+        self.inputs += [(seconds(t), port, message) for message in messages]
         return self
 
     def said(self) -> list[tuple[float, str, Message]]:

@@ -13,7 +13,7 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.run.in_memory import play
 from heavylift.coordinator.run.verify import verify
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.devs import Tag, encode, ns
+from heavylift.nodes.devs import Tag, encode, seconds
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import check, load, parse
@@ -122,7 +122,7 @@ def test_an_operator_orders_one_lift_and_ends_all(tmp_path: Path) -> None:
     words = ("b-hall traversing: traverse 10 m/min by 0.5 m", "cranes: travel 10 m/min by 1 m", "")
     given = [
         Given(
-            Tag(ns(1.0 + i)),
+            Tag(seconds(1.0 + i)),
             encode(OperatorCommand(said or STOP, msgspec.msgpack.encode(spoken(scene, said)) if said else b"")),
         )
         for i, said in enumerate(words)

@@ -118,12 +118,13 @@ def exactly(x: Fraction) -> str:
     return f"{Decimal(scaled.numerator).scaleb(-digits, Context(prec=200)):f}" if scaled.denominator == 1 else ""
 
 
-def test_a_number_too_large_is_no_number() -> None:
+def test_a_number_too_large_or_too_small_is_no_number() -> None:
     with pytest.raises(ValueError, match="is no finite number"):
         units.MASS.read("1e307 t")
     with pytest.raises(ValueError, match="is no finite number"):
         units.MASS.read(f"1{'0' * 400} t")
-    assert units.LENGTH.read("1e-400 mm") == 0.0
+    with pytest.raises(ValueError, match="smaller than 1e-30"):
+        units.LENGTH.read("1e-400 mm")
 
 
 WORDS = [

@@ -1,0 +1,70 @@
+"""Values between samples: a run is repeated, and where its steps pass an instant their dense output is read.
+
+Steps depend neither on samples nor on who looks, so the second run is the first one again, to the last bit.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.simulation.native.samples import published
+from heavylift.kernel.simulation.simulation import Simulation
+from numpy.typing import NDArray
+
+from .islands import Islands
+
+
+class Looks:
+    """`rows`: (columns,) of a simulation at these instants [ns, rising], after all that happens at each of them."""
+
+    def __init__(self, simulation: Simulation | Islands, instants: Sequence[int]) -> None:
+        self._simulation, self._waiting = simulation, deque(instants)
+        self._run, self._fire = simulation.run, simulation.fire
+        self.rows: list[NDArray[np.float64]] = []
+        if instants:
+            simulation.run, simulation.fire = self.run, self.fire  # type: ignore[method-assign]
+
+    def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
+        """As the simulation's, by way of the instants before `until_ns`."""
+        s = self._simulation
+        while self._waiting and self._waiting[0] < until_ns:
+            self._run(self._waiting[0], pause)
+            if s.event and s.next_ns <= self._waiting[0]:
+                return
+            self._look()
+        self._run(until_ns, pause)
+
+    def fire(self) -> list[StateEvent]:
+        """The same of an event that was located before somebody asked for the time up to it."""
+        if self._waiting and self._waiting[0] < self._simulation.next_ns:
+            self.run(self._simulation.next_ns)
+        return self._fire()
+
+    def finish(self) -> NDArray[np.float64]:
+        """(n, columns) of all instants, once the run is over."""
+        while self._waiting:
+            self._look()
+        return np.array(self.rows)
+
+    def _look(self) -> None:
+        row = self._simulation.shown(self._waiting.popleft())
+        self.rows.append(published(self._simulation.method, row[None])[0])
+
+
+def instants_of(times: object, start: float, end: float, before: bool) -> NDArray[np.int64]:
+    """(n,) [ns] of times [s] within a run, or the nanosecond before each; raises KernelError."""
+    try:
+        t = np.atleast_1d(np.asarray(times, np.float64))
+    except (TypeError, ValueError):
+        raise KernelError(f"at: {times!r:.60} are no times; give seconds") from None
+    if t.ndim != 1 or not np.isfinite(t).all():
+        raise KernelError("at: give one time [s], or a list of them that are finite")
+    ns = np.round(t * 1e9).astype(np.int64)
+    outside = t[(ns < round(start * 1e9)) | (ns > round(end * 1e9))]
+    if len(outside):
+        raise KernelError(f"at: {outside[0]:.10g} s is outside of the run, from {start:g} to {end:.10g} s")
+    return np.maximum(ns - 1, 0) if before else ns

@@ -1,0 +1,201 @@
+"""Imports the user's own modules such that what runs is what stands in their files.
+
+A module is read again once its text, or that of one of the user's modules that it imports, is no longer the text that
+it was made of; what has not changed stays as it is.  Texts are compared, since two edits can share time and size.  An
+earlier version goes on in the objects that were made of it.  What was imported before heavylift was, or by an import
+hook of another tool, counts as changed if its file is newer than this module.
+"""
+
+from __future__ import annotations
+
+import ast
+import errno
+import importlib
+import importlib.util
+import os
+import sys
+import time
+import traceback
+from collections.abc import Iterator, Sequence
+from functools import cache, lru_cache
+from hashlib import sha256
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from pathlib import Path
+from threading import RLock
+from types import CodeType, ModuleType
+
+from .errors import told
+from .trust import own_file, written_by_others
+
+_BEGAN_ns = time.time_ns()
+_lock = RLock()
+_asked = list[str]()  # what `imported` works on
+_executing = list[str]()
+INSTALLED = {"site-packages", "dist-packages"}  # beside those of this interpreter
+
+
+@cache
+def _own(file: str) -> bool:
+    return own_file(file) and INSTALLED.isdisjoint(Path(file).parts)
+
+
+class Taken(Exception):
+    """Another module has the name that a file would have."""
+
+
+def imported(where: str, name: str = "") -> ModuleType:
+    """The module of a name, or of a file.py under `name`, as it stands in its files now; raises what importing raises,
+    FileNotFoundError where there is no such file."""
+    with _lock:
+        importlib.invalidate_caches()
+        _asked.append(where)
+        try:
+            return _of_file(where, name) if where.endswith(".py") else _of_name(where)
+        finally:
+            _asked.pop()
+
+
+def _of_name(where: str) -> ModuleType:
+    _forget_changed(where)
+    return importlib.import_module(where)
+
+
+def _of_file(where: str, name: str) -> ModuleType:
+    path = Path(where).resolve()
+    name = name or path.stem
+    known = sys.modules.get(name)
+    if known is not None and Path(known.__file__ or "").resolve() != path:
+        raise Taken(name)
+    _forget_changed(name)
+    if name not in sys.modules:
+        if not path.is_file():
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), where)
+        loader = _Loader(name, str(path))
+        spec = importlib.util.spec_from_file_location(name, path, loader=loader)
+        assert spec is not None
+        sys.modules[name] = module = importlib.util.module_from_spec(spec)
+        try:
+            loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]
+            raise
+    return sys.modules[name]
+
+
+class _Loader(SourceFileLoader):
+    """Knows the text that its module is made of, and takes bytecode only if that is surely younger."""
+
+    digest = b""
+
+    def get_code(self, fullname: str) -> CodeType | None:
+        self.digest = sha256(self.get_data(self.path)).digest()
+        return super().get_code(fullname)
+
+    def exec_module(self, module: ModuleType) -> None:
+        _executing.append(module.__name__)
+        try:
+            for used in _uses(module.__name__) if _asked else ():
+                _forget_changed(used)
+            super().exec_module(module)
+        finally:
+            _executing.remove(module.__name__)
+
+    def path_stats(self, path: str) -> dict[str, float]:
+        kept = importlib.util.cache_from_source(path)
+        if os.path.exists(kept) and os.stat(path).st_ctime_ns >= os.stat(kept).st_mtime_ns:
+            os.unlink(kept)  # it names its source by second and size
+        return dict(super().path_stats(path))
+
+
+class _Finder:
+    """Finds what others find, and gives modules of the user's that loader."""
+
+    @staticmethod
+    def find_spec(name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
+        finders = (x.find_spec for x in sys.meta_path if x is not _Finder and hasattr(x, "find_spec"))
+        spec = next((found for find in finders if (found := find(name, path, target)) is not None), None)
+        if spec is not None and type(spec.loader) is SourceFileLoader and spec.origin and _own(spec.origin):
+            spec.loader = _Loader(name, spec.origin)
+        return spec
+
+
+sys.meta_path.insert(0, _Finder)
+
+
+def _forget_changed(root: str) -> None:
+    """Remove from the loaded modules those that `root` needs and whose text has changed, and all that need them."""
+    reached, new = set[str](), {name for name in _heads(root) if _file(name)}
+    while new:
+        reached |= new
+        new = {used for name in new for used in _uses(name)} - reached
+    changed = {name for name in reached if name not in _executing and _changed(name)}
+    while changed:
+        for name in changed:
+            module = sys.modules.pop(name)
+            package, _, last = name.rpartition(".")
+            if getattr(sys.modules.get(package), last, None) is module:
+                delattr(sys.modules[package], last)  # or `from package import module` finds it there
+        gone, changed = changed, set()
+        known = (name for name in [*sys.modules] if _file(name) and name not in _executing)
+        changed = {name for name in known if not gone.isdisjoint(_uses(name, gone))}
+
+
+def _file(name: str) -> str:
+    """The file of a loaded module of the user's; "" of any other."""
+    file = getattr(sys.modules.get(name), "__file__", None) if name != "__main__" else None
+    return file if file is not None and file.endswith(".py") and _own(file) else ""
+
+
+def _changed(name: str) -> bool:
+    loader = getattr(sys.modules[name].__spec__, "loader", None)
+    try:
+        if isinstance(loader, _Loader):
+            return loader.digest != sha256(Path(loader.path).read_bytes()).digest()
+        return os.stat(_file(name)).st_ctime_ns > _BEGAN_ns
+    except OSError:
+        return True
+
+
+def _uses(name: str, also: set[str] = frozenset()) -> set[str]:  # type: ignore[assignment]
+    """The loaded modules of the user's, or those `also`, that a module imports itself, its packages included."""
+    try:
+        text = Path(_file(name)).read_bytes()
+    except OSError:
+        return set()
+    package = getattr(sys.modules[name], "__package__", None) or ""
+    found = {*_heads(package), *(head for said in _named(text, package) for head in _heads(said))}
+    return {x for x in found if x != name and (x in also or _file(x))}
+
+
+def _heads(name: str) -> Iterator[str]:
+    """a, a.b, a.b.c"""
+    return (name[:i] for i, c in enumerate(f"{name}.") if c == "." and i)
+
+
+@lru_cache(1024)
+def _named(text: bytes, package: str) -> frozenset[str]:
+    """What a text may import: by its statements, or by the functions that do the same for a name written there."""
+    found = set[str]()
+    try:
+        nodes = [*ast.walk(ast.parse(text))]
+    except (SyntaxError, ValueError, RecursionError):
+        nodes = []
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            found |= {x.name for x in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            above = package.split(".")[: len(package.split(".")) + 1 - node.level] if node.level else []
+            base = ".".join([*above, *([node.module] if node.module else [])])
+            found |= {base, *(f"{base}.{x.name}" for x in node.names)}
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("import_module", "__import__")):
+            found |= {x.value for x in node.args[:1] if isinstance(x, ast.Constant) and isinstance(x.value, str)}
+    return frozenset(found)
+
+
+def raised(error: BaseException) -> str:
+    """Class and text of an error and where it was raised, in a file of the user's or else of another package."""
+    frames = [(x.f_code.co_filename, line) for x, line in traceback.walk_tb(error.__traceback__)]
+    at = next((x for of in (_own, written_by_others) for x in reversed(frames) if of(x[0])), None)
+    where = f" ({os.path.basename(at[0])}:{at[1]})" if at else ""
+    text = told(error)
+    return f"{type(error).__name__}{': ' if text else ''}{text}{where}"

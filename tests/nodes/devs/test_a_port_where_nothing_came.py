@@ -1,0 +1,68 @@
+"""A bag has a list for each in port of its model, an empty one where nothing came, and nothing else."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Atomic, Bag, In, InPort, Message, Out, Tag
+from heavylift.nodes.testing import drive
+
+
+class Summand(Message):
+    n: int
+
+
+class Adder(Atomic):
+    a, b, done = In(Summand), In(Summand), Out(Summand)
+
+    def start(self) -> None:
+        self.ask: Any = None
+
+    def external(self, e: int, x: Bag) -> None:
+        self.sum = sum(m.n for port in (self.a, self.b) for m in x[port])
+        assert (self.a in x, self.b in x) == (bool(x[self.a]), bool(x[self.b]))
+        assert len(x) == sum(map(bool, (x[self.a], x[self.b]))), "asking adds nothing"
+        self.hold_in(0)
+
+    def output(self) -> None:
+        self.done.send(Summand(self.sum))
+
+    def internal(self) -> None:
+        self.passivate()
+
+
+@pytest.mark.parametrize(
+    ("a", "b"), [((1,), ()), ((), (2,)), ((1,), (2,)), ((1, 3), ()), ((), (2, 4, 6)), ((1, 3), (2,))]
+)
+def test_an_empty_list(a: tuple[int, ...], b: tuple[int, ...]) -> None:
+    given = [(0, "a", Summand(n)) for n in a] + [(0, "b", Summand(n)) for n in b]
+    assert drive(Adder("m"), given) == [(Tag(0, 1), "done", Summand(sum(a + b)))]
+
+
+@pytest.mark.parametrize(
+    "ask", ["a", 1, Adder("other").a, Adder("m").done, None], ids=["name", "int", "other", "out", "none"]
+)
+def test_what_is_no_in_port_of_the_model(ask: object) -> None:
+    class Asking(Adder):
+        def external(self, e: int, x: Any) -> None:
+            x[ask]
+
+    with pytest.raises(
+        ModelError, match=r"^m at \(0 s, 0\): x\[.*\]: a bag has the in ports of its model, self.a, self.b$"
+    ):
+        drive(Asking("m"), [(0, "a", Summand(1))])
+
+
+def test_a_port_that_only_this_instance_has() -> None:
+    class Wide(Adder):
+        def __init__(self, name: str) -> None:
+            super().__init__(name)
+            self.more: list[InPort[Summand]] = [self.add_in(f"more{i}", Summand) for i in range(3)]
+
+        def external(self, e: int, x: Bag) -> None:
+            self.sum = sum(m.n for port in self.more for m in x[port])
+            self.hold_in(0)
+
+    assert drive(Wide("m"), [(0, "more1", Summand(5))]) == [(Tag(0, 1), "done", Summand(5))]
