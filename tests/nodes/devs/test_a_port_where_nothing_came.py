@@ -10,12 +10,12 @@ from heavylift.nodes.devs import Atomic, Bag, In, InPort, Message, Out, Tag
 from heavylift.nodes.testing import drive
 
 
-class Number(Message):
+class Summand(Message):
     n: int
 
 
 class Adder(Atomic):
-    a, b, done = In(Number), In(Number), Out(Number)
+    a, b, done = In(Summand), In(Summand), Out(Summand)
 
     def start(self) -> None:
         self.ask: Any = None
@@ -27,7 +27,7 @@ class Adder(Atomic):
         self.hold_in(0)
 
     def output(self) -> None:
-        self.done.send(Number(self.sum))
+        self.done.send(Summand(self.sum))
 
     def internal(self) -> None:
         self.passivate()
@@ -37,8 +37,8 @@ class Adder(Atomic):
     ("a", "b"), [((1,), ()), ((), (2,)), ((1,), (2,)), ((1, 3), ()), ((), (2, 4, 6)), ((1, 3), (2,))]
 )
 def test_an_empty_list(a: tuple[int, ...], b: tuple[int, ...]) -> None:
-    given = [(0, "a", Number(n)) for n in a] + [(0, "b", Number(n)) for n in b]
-    assert drive(Adder("m"), given) == [(Tag(0, 1), "done", Number(sum(a + b)))]
+    given = [(0, "a", Summand(n)) for n in a] + [(0, "b", Summand(n)) for n in b]
+    assert drive(Adder("m"), given) == [(Tag(0, 1), "done", Summand(sum(a + b)))]
 
 
 @pytest.mark.parametrize(
@@ -52,17 +52,17 @@ def test_what_is_no_in_port_of_the_model(ask: object) -> None:
     with pytest.raises(
         ModelError, match=r"^m at \(0 s, 0\): x\[.*\]: a bag has the in ports of its model, self.a, self.b$"
     ):
-        drive(Asking("m"), [(0, "a", Number(1))])
+        drive(Asking("m"), [(0, "a", Summand(1))])
 
 
 def test_a_port_that_only_this_instance_has() -> None:
     class Wide(Adder):
         def __init__(self, name: str) -> None:
             super().__init__(name)
-            self.more: list[InPort[Number]] = [self.add_in(f"more{i}", Number) for i in range(3)]
+            self.more: list[InPort[Summand]] = [self.add_in(f"more{i}", Summand) for i in range(3)]
 
         def external(self, e: int, x: Bag) -> None:
             self.sum = sum(m.n for port in self.more for m in x[port])
             self.hold_in(0)
 
-    assert drive(Wide("m"), [(0, "more1", Number(5))]) == [(Tag(0, 1), "done", Number(5))]
+    assert drive(Wide("m"), [(0, "more1", Summand(5))]) == [(Tag(0, 1), "done", Summand(5))]
