@@ -131,9 +131,9 @@ def _forget_changed(root: str) -> None:
     changed = {name for name in reached if name not in _executing and _changed(name)}
     while changed:
         for name in changed:
-            module = sys.modules.pop(name)
+            module = sys.modules.pop(name, None)
             package, _, last = name.rpartition(".")
-            if getattr(sys.modules.get(package), last, None) is module:
+            if module is not None and getattr(sys.modules.get(package), last, None) is module:
                 delattr(sys.modules[package], last)  # or `from package import module` finds it there
         gone, changed = changed, set()
         known = (name for name in [*sys.modules] if _file(name) and name not in _executing)
@@ -147,7 +147,7 @@ def _file(name: str) -> str:
 
 
 def _changed(name: str) -> bool:
-    loader = getattr(sys.modules[name].__spec__, "loader", None)
+    loader = getattr(getattr(sys.modules.get(name), "__spec__", None), "loader", None)
     try:
         if isinstance(loader, _Loader):
             return loader.digest != sha256(Path(loader.path).read_bytes()).digest()
@@ -162,7 +162,7 @@ def _uses(name: str, also: set[str] = frozenset()) -> set[str]:  # type: ignore[
         text = Path(_file(name)).read_bytes()
     except OSError:
         return set()
-    package = getattr(sys.modules[name], "__package__", None) or ""
+    package = getattr(sys.modules.get(name), "__package__", None) or ""
     found = {*_heads(package), *(head for said in _named(text, package) for head in _heads(said))}
     return {x for x in found if x != name and (x in also or _file(x))}
 

@@ -12,8 +12,8 @@ from types import CodeType, FunctionType, ModuleType
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
+from heavylift.nodes.devs.execution.flatten import tree
 from heavylift.nodes.devs.execution.purity import image
-from heavylift.nodes.devs.models import tree
 
 _CODE = (ModuleType, FunctionType, type, staticmethod, classmethod, property, In, Out)
 _Place = tuple[str, dict[str, object], str]  # full name; the variables of its module or class; its own

@@ -14,7 +14,7 @@ import msgspec
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.devs import Coupled, InPort, Model, Port
 from heavylift.nodes.devs.execution.canonical import Freezer
-from heavylift.nodes.devs.models import tree
+from heavylift.nodes.devs.execution.flatten import tree
 
 _Declared = tuple[list[tuple[str, str, str]], dict[str, dict[str, bytes]]]  # ports; path, attribute, fingerprint
 _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decoder(dict[str, _Declared])

@@ -18,7 +18,8 @@ from typing import NoReturn
 from weakref import ref
 
 from heavylift.nodes.devs import Coupled, Message, Model, Port
-from heavylift.nodes.devs.models import Present, out_of_reach, tree
+from heavylift.nodes.devs.execution.flatten import tree
+from heavylift.nodes.devs.models import Present, out_of_reach
 
 _FIXED = {"__class__", "_path", "name", "parent", "path"}
 _STRUCTURE = {*vars(Coupled), *vars(Model), "children", "ports"} - _FIXED

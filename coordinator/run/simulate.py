@@ -23,7 +23,7 @@ from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice
-from heavylift.kernel.islands.dense_output import Looks, instants_of
+from heavylift.kernel.islands.dense_output import Looks, check_same, instants_of, trail_of
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.native.samples import channels, published
@@ -117,7 +117,8 @@ class Result:
         return self.signals[name]
 
     def to_pandas(self) -> pandas.DataFrame:
-        """All signals in one DataFrame: the time [s] as index, `signal/column [unit]` as columns."""
+        """All signals in one DataFrame: the time [s] as index, which repeats as `t` does, `signal/column [unit]` as
+        columns."""
         how = "install heavylift[pandas] or use .t and [name]"
         library = extra("pandas", RecordingError(f"a DataFrame needs pandas; {how}"))
         columns = {
@@ -201,7 +202,7 @@ def _of_scene(
 
     def again(instants: list[int]) -> dict[str, Signal]:
         repeated = play(plan, commands=given, instants=instants)
-        _check_same(repeated.digest, run.digest)
+        check_same(repeated.digest, run.digest)
         return _signals(np.array(instants) / 1e9, repeated.looked, run.layout.channels, keep)
 
     for e in run.events:
@@ -230,11 +231,6 @@ def _of_scene(
         run.digest,
         again,
     )
-
-
-def _check_same(now: object, before: object) -> None:
-    if now != before:
-        raise KernelError("at: the run is another one by now, since code that it names was edited; simulate again")
 
 
 def _end(run: Played) -> float:
@@ -271,11 +267,11 @@ def _of_system(
 
     def again(instants: list[int]) -> dict[str, Signal]:
         s, looks = run(instants)
-        _check_same([(t, row.tobytes()) for t, row in s.rows], trail)
+        check_same(trail_of(s.rows), trail)
         return _kept(_signals(np.array(instants) / 1e9, looks.finish(), channels(s.method), ("*",)), keep)
 
     s, _ = run()
-    trail = [(t, row.tobytes()) for t, row in s.rows]
+    trail = trail_of(s.rows)
     rows = [row for row in s.rows if row[0] < end] + s.rows[-1:]
     times = np.array([t for t, _ in rows]) / 1e9
     signals = _signals(times, published(s.method, np.array([row for _, row in rows])), channels(s.method), ("*",))

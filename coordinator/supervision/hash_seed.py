@@ -35,7 +35,8 @@ def start_again() -> None:
 
 def loose(model: Model) -> list[str]:
     """Paths of the atomics whose code makes sets or whose attributes hold them."""
-    from heavylift.nodes.devs.models import Atomic, tree  # for which the command line need not wait
+    from heavylift.nodes.devs import Atomic  # for which the command line need not wait
+    from heavylift.nodes.devs.execution.flatten import tree
 
     return [
         m.path

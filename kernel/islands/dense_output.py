@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from hashlib import sha256
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
@@ -68,3 +69,14 @@ def instants_of(times: object, start: float, end: float, before: bool) -> NDArra
     if len(outside):
         raise KernelError(f"at: {outside[0]:.10g} s is outside of the run, from {start:g} to {end:.10g} s")
     return np.maximum(ns - 1, 0) if before else ns
+
+
+def trail_of(rows: Sequence[tuple[int, NDArray[np.float64]]]) -> str:
+    """What equal runs share, of their samples."""
+    return sha256(b"".join(row.tobytes() for _, row in rows)).hexdigest()
+
+
+def check_same(now: str, before: str) -> None:
+    """Raises KernelError unless the second run was the first one again."""
+    if now != before:
+        raise KernelError("at: the run is another one by now, since code that it names was edited; simulate again")

@@ -87,12 +87,10 @@ class Model:
     @property
     def path(self) -> str:
         """Names from the root down to this model, joined by dots."""
-        names = list[str]()
-        model: Model = self
-        while not model._path and model.parent is not None:
-            names.append(model.name)
-            model = model.parent
-        return ".".join([model._path or model.name, *reversed(names)])
+        path, known, above = self._path or self.name, self._path, self.parent
+        while not known and above is not None:  # no recursion: nests may be deep
+            path, known, above = f"{above._path or above.name}.{path}", above._path, above.parent
+        return path
 
     def add_in(self, name: str, type: type[M]) -> InPort[M]:
         """Add an in port that only this instance has."""
@@ -301,14 +299,3 @@ class Coupled(Model):
         if (source, target) in self._coupled:
             return "it is there already, a second one would double every message"
         return ""
-
-
-def tree(model: Model) -> list[Model]:
-    """A model and all that it is made of, each before its children, these in the order of their names."""
-    found, waiting = list[Model](), [model]
-    while waiting:
-        model = waiting.pop()
-        found.append(model)
-        if isinstance(model, Coupled):
-            waiting += (model.children[name] for name in sorted(model.children, reverse=True))
-    return found

@@ -15,7 +15,7 @@ from operator import itemgetter
 from typing import Never
 
 from heavylift.nodes.devs.messages import Message
-from heavylift.nodes.devs.models import Atomic, Coupled, Model, tree
+from heavylift.nodes.devs.models import Atomic, Coupled, Model
 from heavylift.nodes.devs.ports import InPort, OutPort, Port
 
 _Way = tuple[str, Port[Message]]  # its hops (source model's name, "" from outside; port) backwards, and where it begins
@@ -74,6 +74,17 @@ def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tupl
             start.exits = tuple(way for way in exits[start] if wires is None or way[0] in leaving)
             start.inner = tuple(way for way in exits[start] if wires is not None and way[0] not in leaving)
     return atomics, entries
+
+
+def tree(model: Model) -> list[Model]:
+    """A model and all that it is made of, each before its children, these in the order of their names."""
+    found, waiting = list[Model](), [model]
+    while waiting:
+        model = waiting.pop()
+        found.append(model)
+        if isinstance(model, Coupled):
+            waiting += (model.children[name] for name in sorted(model.children, reverse=True))
+    return found
 
 
 def _wired(tops: dict[str, Model], wires: Iterable[Wire], ahead: Ahead) -> tuple[Entries, set[Port[Message]]]:

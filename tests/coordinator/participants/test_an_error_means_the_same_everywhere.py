@@ -15,14 +15,14 @@ from heavylift.recordings.read.info import info
 
 MODEL = """
 from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, seconds
-class Said(Message):
+class SaidByBroken(Message):
     n: int = 0
 class Rude(Exception):
     def __str__(self): raise RuntimeError("no text")
     __repr__ = __str__
 class Own(BaseException): pass
 class Broken(Atomic):
-    into, out = In(Said), Out(Said)
+    into, out = In(SaidByBroken), Out(SaidByBroken)
     def __init__(self, name, what): super().__init__(name); self.what = what
     def start(self): self.hold_in(seconds(1))
     def output(self):
@@ -43,7 +43,7 @@ class Broken(Atomic):
         if what == "deep": f()
         self.passivate()
 class Ear(Atomic):
-    into = In(Said)
+    into = In(SaidByBroken)
     def external(self, e, x): pass
 def build(what):
     yard = Coupled("yard"); a, b = yard.add(Broken("a", what)), yard.add(Ear("b")); yard.connect(a.out, b.into)
@@ -68,7 +68,7 @@ CASES = {
     "own": "internal() raised Own: ended",
     "group": "internal() raised ExceptionGroup: several (2 sub-exceptions)",
     "deep": "internal() raised RecursionError: maximum recursion depth exceeded",
-    "none": "port out carries Said, not NoneType: None",
+    "none": "port out carries SaidByBroken, not NoneType: None",
 }
 
 

@@ -13,14 +13,14 @@ from heavylift.kernel.description.mechanics import Body, Joint, System
 MODEL = """
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, ms
 {helper}
-class Beat(Message):
+class EditedBeat(Message):
     number: int
 class Clock(Atomic):
-    beat = Out(Beat)
+    beat = Out(EditedBeat)
     def start(self): self.n = 0; self.hold_in(ms(WAIT))
-    def output(self): self.beat.send(Beat(self.n))
+    def output(self): self.beat.send(EditedBeat(self.n))
     def internal(self): self.n += 1; self.hold_in(ms(WAIT))
-    def result(self): return Beat(self.n)
+    def result(self): return EditedBeat(self.n)
 def build():
     yard = Coupled("yard"); yard.add(Clock("clock")); return yard
 """

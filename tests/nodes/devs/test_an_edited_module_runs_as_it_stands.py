@@ -133,27 +133,27 @@ def test_a_broken_edit_does_not_run_the_earlier_version(write: Callable[[str, st
         assert imported(where).W == 2
 
 
-MESSAGE = "from heavylift.nodes.devs import Message\nclass Told(Message):\n    x: int\n"
+MESSAGE = "from heavylift.nodes.devs import Message\nclass Edited(Message):\n    x: int\n"
 
 
 def test_a_message_may_move_to_another_module(write: Callable[[str, str], Path]) -> None:
     write("a.py", MESSAGE)
     imported("a")
     write("h.py", MESSAGE)
-    write("a.py", "from h import Told\n")
-    assert imported("a").Told(1).x == 1
+    write("a.py", "from h import Edited\n")
+    assert imported("a").Edited(1).x == 1
     write("a.py", f"import h\n{MESSAGE}")
-    with pytest.raises(ModelError, match="message Told is defined in h and again in a"):
+    with pytest.raises(ModelError, match="message Edited is defined in h and again in a"):
         imported("a")
 
 
 def test_messages_of_an_earlier_version_can_be_pickled(write: Callable[[str, str], Path]) -> None:
     write("a.py", MESSAGE)
-    told: Message = imported("a").Told(7)
+    told: Message = imported("a").Edited(7)
     write("a.py", f"{MESSAGE}    y: int = 3\n")
-    new = imported("a").Told
+    new = imported("a").Edited
     assert pickle.loads(pickle.dumps(told)) == new(7, 3)
     write("a.py", f"{MESSAGE}    z: int\n")
     imported("a")
-    with pytest.raises(ModelError, match=r"message Told cannot be decoded: .*`z`"):
+    with pytest.raises(ModelError, match=r"message Edited cannot be decoded: .*`z`"):
         pickle.loads(pickle.dumps(told))
