@@ -158,7 +158,7 @@ def test_shafts_of_a_constant_velocity_joint_turn_equally_at_any_bend(bend, turn
     q = np.array([turn, np.arctan2(-half[1], half[2]), np.arcsin(half[0])])
 
     K = [kinematics(program.instances[0][0], q, unit, 0.0) for unit in np.eye(3)]
-    assert K[0].R[1][:, 2] == pytest.approx(direction, abs=1e-12)
+    assert K[0].R[1][:, 2].astype(float) == pytest.approx(direction, abs=1e-12)
     w = np.array([k.V[1][:3] for k in K], dtype=float).T  # angular velocity of the output per velocity
     across = np.array([np.cross(w[:, i], direction) for i in range(3)]).T
     rates = np.linalg.lstsq(across[:, 1:], -across[:, 0], rcond=None)[0]
