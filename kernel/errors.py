@@ -21,12 +21,33 @@ import msgspec
 
 __all__ = [
     "UNREADABLE", "HeavyliftError", "KernelError", "ModelError", "OutputError", "ProtocolError",
-    "RecordingError", "SceneError", "SignalError", "Stopped", "extra", "out_of_memory",
+    "RecordingError", "SceneError", "SignalError", "Stopped", "extra", "out_of_memory", "printable",
 ]  # fmt: skip
 
 
 UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, RecursionError, MemoryError)
 """What msgspec raises of bytes of others that are not what they should be."""
+
+
+SPACES = "".join(map(chr, [0x20, 0xA0, 0x1680, *range(0x2000, 0x200B), 0x202F, 0x205F, 0x3000]))
+"""Blanks of all widths, which steer nothing."""
+
+
+def printable(text: str, longest: int = 0, keep: str = "") -> str:
+    """What others have written, as it may be printed: nothing of it steers a terminal or looks like a line of ours.
+
+    Control characters, line ends and changes of direction stand as escapes, except those to `keep`; above U+001F they
+    are those of JSON, which stays JSON.
+    """
+    shown = text if text.isprintable() else "".join(c if c.isprintable() or c in keep else _escape(c) for c in text)
+    return f"{shown[:longest]}..." if 0 < longest < len(shown) else shown
+
+
+def _escape(c: str) -> str:
+    if c < " ":
+        return c.encode("unicode_escape").decode()
+    units = c.encode("utf-16-be", "surrogatepass").hex()
+    return "".join(f"\\u{units[i : i + 4]}" for i in range(0, len(units), 4))
 
 
 def out_of_memory(error: BaseException | None) -> bool:

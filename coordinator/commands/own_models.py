@@ -46,8 +46,8 @@ def devs(
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
     from heavylift.coordinator.run.watch import Watch
+    from heavylift.kernel.errors import printable
     from heavylift.nodes.devs import NEVER, ns
-    from heavylift.recordings.format.text import printable
 
     if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
         sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first

@@ -23,8 +23,7 @@ from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.keys import JOIN, key
 from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.session import Ticket
-from heavylift.kernel.errors import UNREADABLE
-from heavylift.recordings.format.text import printable
+from heavylift.kernel.errors import UNREADABLE, printable
 from zenoh.handlers import Callback
 
 SHOWN = 64  # characters of what a stranger says of itself

@@ -17,9 +17,8 @@ from heavylift.coordinator.participants.participant import version
 from heavylift.coordinator.transport.keys import HUB, JOIN, key
 from heavylift.coordinator.transport.link import JOIN_s, Link
 from heavylift.coordinator.transport.session import Ticket, remote_session
-from heavylift.kernel.errors import UNREADABLE, ProtocolError
+from heavylift.kernel.errors import UNREADABLE, ProtocolError, printable
 from heavylift.nodes.models import KERNEL
-from heavylift.recordings.format.text import printable
 from zenoh.handlers import FifoChannel
 
 from .door import Door

@@ -21,6 +21,7 @@ import zstandard
 from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.mcapfile import MAGIC
+from heavylift.recordings.format.text import shown
 from heavylift.recordings.write.outputs import file_path, unnamable
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -86,7 +87,7 @@ class Container:
 
     def error(self, what: str) -> RecordingError:
         """A sentence about this file."""
-        return RecordingError(f"{self.path}: {what}")
+        return RecordingError(shown(f"{self.path}: {what}"))
 
     def _open(self) -> None:
         path = self.path
@@ -159,11 +160,11 @@ class Container:
         """All channels by topic."""
         with self.reading():
             return {
-                x.topic: Topic(
-                    x.topic,
-                    self.summary.schemas[x.schema_id].name,
-                    x.message_encoding,
-                    dict(x.metadata),
+                shown(x.topic): Topic(
+                    shown(x.topic),
+                    shown(self.summary.schemas[x.schema_id].name),
+                    shown(x.message_encoding),
+                    shown(dict(x.metadata)),
                     self._counts.get(x.id, 0),
                 )
                 for x in self.summary.channels.values()

@@ -23,7 +23,7 @@ import zstandard
 from heavylift.kernel.errors import SignalError
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
-from heavylift.recordings.format.text import meant
+from heavylift.recordings.format.text import meant, shown
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import CHECKPOINT, FORMAT
 from numpy.typing import NDArray
@@ -46,16 +46,16 @@ class Recording:
         self._file = Container(path)
         self.path = self._file.path
         self.size = self._file.size  # [bytes]
-        self.library = self._file.library
+        self.library = shown(self._file.library)
         self._signals: dict[str, Signal] = {}  # what was loaded so far
-        metadata = self._file.metadata()
+        metadata = {name: shown(facts) for name, facts in self._file.metadata().items()}
         if "run" not in metadata:
             raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
         self.run = metadata["run"]
         self._check_format()
         self.result = metadata.get("result", {})
-        self.attachments = self._file.attachments(lambda name: not name.startswith(CHECKPOINT))
-        self._channels = {channel.topic: channel.id for channel in self._file.summary.channels.values()}
+        self.attachments = shown(self._file.attachments(lambda name: not name.startswith(CHECKPOINT)))
+        self._channels = {shown(channel.topic): channel.id for channel in self._file.summary.channels.values()}
         self.topics = self._file.topics()
 
     def _check_format(self) -> None:
@@ -75,7 +75,7 @@ class Recording:
             return default
         with self.reading():
             try:
-                return msgspec.json.decode(text)
+                return shown(msgspec.json.decode(text))
             except msgspec.DecodeError:
                 return text
 
@@ -132,13 +132,13 @@ class Recording:
     def stages(self) -> list[tuple[float, str]]:
         """When [s] each stage of the run began, and its name."""
         said = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
-        return [(t, str(value["name"])) for t, value in said if isinstance(value, dict) and value.get("name")]
+        return [(t, shown(str(value["name"]))) for t, value in said if isinstance(value, dict) and value.get("name")]
 
     def notes(self) -> list[tuple[float, str]]:
         """Notes of the kernel on the run: simulation time [s] and text."""
         with self._file.reading():
             lines = [Log.FromString(raw.data) for raw in self.messages("/log")]
-        return [(x.timestamp.ToNanoseconds() * 1e-9, x.message) for x in lines if x.name == SAMPLER]
+        return [(x.timestamp.ToNanoseconds() * 1e-9, shown(x.message)) for x in lines if x.name == SAMPLER]
 
     def __getitem__(self, name: str) -> Signal | Part:
         """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.
@@ -278,8 +278,8 @@ class Recording:
         """Fields by signal, by topic."""
         with self._file.reading():
             texts = {name: self.topics[name].metadata["signals"] for name in (NUMBERS, BESIDE) if name in self.topics}
-            decode = msgspec.json.Decoder(list[Field]).decode
-            return {name: {field.signal: field for field in decode(text)} for name, text in texts.items()}
+            tables = {name: msgspec.convert(shown(msgspec.json.decode(x)), list[Field]) for name, x in texts.items()}
+            return {name: {field.signal: field for field in fields} for name, fields in tables.items()}
 
     @cached_property
     def _fields(self) -> dict[str, Field]:
@@ -289,4 +289,4 @@ class Recording:
     def _bodies(self) -> list[str]:
         with self._file.reading():
             facts = self.topics["/poses"].metadata if "/poses" in self.topics else {"names": "[]"}
-            return msgspec.json.decode(facts["names"], type=list[str])
+            return msgspec.convert(shown(msgspec.json.decode(facts["names"])), list[str])
