@@ -6,6 +6,10 @@ reference or of foreign code, Python prints and forgets.  As long as somebody ha
 it gone before the `end` raises it anew.  Signals that come while it is handled change nothing, and one that was ignored
 when the command began (`nohup`, a shell's `&`) stays so.  What must not be left half done, is done under `whole`.
 
+What a command prints goes through here, and no text of others steers the terminal: control characters and changes of
+direction stand as escapes, whatever printed them.  Only what draws for a terminal itself, and has looked at its texts,
+writes to `drawn`.
+
 A reader that leaves standard output (`| head`) ends the command with 141, as SIGPIPE would; one that leaves standard
 error is not missed.  A run prints its summary when its recording is whole.
 """
@@ -17,7 +21,7 @@ import signal
 import sys
 import threading
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any, TextIO
@@ -26,6 +30,7 @@ STOPPED, UNHEARD = 130, 141  # exit codes: Ctrl-C; nobody reads
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 MAIN = threading.main_thread().ident  # the only one that signals reach
+PAST = ("buffer", "detach", "reconfigure")  # of a stream, by which text would pass unseen
 LOOK_s = 0.05  # between two looks for an exception that was lost
 
 
@@ -129,18 +134,36 @@ def heard() -> Iterator[None]:
         sys.stdout, sys.stderr = out, err
 
 
+def displayed(text: str) -> str:
+    """Lines that may go to a terminal, whoever has written them."""
+    if text.replace("\n", "").isprintable():
+        return text
+    from heavylift.kernel.errors import SPACES, printable  # takes long, and is hardly ever needed
+
+    return printable(text, keep=f"\n{SPACES}")
+
+
 class _Heard:
     """A stream that tells, or does not tell, that its reader has left: a pipe is closed, a terminal gone."""
 
-    def __init__(self, stream: TextIO, tells: bool) -> None:
-        self._stream, self._tells = stream, tells
+    def __init__(self, stream: TextIO, tells: bool, raw: bool = False) -> None:
+        self._stream, self._tells, self._raw = stream, tells, raw
+
+    @property
+    def drawn(self) -> _Heard:
+        """The same stream for who steers the terminal."""
+        return _Heard(self._stream, self._tells, raw=True)
 
     def write(self, text: str) -> int:
         try:
-            return int(self._stream.write(text))
+            self._stream.write(text if self._raw else displayed(text))
         except OSError as error:
             self._left(error)
-            return len(text)
+        return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        for line in lines:
+            self.write(line)
 
     def flush(self) -> None:
         try:
@@ -157,6 +180,8 @@ class _Heard:
             raise ReaderLeft
 
     def __getattr__(self, name: str) -> Any:
+        if name in PAST:
+            raise AttributeError(name)
         return getattr(self._stream, name)
 
     def __iter__(self) -> Iterator[str]:

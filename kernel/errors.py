@@ -23,8 +23,22 @@ from typing import Any
 import msgspec
 
 __all__ = [
-    "UNREADABLE", "HeavyliftError", "KernelError", "ModelError", "OutputError", "ProtocolError",
-    "RecordingError", "SceneError", "SignalError", "Stopped", "closest", "extra", "out_of_memory", "path_text", "told",
+    "UNREADABLE",
+    "HeavyliftError",
+    "KernelError",
+    "ModelError",
+    "OutputError",
+    "ProtocolError",
+    "RecordingError",
+    "SceneError",
+    "SignalError",
+    "Stopped",
+    "closest",
+    "error_text",
+    "extra",
+    "out_of_memory",
+    "path_text",
+    "printable",
 ]  # fmt: skip
 
 
@@ -35,6 +49,27 @@ UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, Recursion
 def path_text(path: Path | str) -> str:
     """A path as text that can be written anywhere: bytes that are no UTF-8 are escaped."""
     return os.fsencode(path).decode(errors="backslashreplace")
+
+
+SPACES = "".join(map(chr, [0x20, 0xA0, 0x1680, *range(0x2000, 0x200B), 0x202F, 0x205F, 0x3000]))
+"""Blanks of all widths, which steer nothing."""
+
+
+def printable(text: str, longest: int = 0, keep: str = "") -> str:
+    """What others have written, as it may be printed: nothing of it steers a terminal or looks like a line of ours.
+
+    Control characters, line ends and changes of direction stand as escapes, except those to `keep`; above U+001F they
+    are those of JSON, which stays JSON.
+    """
+    shown = text if text.isprintable() else "".join(c if c.isprintable() or c in keep else _escape(c) for c in text)
+    return f"{shown[:longest]}..." if 0 < longest < len(shown) else shown
+
+
+def _escape(c: str) -> str:
+    if c < " ":
+        return c.encode("unicode_escape").decode()
+    units = c.encode("utf-16-be", "surrogatepass").hex()
+    return "".join(f"\\u{units[i : i + 4]}" for i in range(0, len(units), 4))
 
 
 def out_of_memory(error: BaseException | None) -> bool:
@@ -72,13 +107,13 @@ def closest(word: str, known: Iterable[str]) -> str:
     return f"known: {', '.join(words[:12])}{', ...' if len(words) > 12 else ''}" if words else ""
 
 
-def told(error: BaseException, most: int = 500) -> str:
+def error_text(error: BaseException, most: int = 500) -> str:
     """The text of an error in one line of printable characters, of any length; never fails."""
     try:
         text = str(error)
         start = " ".join(text[: 2 * most].split())
         more = f" ... ({len(text)} characters)" if len(text) > 2 * most or len(start) > most else ""
-        return "".join(c if c.isprintable() else repr(c)[1:-1] for c in start[:most]) + more
+        return printable(start[:most]) + more
     except (Exception, SystemExit):
         return "its text cannot be had"
 

@@ -24,7 +24,7 @@ from pathlib import Path
 from threading import RLock
 from types import CodeType, ModuleType
 
-from .errors import told
+from .errors import error_text
 from .trust import own_file, written_by_others
 
 _BEGAN_ns = time.time_ns()
@@ -197,5 +197,5 @@ def raised(error: BaseException) -> str:
     frames = [(x.f_code.co_filename, line) for x, line in traceback.walk_tb(error.__traceback__)]
     at = next((x for of in (_own, written_by_others) for x in reversed(frames) if of(x[0])), None)
     where = f" ({os.path.basename(at[0])}:{at[1]})" if at else ""
-    text = told(error)
+    text = error_text(error)
     return f"{type(error).__name__}{': ' if text else ''}{text}{where}"

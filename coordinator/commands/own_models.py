@@ -46,7 +46,7 @@ def devs(
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
     from heavylift.coordinator.run.watch import Watch
-    from heavylift.recordings.format.text import printable
+    from heavylift.kernel.errors import printable
 
     if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
         sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first

@@ -88,12 +88,11 @@ class _Progress:
     """How far a study is: a bar on a terminal, else a line now and then."""
 
     def __init__(self) -> None:
-        from rich.console import Console
-        from rich.live import Live
+        from heavylift.coordinator.live.terminal import Terminal, changing_line
 
         self.study: Study | None = None
-        self._console = Console(stderr=True)
-        self._live = Live(console=self._console, refresh_per_second=4, transient=True)
+        self._console = Terminal(err=True)
+        self._live = changing_line(self._console, 4)
         self._done, self._counts = 0, dict[str, int]()
         self._began = self._told = time.monotonic()
 
@@ -103,7 +102,7 @@ class _Progress:
             self.study = study
             known = len(study.rows)
             if known:
-                self._console.print(f"{known} of {len(study.plan.variants)} runs are there already", highlight=False)
+                self._console.print(f"{known} of {len(study.plan.variants)} runs are there already")
             if self._console.is_terminal:
                 self._live.start()
             self._began, self._left = time.monotonic(), len(study.waiting)
@@ -116,7 +115,7 @@ class _Progress:
             self._live.update(self._line(now))
         elif now - self._told > TELL_s:
             self._told = now
-            self._console.print(self._line(now), highlight=False, soft_wrap=True)
+            self._console.print(self._line(now), soft_wrap=True)
 
     def end(self) -> None:
         """No more."""

@@ -26,9 +26,8 @@ from heavylift.coordinator.transport.keys import JOIN, key
 from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.session import Ticket
 from heavylift.kernel.cache import contents
-from heavylift.kernel.errors import UNREADABLE
+from heavylift.kernel.errors import UNREADABLE, printable
 from heavylift.kernel.version import __version__, install
-from heavylift.recordings.format.text import printable
 from zenoh.handlers import Callback
 
 SHOWN = 64  # characters of what a stranger says of itself

@@ -15,10 +15,9 @@ from heavylift.coordinator.participants.node_process import serve
 from heavylift.coordinator.transport.keys import HUB, JOIN, key
 from heavylift.coordinator.transport.link import JOIN_s, Link
 from heavylift.coordinator.transport.session import Ticket, remote_session
-from heavylift.kernel.errors import UNREADABLE, ProtocolError
+from heavylift.kernel.errors import UNREADABLE, ProtocolError, printable
 from heavylift.kernel.version import __version__
 from heavylift.nodes.models import KERNEL
-from heavylift.recordings.format.text import printable
 from zenoh.handlers import FifoChannel
 
 from .door import Door

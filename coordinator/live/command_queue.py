@@ -20,11 +20,10 @@ import zenoh
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.supervision.journal import Journal
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.kernel.errors import UNREADABLE, HeavyliftError
+from heavylift.kernel.errors import UNREADABLE, HeavyliftError, printable
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs import encode as canonical
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
-from heavylift.recordings.format.text import printable
 
 from .commands import Given, command, journal_of
 from .orders import Order, Reply

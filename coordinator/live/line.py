@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import msgspec
+from heavylift.kernel.errors import SPACES, printable
 from heavylift.nodes.devs import Event
 
 from .announce import Notice
@@ -32,7 +33,8 @@ class Lines:
         stage, value = self.of(event)
         micro = f"+{event.k}" if event.k else ""
         at, who = f"{event.t * 1e-9:.6f}{micro} s", f"{event.source}.{event.port}"
-        return f"{at:>18}  {stage:<24}  {who:<24}  {event.type}{self._words(event.type, value)}"
+        line = f"{at:>18}  {stage:<24}  {who:<24}  {event.type}{self._words(event.type, value)}"
+        return printable(line, keep=SPACES)
 
     def _words(self, type_: str, value: dict[str, Any]) -> str:
         actor = value.get("actor", value.get("actuator"))

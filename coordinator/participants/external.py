@@ -13,9 +13,8 @@ from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.transport.frame import WIRE
 from heavylift.coordinator.transport.placement import Placement
-from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.kernel.errors import ModelError, ProtocolError, printable
 from heavylift.nodes.devs import Event, Message, Model, OutPort, decode, encode
-from heavylift.recordings.format.text import printable
 
 from .parts import ExternalModel, ExternalPart
 from .parts import encode as part

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
+from heavylift.kernel.errors import printable
 from heavylift.nodes.devs import Event, Tag
 from heavylift.recordings import SampleLayout
 from heavylift.recordings.format.columns import Columns
@@ -28,7 +29,7 @@ class Deviation(msgspec.Struct, frozen=True):
 
     def __str__(self) -> str:
         told = [msgspec.json.encode(x).decode() if x is not None else "nothing" for x in (self.recorded, self.now)]
-        return f"at {Tag(self.t_ns, self.microstep)} on {self.topic}: recorded {told[0]}, now {told[1]}"
+        return f"at {Tag(self.t_ns, self.microstep)} on {printable(self.topic)}: recorded {told[0]}, now {told[1]}"
 
 
 class Outcome(msgspec.Struct, frozen=True):

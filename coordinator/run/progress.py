@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Protocol, Self, TextIO
 
 import msgspec
 from heavylift.coordinator.record.scene import Result, rated
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.format.text import clock, printable
+from heavylift.recordings.format.text import clock
 from heavylift.recordings.read.verdict import Judged
 
 from .watch import Watch
@@ -76,7 +76,7 @@ class Progress(Watch):
         if self._live is None:
             print(printable(sentence), file=sys.stderr)
         else:
-            self._live.console.print(printable(sentence), highlight=False, markup=False, soft_wrap=True)
+            self._live.console.print(printable(sentence), soft_wrap=True)
 
     def _line(self) -> Text:
         from rich.text import Text
@@ -98,10 +98,9 @@ def _terminal(stream: TextIO | None) -> bool:
 
 
 def _bar() -> Live:
-    from rich.console import Console
-    from rich.live import Live
+    from heavylift.coordinator.live.terminal import Terminal, changing_line
 
-    return Live(console=Console(stderr=True), refresh_per_second=8, transient=True)
+    return changing_line(Terminal(err=True), 8)
 
 
 class Certified(Protocol):
@@ -179,9 +178,9 @@ def _tell(text: str, style: str | None = None) -> None:
     if not _terminal(sys.stdout):
         print(text)
         return
-    from rich.console import Console
+    from heavylift.coordinator.live.terminal import Terminal
 
-    Console(highlight=False).print(text, style=style, markup=False, soft_wrap=True)
+    Terminal().print(text, style=style, soft_wrap=True)
 
 
 def command() -> str:

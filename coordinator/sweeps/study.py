@@ -18,10 +18,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import msgspec
-from heavylift.kernel.errors import OutputError, RecordingError, SceneError
+from heavylift.kernel.errors import OutputError, RecordingError, SceneError, printable
 from heavylift.kernel.version import __version__, install
 from heavylift.nodes.scene import LoadedScene
-from heavylift.recordings.format.text import printable
 from heavylift.recordings.write.outputs import file_path, writing
 
 from .axes import Axis, Variant

@@ -14,8 +14,7 @@ import struct
 from enum import IntEnum
 from zlib import crc32
 
-from heavylift.kernel.errors import ProtocolError
-from heavylift.recordings.format.text import printable
+from heavylift.kernel.errors import ProtocolError, printable
 
 WIRE = 1  # version of what travels, frames and messages: WIRE.md
 MAGIC = b"HLF%d" % WIRE

@@ -1,20 +1,23 @@
-"""Text for people: tables, time spans, which names were perhaps meant, and what others have written, as it may be
-printed: nothing of it steers a terminal or looks like a line of ours.
-"""
+"""Text for people: tables, time spans, which names were perhaps meant."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from heavylift.kernel.errors import SPACES, printable
 
 GENERATOR = "heavylift"  # by which a file says who made it
+T = TypeVar("T")
 MOST = 30  # names in a sentence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns side by side, numbers to the right; nothing if there are no rows."""
+    """Columns side by side, numbers to the right, each cell as it may be printed; nothing if there are no rows."""
     if not rows:
         return ""
+    head, rows = shown(head), shown(rows)
     widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
     right = [all(not row[i] or row[i][0].isdigit() for row in rows) for i in range(len(head))]
     lines = [
@@ -25,6 +28,18 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
         for line in (head, *rows)
     ]
     return "\n".join(f"  {line}" for line in lines)
+
+
+def shown(data: T) -> T:
+    """Plain data of others, with each text in it as one line that may be printed."""
+    made: Any = data
+    if isinstance(data, str):
+        made = printable(data, keep=SPACES)
+    elif isinstance(data, dict):
+        made = {shown(key): shown(value) for key, value in data.items()}
+    elif isinstance(data, list | tuple):
+        made = [shown(each) for each in data]
+    return made  # type: ignore[no-any-return]
 
 
 def meant(name: str, names: Sequence[str]) -> str:
@@ -53,9 +68,3 @@ def clock(seconds: float, digits: int = 0) -> str:
     hours, minutes = divmod(minutes, 60)
     told = f"{rest / unit:0{3 + digits if digits else 2}.{digits}f}"
     return f"{hours}:{minutes:02}:{told}" if hours else f"{minutes}:{told}"
-
-
-def printable(text: str, longest: int = 0, keep: str = "") -> str:
-    """The text with control characters, line ends and changes of direction as escapes, except those to `keep`."""
-    shown = "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode() for c in text)
-    return f"{shown[:longest]}..." if 0 < longest < len(shown) else shown

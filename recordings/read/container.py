@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import RecordingError, printable
 from heavylift.recordings.format.failures import BROKEN, failing, refused
 from heavylift.recordings.format.mcapfile import MAGIC
-from heavylift.recordings.format.text import GENERATOR, printable
+from heavylift.recordings.format.text import GENERATOR, shown
 from heavylift.recordings.write.outputs import HEADER, file_path, unnamable
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -91,7 +91,7 @@ class Container:
 
     def error(self, what: str) -> RecordingError:
         """A sentence about this file."""
-        return RecordingError(f"{self.path}: {what}")
+        return RecordingError(shown(f"{self.path}: {what}"))
 
     def _open(self) -> None:
         path = self.path
@@ -213,11 +213,11 @@ class Container:
         """All channels by topic."""
         with self.reading():
             return {
-                x.topic: Topic(
-                    x.topic,
-                    self.summary.schemas[x.schema_id].name,
-                    x.message_encoding,
-                    dict(x.metadata),
+                shown(x.topic): Topic(
+                    shown(x.topic),
+                    shown(self.summary.schemas[x.schema_id].name),
+                    shown(x.message_encoding),
+                    shown(dict(x.metadata)),
                     self._counts.get(x.id, 0),
                     self.summary.schemas[x.schema_id].data,
                 )

@@ -21,11 +21,11 @@ from typing import Any
 import msgspec
 import numpy as np
 import zstandard
-from heavylift.kernel.errors import SignalError
+from heavylift.kernel.errors import SignalError, printable
 from heavylift.kernel.version import __version__, again, install
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, Field
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
-from heavylift.recordings.format.text import GENERATOR, meant, printable
+from heavylift.recordings.format.text import GENERATOR, meant, shown
 from heavylift.recordings.format.viewer_messages import Box, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import CHECKPOINT, FORMAT, OLDEST
 from numpy.typing import NDArray
@@ -49,19 +49,19 @@ class Recording:
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
         self.path, self.damage = self._file.path, self._file.damage
-        self.size, self.library = self._file.size, self._file.library  # [bytes], who has made it
+        self.size, self.library = self._file.size, shown(self._file.library)  # [bytes], who has made it
         self._signals: dict[str, Signal] = {}  # what was loaded so far
         self.contents: Contents | None = None  # once somebody has looked
         self.complaints: list[str] | None = None
-        metadata = self._file.metadata()
+        metadata = {name: shown(facts) for name, facts in self._file.metadata().items()}
         if "run" not in metadata and not self.library.startswith(GENERATOR):
             raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
         with self.reading():
             self.run = metadata["run"]
         self._check_format()
         self.result = metadata.get("result", {})
-        self.attachments = self._file.attachments(lambda name: not name.startswith(CHECKPOINT))
-        self._channels = {channel.topic: channel.id for channel in self._file.summary.channels.values()}
+        self.attachments = shown(self._file.attachments(lambda name: not name.startswith(CHECKPOINT)))
+        self._channels = {shown(channel.topic): channel.id for channel in self._file.summary.channels.values()}
         self.topics = self._file.topics()
 
     def _check_format(self) -> None:
@@ -90,7 +90,7 @@ class Recording:
             return default if text is None else text
         with self.reading():
             with suppress(msgspec.DecodeError):
-                found = msgspec.json.decode(text)
+                found = shown(msgspec.json.decode(text))
             kind = (int, float) if isinstance(default, int | float) else type(default)
             if default is not None and (not isinstance(found, kind) or (type(found) is float and not isfinite(found))):
                 raise ValueError(f"'{name[:40]}' is {text[:40]}")
@@ -149,13 +149,13 @@ class Recording:
     def stages(self) -> list[tuple[float, str]]:
         """When [s] each stage of the run began, and its name."""
         said = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
-        return [(t, str(value["name"])) for t, value in said if isinstance(value, dict) and value.get("name")]
+        return [(t, shown(str(value["name"]))) for t, value in said if isinstance(value, dict) and value.get("name")]
 
     def notes(self) -> list[tuple[float, str]]:
         """Notes of the kernel on the run: simulation time [s] and text."""
         with self._file.reading():
             found = [note for raw in self.messages("/log") if (note := sampler_note(raw.data))]
-        return [(t_ns * 1e-9, sentence) for _, t_ns, sentence in sorted(found, key=lambda note: note[0])]
+        return [(t_ns * 1e-9, shown(sentence)) for _, t_ns, sentence in sorted(found, key=lambda note: note[0])]
 
     def __getitem__(self, name: str) -> Any:
         """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.
@@ -299,8 +299,8 @@ class Recording:
         """Fields by signal, by topic."""
         with self._file.reading():
             texts = {name: self.topics[name].metadata["signals"] for name in (NUMBERS, BESIDE) if name in self.topics}
-            decode = msgspec.json.Decoder(list[Field]).decode
-            return {name: {field.signal: field for field in decode(text)} for name, text in texts.items()}
+            tables = {name: msgspec.convert(shown(msgspec.json.decode(x)), list[Field]) for name, x in texts.items()}
+            return {name: {field.signal: field for field in fields} for name, fields in tables.items()}
 
     @cached_property
     def _fields(self) -> dict[str, Field]:
@@ -310,4 +310,4 @@ class Recording:
     def _bodies(self) -> list[str]:
         with self._file.reading():
             facts = self.topics["/poses"].metadata if "/poses" in self.topics else {"names": "[]"}
-            return msgspec.json.decode(facts["names"], type=list[str])
+            return msgspec.convert(shown(msgspec.json.decode(facts["names"])), list[str])

@@ -79,11 +79,10 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
 
 def recorded_verdict(rec: Recording) -> Judged | None:
     """The verdict in a recording; None if it has none."""
-    text = rec.result.get("verdict")
-    if not text:
+    if not rec.result.get("verdict"):
         return None
     with rec.reading():
-        return msgspec.json.decode(text, type=Judged)
+        return msgspec.convert(rec.fact("verdict"), Judged)
 
 
 def as_recorded(rec: Recording) -> list[str]:

@@ -13,9 +13,9 @@ from itertools import zip_longest
 
 import msgspec
 import numpy as np
+from heavylift.kernel.errors import printable
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.schema import RecordedEvent
-from heavylift.recordings.format.text import printable
 from heavylift.recordings.read.reader import Recording
 from numpy.typing import NDArray
 

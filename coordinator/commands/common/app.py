@@ -78,6 +78,7 @@ app = App(
     cls=Commands,
     add_completion=True,
     no_args_is_help=True,
+    context_settings={"color": True},  # whatever steers a terminal is shown, not cut out
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     help="Simulates tandem crane lifts: one scene file, one process per model, every message on record.",

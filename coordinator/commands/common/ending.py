@@ -8,11 +8,11 @@ import resource
 import sys
 import tempfile
 import traceback
+from pathlib import Path
 
 import typer
 from heavylift.coordinator.stopping import STOPPED
-from heavylift.kernel.errors import HeavyliftError, OutputError, Stopped, out_of_memory
-from heavylift.recordings.format.text import printable
+from heavylift.kernel.errors import SPACES, HeavyliftError, OutputError, Stopped, out_of_memory, printable
 
 from .app import app
 
@@ -26,6 +26,11 @@ def carry_out() -> None:
         told = f"only {limit >> 20} MB of memory may be addressed, and heavylift needs at least {LEAST_MB}"
         print(f"heavylift: {told}; raise the limit (`ulimit -v unlimited`)", file=sys.stderr)
         sys.exit(1)
+    for word in sys.argv[1:]:
+        if len(word.splitlines()) > 1 and Path(word).exists():
+            shown = printable(word)
+            print(f"heavylift: '{shown}': the name of this file has more than one line; rename it", file=sys.stderr)
+            sys.exit(2)
     try:
         code = app(prog_name="heavylift", standalone_mode=False)  # of a command that ends with typer.Exit
         if code == STOPPED:  # what typer makes of Ctrl-C where nobody hears it
@@ -35,11 +40,11 @@ def carry_out() -> None:
         if code:
             sys.exit(code)
     except Stopped as error:
-        print(f"heavylift: {printable(str(error))}", file=sys.stderr)
+        print(f"heavylift: {error}", file=sys.stderr)
         _judged(error)
         sys.exit(STOPPED)
     except HeavyliftError as error:
-        told = printable(str(error), keep="\n")
+        told = str(error)
         print(f"heavylift: {told}" if "\n" not in told else told, file=sys.stderr)
         _judged(error)
         sys.exit(2 if isinstance(error, OutputError) else 1)
@@ -56,7 +61,8 @@ def carry_out() -> None:
             sys.exit(1)
         if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # how click reports a wrong command line
             asked = type(error).__name__ == "NoArgsIsHelpError"
-            print(error.format_message() if asked else f"heavylift: {error.format_message()}", file=sys.stderr)
+            told = error.format_message()
+            print(told if asked else f"heavylift: {printable(told, keep=SPACES)}", file=sys.stderr)
             sys.exit(error.exit_code)
         if refused := _refused(error):
             print(f"heavylift: {refused}", file=sys.stderr)
@@ -65,11 +71,8 @@ def carry_out() -> None:
             "w", encoding="utf-8", prefix="heavylift-", suffix=".txt", delete=False
         ) as file:
             traceback.print_exc(file=file)
-        print(
-            f"heavylift: internal error, {type(error).__name__}: {error}; this is a defect of heavylift, {file.name} "
-            "tells its makers more",
-            file=sys.stderr,
-        )
+        told = f"internal error, {type(error).__name__}: {printable(str(error))}"
+        print(f"heavylift: {told}; this is a defect of heavylift, {file.name} tells its makers more", file=sys.stderr)
         sys.exit(1)
 
 

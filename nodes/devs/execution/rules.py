@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import NoReturn
 
-from heavylift.kernel.errors import HeavyliftError, ModelError, told
+from heavylift.kernel.errors import HeavyliftError, ModelError, error_text
 from heavylift.kernel.user_code import raised
 from heavylift.nodes.devs.models import Atomic
 from heavylift.nodes.devs.tags import Instant, Tag
@@ -44,5 +44,5 @@ def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
     ends = not isinstance(error, Exception) and type(error).__module__.startswith("heavylift.")
     if ends or isinstance(error, KeyboardInterrupt):
         raise error
-    sentence = told(error, 10_000) if isinstance(error, HeavyliftError) else f"{what}() raised {raised(error)}"
+    sentence = error_text(error, 10_000) if isinstance(error, HeavyliftError) else f"{what}() raised {raised(error)}"
     raise ModelError(f"{m.path} at {Tag(*tag)}: {sentence}") from error

@@ -16,6 +16,7 @@ from pathlib import Path as FilePath
 from typing import TypeAlias
 
 from heavylift.kernel.description.name_order import natural
+from heavylift.kernel.errors import SPACES, printable
 from ruamel.yaml import YAML
 from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
@@ -219,7 +220,7 @@ def _composed(text: str, name: str) -> Source:
         made: dict[str, Data] = {}
         for key, child in whole(node, path):
             mark = at(key.start_mark.line, key.start_mark.column)
-            word = key.value if isinstance(key, ScalarNode) else None
+            word = _line(key) if isinstance(key, ScalarNode) else None
             if word is None:
                 source.fault(path, "a key must be a word", mark=mark)
             elif word in made:
@@ -240,8 +241,16 @@ def _composed(text: str, name: str) -> Source:
     return source
 
 
-def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool | None:
+def _line(node: ScalarNode) -> str:
+    """The text of a node as one line that may be printed: names go from here to terminals, pages and tables."""
     text = str(node.value)
+    if node.style in ("|", ">"):
+        text = " ".join(text.splitlines())
+    return printable(text.replace("\t", " "), keep=SPACES)
+
+
+def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool | None:
+    text = _line(node) if isinstance(node, ScalarNode) else str(node.value)
     kind = str(node.tag).rsplit(":", 1)[-1]
     if kind == "null":
         return None

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel.errors import SPACES, SceneError, printable
 
 from .files import content, within
 from .source import Data, Mark, Path, Source
@@ -29,6 +29,11 @@ class Cell:
 
     text: str
     mark: Mark
+
+    @classmethod
+    def of(cls, text: str, mark: Mark) -> Cell:
+        """A cell of a file, as it may be printed."""
+        return cls(printable(text.strip(), keep=SPACES), mark)
 
 
 @dataclass(frozen=True)
@@ -109,7 +114,7 @@ def _separated(data: bytes, file: str) -> Iterator[list[Cell]]:
         at, row = 0, []
         for text in texts:
             at = max(at, line.find(text, at))
-            row.append(Cell(text.strip(), Mark(file, number, at + 1, line)))
+            row.append(Cell.of(text, Mark(file, number, at + 1, line)))
             at += len(text)
         yield row
 
@@ -134,6 +139,6 @@ def _workbook(data: bytes, file: str) -> Iterator[list[Cell]]:
         line, row = " | ".join(texts), []
         at = 0
         for text in texts:
-            row.append(Cell(text, Mark(file, number, at + 1, line)))
+            row.append(Cell.of(text, Mark(file, number, at + 1, line)))
             at += len(text) + 3
         yield row

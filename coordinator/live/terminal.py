@@ -1,0 +1,32 @@
+"""What draws on a terminal: colours, and lines that change; the texts in them steer nothing.
+
+Rich is imported for it, so only where somebody looks.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+
+from heavylift.coordinator.stopping import displayed
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.live import Live
+from rich.segment import Segment
+
+
+class Terminal(Console):
+    """Standard output or standard error; texts are no markup, and what they hold of control characters is shown."""
+
+    def __init__(self, err: bool = False) -> None:
+        stream = sys.stderr if err else sys.stdout
+        super().__init__(file=getattr(stream, "drawn", stream), markup=False, emoji=False, highlight=False)
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        """As Rich's, which passes control characters on."""
+        for text, style, control in super().render(renderable, options):
+            yield Segment(text if control else displayed(text), style, control)
+
+
+def changing_line(terminal: Terminal, hz: float) -> Live:
+    """A line that is drawn anew so many times a second, and gone in the end."""
+    return Live(console=terminal, refresh_per_second=hz, transient=True, redirect_stdout=False, redirect_stderr=False)
