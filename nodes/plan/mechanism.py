@@ -12,7 +12,8 @@ class Actuator(Item, frozen=True, kw_only=True):
     """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
     ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
 
-    `highest`: height of the hook where the winch stops; `emergency`: the deceleration of what is stopped.
+    `highest`: height of the hook where the winch stops; `emergency`: the deceleration of what is stopped; `pieces`: of
+    a rope with lumps, with their parts of its length; `held`: why it cannot move, where its joint is not modelled.
     """
 
     name: str
@@ -25,6 +26,8 @@ class Actuator(Item, frozen=True, kw_only=True):
     speed: float | None = None
     highest: float | None = None
     emergency: float | None = None
+    pieces: dict[str, float] = msgspec.field(default_factory=dict)
+    held: str = ""
 
 
 class Hoist(Item, frozen=True, kw_only=True):
@@ -32,6 +35,8 @@ class Hoist(Item, frozen=True, kw_only=True):
 
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
     [kg]), `axis`: from where its radius is measured; `slings`: by the name of the rigging, those that hang on it.
+    `on`: the body that its rope leaves; `line`: mass of all falls [kg/m]; `ends`: where the rope begins and where its
+    eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg].
     """
 
     rope: str
@@ -41,6 +46,58 @@ class Hoist(Item, frozen=True, kw_only=True):
     axis: Point | None = None
     chart: tuple[tuple[float, float], ...] = ()
     slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
+    on: str = ""
+    line: float = 0.0
+    ends: tuple[Vector, Vector] | None = None
+    below: float = 0.0
+
+
+class Tie(Item, frozen=True, kw_only=True):
+    """A rope that is hooked and taken off; `lug` is where it hangs at the start: its name on what is lifted, or ""."""
+
+    rope: str
+    upper: Point
+    lug: str = ""
+
+
+class Cell(Item, frozen=True, kw_only=True):
+    """A load cell on a body: it reports when ropes together carry more than `rated` [N]."""
+
+    name: str
+    body: str
+    ropes: tuple[str, ...]
+    rated: float
+
+
+class Latch(Item, frozen=True, kw_only=True):
+    """A brake that is engaged as long as none of these ties is hooked."""
+
+    brake: str
+    ties: tuple[str, ...]
+
+
+class Cargo(Item, frozen=True, kw_only=True):
+    """A body that is lifted: its lugs [m], the face that each support belongs to, and, where its attitude is reported,
+    by how much it is turned at the start [rad]."""
+
+    body: str
+    lugs: dict[str, Vector] = msgspec.field(default_factory=dict)
+    faces: dict[str, str] = msgspec.field(default_factory=dict)
+    turned: float | None = None
+
+
+class Girder(Item, frozen=True, kw_only=True):
+    """The part of a body that bends as a beam along its y, from y = 0 to `span` [m], with the joints that slide on it:
+    mass [kg], stiffness at midspan [N/m], height of its neutral axis [m], part of critical damping of its first mode.
+    """
+
+    body: str
+    slides: tuple[str, ...]
+    mass: float
+    stiffness: float
+    span: float
+    height: float
+    damping: float
 
 
 class Shape(Item, frozen=True, kw_only=True):
@@ -80,6 +137,11 @@ class Mechanism(Item, frozen=True, kw_only=True):
     hooks: tuple[Hoist, ...] = ()
     shapes: tuple[Shape, ...] = ()
     slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
+    ties: tuple[Tie, ...] = ()
+    cells: tuple[Cell, ...] = ()
+    latches: tuple[Latch, ...] = ()
+    cargo: tuple[Cargo, ...] = ()
+    girders: tuple[Girder, ...] = ()
 
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:

@@ -17,8 +17,8 @@ from heavylift.kernel.description.flexible_checks import check_flexible
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_inertia
-from heavylift.nodes.models.parts.bending import block_body
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.bending import block_body
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.environment import Vessel
 from heavylift.nodes.scene.keys.parts.flexible import Hull
