@@ -199,6 +199,7 @@ def _block(plan: Plan, block: Block) -> Mechanism:
     )
     cargo = Cargo(
         body=block.name,
+        com=block.body.com,
         lugs={lug.name: lug.p for lug in block.lugs},
         faces={pad.support.name: pad.face for pad in block.pads},
         turned=plan.start,

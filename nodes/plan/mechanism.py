@@ -77,10 +77,11 @@ class Latch(Item, frozen=True, kw_only=True):
 
 
 class Cargo(Item, frozen=True, kw_only=True):
-    """A body that is lifted: its lugs [m], the face that each support belongs to, and, where its attitude is reported,
-    by how much it is turned at the start [rad]."""
+    """A body that is lifted: centre of mass and lugs [m], the face that each support belongs to, and, where its
+    attitude is reported, by how much it is turned at the start [rad]."""
 
     body: str
+    com: Vector = (0.0, 0.0, 0.0)
     lugs: dict[str, Vector] = msgspec.field(default_factory=dict)
     faces: dict[str, str] = msgspec.field(default_factory=dict)
     turned: float | None = None

@@ -13,8 +13,7 @@ from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.commander.actuator_registry import first_lugs
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.models.commander.order_checks import joints_moved, sling_fault
-from heavylift.nodes.models.commander.turn_law import followers
+from heavylift.nodes.models.commander.order_checks import Machines, sling_fault
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.verbs import MOTIONS, VERBS
@@ -40,16 +39,16 @@ class Order:
     def __init__(
         self,
         scene: schema.Scene,
-        built: plan.Plan,
+        machines: Machines,
         action: plan.Action,
         acted: Acted,
         steps: list[Step],
         hooked: dict[str, str],
         parted: set[str],
     ) -> None:
-        self.scene, self.plan, self.action, self.steps = scene, built, action, steps
+        self.scene, self.machines, self.plan, self.action, self.steps = scene, machines, machines.plan, action, steps
         self.before: StaticState = acted.before
-        self.state: State = lift_state(built, acted.before)
+        self.state: State = lift_state(self.plan, acted.before)
         self.taut = set(acted.taut)
         self.hooked, self.parted = hooked, parted
         self.lugs = dict(hooked)
@@ -77,12 +76,13 @@ class Order:
 def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> list[tuple[str, str]]:
     """What is wrong with the orders that could be followed."""
     found = Findings()
-    hooked, parted = first_lugs(built), set[str]()
+    machines, parted = Machines(built), set[str]()
+    hooked = first_lugs(machines.parts)
     hooked |= {rope.name: "" for m in built.mechanisms for rope in m.system.all_ropes if rope.hooked}
     for number, acted in enumerate(followed.path.acted, 1):
         action = built.actions[number - 1]
         steps = [step for step in followed.steps if step.static.action == number]
-        order = Order(scene, built, action, acted, steps, hooked, parted)
+        order = Order(scene, machines, action, acted, steps, hooked, parted)
         hooked = order.lugs
         parted = parted | {o.sling for o in action.orders if isinstance(o, actions.Unhook) and o.parted}
         for check in CHECKS:
@@ -109,11 +109,12 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
     the hooks that carry slings then.
     """
     found = Findings()
-    lugs = first_lugs(built)
+    machines = Machines(built)
+    lugs = first_lugs(machines.parts)
     for action in built.actions:
         for order in action.orders:
             _hook(order, lugs)
-            ordered = [joint for joint in _moved(built, order, lugs) if joint in built.fidelity.locked]
+            ordered = [joint for joint in _moved(machines, order, lugs) if joint in built.fidelity.locked]
             violations = (
                 (joint, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out") for joint in ordered
             )
@@ -121,10 +122,10 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
     return found.list()
 
 
-def _moved(built: plan.Plan, order: actions.Order, lugs: dict[str, str]) -> list[str]:
+def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> list[str]:
     """Joints that an order moves; none for a turn that no hook can follow, which is reported when it is given."""
     try:
-        return joints_moved(order, built, lugs)
+        return machines.moved(order, lugs)
     except ModelError:
         return []
 
@@ -184,7 +185,7 @@ def _turns(x: Order) -> Violations:
             yield "block", order.where, "the block stands on its stools and cannot turn: hoist it first"
             continue
         try:
-            followers(x.plan, x.lugs)
+            x.machines.followers(order, x.lugs)
         except ModelError as error:
             yield "block", order.where, str(error)
 
