@@ -6,7 +6,8 @@ bodies with a hinge that has stops, a damper and a brake, and its slings; a bloc
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from math import sqrt
 
 import msgspec
 from heavylift.kernel.description.forces import Reeving, Signal
@@ -26,17 +27,26 @@ from heavylift.kernel.description.mechanics import (
 )
 
 from .bending import block_body
-from .mechanism import Actuator, Cargo, Cell, Girder, Hoist, Latch, Mechanism, Tie
-from .plan import ActionList, Axis, Block, Crane, Hook, HookRope, Inertia, Loader, Plan
+from .mechanism import Actuator, Cargo, Cell, Girder, Hoist, Latch, Mechanism, Shape, Tie
+from .plan import ActionList, Axis, Block, Crane, Hook, HookRope, Inertia, Loader, Plan, Sling
 
+LEG, GIRDER = 4.0, 8.0  # widths of a portal's legs and of its girder [m]
+DECK = 2.0  # from the exits of the ropes to the girder, which lies between their two levels [m]
+TROLLEY = 4.0  # height of a trolley [m]
+THIN = 1.0  # edge of what has no other [m]
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
 REST6 = (0.0,) * 6
 
 
+_last: list[tuple[Plan, tuple[Mechanism, ...]]] = []  # of the plan that was asked for last
+
+
 def machines(plan: Plan) -> tuple[Mechanism, ...]:
     """All machines of a plan as parts, in the order of their nodes."""
-    return tuple(machine(plan, x) for x in plan.machines)
+    if not _last or _last[0][0] is not plan:
+        _last[:] = [(plan, tuple(machine(plan, x) for x in plan.machines))]
+    return _last[0][1]
 
 
 def machine(plan: Plan, given: Crane | Loader | Block | Mechanism) -> Mechanism:
@@ -106,8 +116,56 @@ def _crane(plan: Plan, crane: Crane) -> Mechanism:
         hooks=tuple(_hook(plan, crane, hooks[rope.name], rope) for rope in ropes),
         cells=tuple(_cells(plan, crane, [hook for hook in crane.hooks if hook.rope in hooks])),
         girders=(girder,),
+        shapes=(*_portal(crane, ropes), *_trolleys(crane)),
         where=crane.where,
     )
+
+
+def _portal(crane: Crane, ropes: Sequence[HookRope]) -> Iterator[Shape]:
+    """Girder between the two levels of rope exits (about its axis if nothing hangs from it), two pairs of legs on the
+    rails under cross beams, each on a sill as long as the portal is wide over its buffers."""
+    exits, axis = [line.a.p[2] for r in ropes for line in r.lines], crane.girder.height
+    low, high = (min(exits) + DECK, max(exits) - DECK) if exits else (axis - LEG, axis + LEG)
+    span, half = 2.0 * crane.main.com[1], crane.width / 2 - LEG
+
+    def box(part: str, centre: Vector, size: Vector) -> Shape:
+        return Shape(body=f"{crane.name}.main", centre=centre, size=size, thing=f"portal of {crane.name}", part=part)
+
+    yield box("girder", (0.0, span / 2, (low + high) / 2), (GIRDER, span + LEG, max(high - low, LEG)))
+    for x in (-half, half):
+        for y in (0.0, span):
+            yield box("leg", (x, y, low / 2), (LEG, LEG, low))
+    for y in (0.0, span):
+        yield box("sill", (0.0, y, LEG / 4), (crane.width, LEG, LEG / 2))
+        yield box("cross beam", (0.0, y, low + LEG / 2), (crane.width - LEG, LEG, LEG))
+
+
+def _trolleys(crane: Crane) -> Iterator[Shape]:
+    for trolley in (crane.upper, crane.lower):
+        x, y, _ = edges(trolley.body.mass, trolley.body.moments)
+        body, thing = f"{crane.name}.{trolley.name}", f"{trolley.name} trolley of {crane.name}"
+        yield Shape(body=body, centre=trolley.body.com, size=(x, y, TROLLEY), thing=thing)
+
+
+def _frame(plan: Plan, loader: Loader, slings: Sequence[Sling]) -> Iterator[Shape]:
+    """Hook block from the eye down to the hinge, as wide as its ropes are apart; beam between its slings."""
+    x, y, z = loader.hinge
+    apart = [abs(line.b.p[0]) for r in plan.rig.hook_ropes if r.carries == loader.name for line in r.lines]
+    wide = 2.0 * max(apart, default=THIN / 2) or THIN
+    upper, lower, thing = f"{loader.name}.upper", f"{loader.name}.lower", loader.name
+    size = (wide, min(wide, 2.0), max(-z, THIN))
+    yield Shape(body=upper, centre=(x / 2, y / 2, z / 2), size=size, thing=thing, part="hook block")
+    beams = [s.beam.p for s in slings] or [(0.0, 0.0, -THIN)]
+    mid = [sum(p[i] for p in beams) / len(beams) for i in range(3)]
+    size = (max(p[0] for p in beams) - min(p[0] for p in beams) + THIN, THIN, max(-mid[2], THIN))
+    yield Shape(body=lower, centre=(mid[0], mid[1], mid[2] / 2), size=size, thing=thing, part="beam")
+
+
+def edges(mass: float, moments: Vector) -> Vector:
+    """Edges of the uniform box of a mass [kg] and moments of inertia about its middle [kg m2]."""
+    total = sum(moments)
+    x, y, z = (round(sqrt(max(0.0, 6.0 * (total - 2.0 * m) / mass)), 9) for m in moments)
+    return x, y, z
 
 
 def _slide(name: str, parent: str, child: str, at: Vector, axis: Vector, motion: Axis) -> tuple[Joint, Drive]:
@@ -132,6 +190,10 @@ def _hook(plan: Plan, crane: Crane, hook: Hook, rope: HookRope) -> Hoist:
         line=rope.line,
         ends=((x + crane.gantry.start + dx, y + trolley.axis.start + dy, z), (ex, ey, ez)),
         below=loader.upper.mass + loader.lower.mass,
+        falls=rope.falls,
+        drum_ends=rope.drum_ends,
+        efficiency=rope.efficiency,
+        breaking=rope.breaking,
         where=hook.where,
     )
 
@@ -182,9 +244,10 @@ def _loader(plan: Plan, loader: Loader) -> Mechanism:
         name=name,
         system=system,
         taut=tuple(s.name for s in slings if s.lug and s.taut),
-        ties=tuple(Tie(rope=s.name, upper=s.beam, lug=s.lug, where=s.where) for s in slings),
+        ties=tuple(Tie(rope=s.name, upper=s.beam, lug=s.lug, rated=s.rated, where=s.where) for s in slings),
         cells=(cell,) if names else (),
         latches=(Latch(brake=brake.name, ties=names),),
+        shapes=tuple(_frame(plan, loader, slings)),
         where=loader.where,
     )
 
@@ -205,4 +268,15 @@ def _block(plan: Plan, block: Block) -> Mechanism:
         turned=plan.start,
     )
     closed = tuple(pad.support.name for pad in block.pads if pad.closed)
-    return Mechanism(name=block.name, system=system, closed=closed, cargo=(cargo,), where=block.where)
+    shapes = tuple(Shape(body=block.name, centre=centre, size=size) for centre, size in boxes_of(block))
+    return Mechanism(name=block.name, system=system, closed=closed, cargo=(cargo,), shapes=shapes, where=block.where)
+
+
+def boxes_of(block: Block) -> tuple[tuple[Vector, Vector], ...]:
+    """Middles and edges [m]: the slices or the box of a scene, or that of mass and inertia."""
+    own = (
+        ((0.0, 0.0, 0.0), block.size)
+        if any(block.size)
+        else (block.body.com, edges(block.body.mass, block.body.moments))
+    )
+    return block.slices or (own,)

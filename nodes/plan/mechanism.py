@@ -36,7 +36,8 @@ class Hoist(Item, frozen=True, kw_only=True):
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
     [kg]), `axis`: from where its radius is measured; `slings`: by the name of the rigging, those that hang on it.
     `on`: the body that its rope leaves; `line`: mass of all falls [kg/m]; `ends`: where the rope begins and where its
-    eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg].
+    eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg]; `falls` and `drum_ends`
+    of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given.
     """
 
     rope: str
@@ -50,14 +51,23 @@ class Hoist(Item, frozen=True, kw_only=True):
     line: float = 0.0
     ends: tuple[Vector, Vector] | None = None
     below: float = 0.0
+    falls: int = 1
+    drum_ends: int = 1
+    efficiency: float = 1.0
+    breaking: float = 0.0
 
 
 class Tie(Item, frozen=True, kw_only=True):
-    """A rope that is hooked and taken off; `lug` is where it hangs at the start: its name on what is lifted, or ""."""
+    """A rope that is hooked and taken off; `lug` is where it hangs at the start: its name on what is lifted, or "".
+
+    `lower`: its end there, if it can be hooked nowhere else; `rated`: what counts as 100 % of its use [N].
+    """
 
     rope: str
     upper: Point
     lug: str = ""
+    lower: Point | None = None
+    rated: float = 0.0
 
 
 class Cell(Item, frozen=True, kw_only=True):
@@ -102,12 +112,15 @@ class Girder(Item, frozen=True, kw_only=True):
 
 
 class Shape(Item, frozen=True, kw_only=True):
-    """The box as which a body is drawn: middle and edges in its frame [m]."""
+    """The box as which a body is drawn and collides: middle and edges in its frame [m]; `thing`: what planners call it,
+    if it is not the body's name, and which `part` of that it is."""
 
     body: str
     centre: Vector
     size: Vector
     overlap: float = 0.0  # that is no finding, with what it touches by corners alone [m]
+    thing: str = ""
+    part: str = ""
 
 
 class Driven(Item, frozen=True, kw_only=True):

@@ -67,7 +67,9 @@ def test_a_model_that_fails_names_itself_and_the_time(recorded: RecordedRun, mon
         raise ZeroDivisionError("speed")
 
     monkeypatch.setattr(DriveActor, "run", broken)
-    with pytest.raises(ModelError, match=r"^crane\.lower\.H3 at \(0 s, 0\): \w+\(\) raised ZeroDivisionError: speed$"):
+    with pytest.raises(
+        ModelError, match=r"^crane\.lower-body\.H3 at \(0 s, 0\): \w+\(\) raised ZeroDivisionError: speed$"
+    ):
         single(recorded, "crane")
 
 
