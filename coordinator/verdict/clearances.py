@@ -67,8 +67,13 @@ def clearances(
         if pairs:
             search(shapes, whole(coarse, pairs, groups), known)
         for i, m in enumerate(known.take()):
-            if m is not None and (m.seen if things.fastened[i] else m.least) < most[i]:
-                nearest[i] = _told(things, i, m)
+            if m is None or (m.seen if things.fastened[i] else m.least) >= most[i]:
+                continue
+            limit_there = things.touched(i, m)
+            if limit_there is None:
+                nearest.pop(i, None)
+            else:
+                nearest[i] = _told(things, limit_there, m)
         for x, sunk in ground.look(shapes, coarse, part, known.told):
             lowest[x.shape.shape.thing, sunk] = _lowest(x)
     told = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
@@ -79,7 +84,7 @@ def clearances(
 def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Finding]:
     """What is too near, as findings; of a plan, with what to write where contacts of corners missed it."""
     shapes = Shapes(plan) if plan is not None else None
-    missed = [shapes is not None and shapes.by_corners(c.a, c.b) for c in found]
+    missed = [shapes is not None and c.distance < -TOUCH and shapes.by_corners(c.a, c.b) for c in found]
     return [_finding(c, MISSED if m else "") for c, m in zip(found, missed, strict=True) if _red(c)]
 
 
@@ -143,6 +148,8 @@ class _Things:
         self._last: tuple[list[int], list[tuple[int, int]], list[int]] = [], [], []
         self.limits: list[float] = []
         self.fastened: list[bool] = []
+        self._beside: dict[int, float] = {}  # of what may touch each other, by how much it may go in [m]
+        self._meant: set[int] = set()  # what has touched
 
     def pairs(self, shapes: list[Moving]) -> tuple[list[tuple[int, int]], list[int]]:
         """Which shapes can meet, and the number of the things that they are of."""
@@ -171,12 +178,23 @@ class _Things:
         if means == "joined":
             return None
         found = self._numbers.setdefault(self.names(a, b), len(self._numbers))
-        limit = self._limit if means == "apart" else 0.0 - self._shapes.overlap(a.shape, b.shape)
+        overlap = self._shapes.overlap(a.shape, b.shape)
+        limit = 0.0 - overlap if means == "through" else self._limit
+        if means == "beside":
+            corners = self._shapes.by_corners(getattr(a.shape, "body", ""), getattr(b.shape, "body", ""))
+            self._beside[found] = overlap if corners else np.inf
         self.limits[found : found + 1] = [limit]
         strands, bodies = ([s.shape for s in (a, b) if isinstance(s.shape, kind)] for kind in (Strand, Solid))
         fastened = any(isinstance(x, Strand) and getattr(y, "body", "") in x.ends for x in strands for y in bodies)
         self.fastened[found : found + 1] = [fastened]
         return found
+
+    def touched(self, number: int, m: Minimum) -> float | None:
+        """The limit of two things that are so near; None if they touch, as they may."""
+        if number in self._beside and (number in self._meant or m.least < TOUCH):
+            self._meant.add(number)
+            return None if m.least >= -self._beside[number] - TOUCH else -self._beside[number]
+        return self.limits[number]
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
         """Both things, first the one that is told to have come to the other: what moves more."""
@@ -198,12 +216,12 @@ def _moves(s: Moving) -> bool:
     return isinstance(s.shape, Strand) or s.shape.body != "world"
 
 
-def _told(things: _Things, number: int, m: Minimum) -> Clearance:
+def _told(things: _Things, limit: float, m: Minimum) -> Clearance:
     a, b, p, q = m.a, m.b, m.near.a, m.near.b
     if (a.shape.thing, b.shape.thing) != things.names(a, b):
         a, b, p, q = b, a, q, p
     parts = [x for x in (_part(a, p, m.t), _part(b, q, m.t)) if x]
-    return _clearance(a.shape.thing, b.shape.thing, m.least, m.t, things.limits[number], p, q, parts)
+    return _clearance(a.shape.thing, b.shape.thing, m.least, m.t, limit, p, q, parts)
 
 
 def _lowest(x: Low) -> Clearance:

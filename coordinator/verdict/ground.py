@@ -27,6 +27,7 @@ Spans = Sequence[tuple[float, float]]
 ABOVE: tuple[Kind, ...] = ("block", "hanging", "sling")
 TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad that yields [m]
 CONTACT = 1e-3  # between a pad and its stool that is none [m]
+SHAKES = 0.05  # more than its places alone tell of how near a block comes that has just left its supports [m]
 ASIDE = 1.0  # from where a block stands: as far as it and its trolleys go, it is lifted off or set down [m]
 
 
@@ -68,7 +69,7 @@ class Ground:
                 np.minimum(at[:-1], after, out=at[:-1])
                 np.minimum(gap, at, out=gap)
             stands, _ = _stands(self._shapes, name, part)
-            columns = part.t, gap < self._limit, stands, pose[:, :2], _trolleys(self._shapes, part)
+            columns = part.t, gap < self._limit + SHAKES, stands, pose[:, :2], _trolleys(self._shapes, part)
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans) -> None:

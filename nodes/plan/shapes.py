@@ -2,8 +2,8 @@
 
 A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope, thick as the steel of its
 stiffness.  Solids and strands of one `thing` make up what a planner names: the block, a portal, a hook block, a boom.
-How two of them may meet (kept apart, allowed near but not through each other, or joined) follows from the joints,
-ropes and contacts between their bodies.
+How two of them may meet follows from the joints, ropes and contacts between their bodies: they are kept apart, or
+allowed near but not through each other, or joined; loads keep apart from obstacles beside which they touch nothing.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .goliaths import machines
 from .plan import Mechanism, Plan
 
 Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "stools"]
-Relation = Literal["apart", "through", "joined"]
+Relation = Literal["apart", "through", "joined", "beside"]
 
 GROUND, STOOLS, HULL = "ground", "stools", "hull"
 STOOL = 1.0  # edge of a stool [m]
@@ -162,10 +162,11 @@ class Shapes:
             return "joined" if "block" in kinds else "apart"
         if bodies in self._pairs:
             return "joined"
-        if self.by_corners(a.body, b.body):
-            return "through"
-        if bodies in [{c.a.body, c.b.body} for c in self._contacts]:
-            return "joined"
+        touching = bodies in [{c.a.body, c.b.body} for c in self._contacts]
+        if touching and kinds == {"block", "machine"}:
+            return "beside"
+        if touching:
+            return "through" if self.by_corners(a.body, b.body) else "joined"
         if "mechanism" in kinds:
             return "joined" if a.kind != b.kind else "through"
         if self.root(a.body) == self.root(b.body):
@@ -225,10 +226,8 @@ class Shapes:
             if any(rope.name not in self.strands for rope in machine.system.straight_ropes):
                 found.append(f"whether ropes of {machine.name} meet anything")
             if any(rope.name not in self.slings for rope in machine.system.reevings):
-                told = (
-                    f"whether ropes over sheaves of {machine.name} meet anything, and what they carry between samples"
-                )
-                found.append(told)
+                found.append(f"whether ropes over sheaves of {machine.name} meet anything")
+                found.append("what ropes over sheaves carry between samples")
             apart = [s.body for s in self.solids if s.machine == machine.name and s.kind == "machine"]
             if self.lifts and len({*apart}) > 1:
                 found.append(f"parts of {machine.name} beside each other")

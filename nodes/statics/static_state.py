@@ -82,7 +82,7 @@ class Following:
 
 def following(built: plan.Plan, path: Followed) -> Following:
     """A path as the states of a lift."""
-    ends = [*(a.action != b.action for a, b in pairwise(path.states)), True]
+    ends = [*(a.action != b.action for a, b in pairwise(path.states)), *([True] if path.states else [])]
     steps = tuple(_step(built, x, end) for x, end in zip(path.states, ends, strict=True))
     after = [*(x.before for x in path.acted[1:]), *path.states[-1:]]
     hung = {s.loader for s in built.rig.slings}

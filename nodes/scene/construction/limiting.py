@@ -37,11 +37,7 @@ def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[L
     of_rails = set[str]() if yard.cranes else {"off_lead_along", "off_lead_across"}
     judged = {"ropes", "wind", "signals", *(limits.model_fields_set - of_rails if hooks else ())}
     for key in sorted(limits.model_fields_set - judged):
-        told = (
-            "no crane of the scene travels on rails: give 'off-lead'"
-            if hooks
-            else "the scene has no hooks: leave it out"
-        )
+        told = "no crane travels on rails: give 'off-lead'" if hooks else "the scene has no hooks: leave it out"
         yard.source.fault(("limits", written(key)), f"nothing is judged by it, for {told}", on_key=True)
     if hooks:
         by = "the scene" if "clearance" in limits.model_fields_set else "assumed"

@@ -85,8 +85,26 @@ def test_a_load_in_the_air_is_not_unhooked() -> None:
 
 def test_no_crane_drags_what_stands_on_its_supports() -> None:
     taut = '{hall main: "hoist 1 m/min until all slings taut"}, {hall main: "hoist 0.1 m/min by 2 mm"}'
-    with pytest.raises(SceneError, match=r"hall would traverse while the block is on its stools and legs\.sling-\d taut"):
+    told = r"hall would traverse while the block is on its stools and legs\.sling-\d taut"
+    with pytest.raises(SceneError, match=told):
         load("hall", [f'actions=[{taut}, {{hall: "traverse 5 m/min by 1 m"}}]'])
+
+
+WALL = "obstacles={{wall: {{box: [1 m, 30 m, 30 m], at: [{:g} m, 20 m, 15 m]}}}}"
+
+
+@pytest.mark.parametrize("gap", [0.2, 0.8])
+def test_a_load_keeps_apart_from_an_obstacle_that_it_does_not_touch(gap: float) -> None:
+    """A block 6 m long about x = -20 m ends at -17 m, a wall 1 m thick begins so far from it."""
+    run = played("hall", WALL.format(-17.0 + gap + 0.5), 'actions=[{hall: "hoist 1 m/min until lifted"}]')
+    found = next(c for c in run.verdict.clearances if (c.a, c.b) == ("block", "wall"))
+    assert found.distance == pytest.approx(gap, abs=0.05)
+    assert bool(red(run, "clearance")) == (gap < 0.5)
+
+
+def test_an_obstacle_does_not_begin_inside_a_block() -> None:
+    with pytest.raises(SceneError, match=r"obstacles\.wall: it stands 0\.3 m inside 'block' at the start"):
+        load("hall", [WALL.format(-16.8)])
 
 
 def checks(crane: str, folder: Path) -> dict[str, str]:
@@ -99,14 +117,14 @@ def checks(crane: str, folder: Path) -> dict[str, str]:
     plan = parse(text, str(folder / "made.yaml")).plan
     found = {x.quantity: f"by {x.source}" for x in plan.limits if x.known}
     found |= {line.partition(" of ")[0]: f"not judged; {line.partition('; ')[2]}" for line in unjudged(plan.limits)}
-    return found | {f"clearance of {x.thing}": "judged" for x in Shapes(plan).solids} | dict.fromkeys(
-        Shapes(plan).untouched, "not judged"
+    return (
+        found
+        | {f"clearance of {x.thing}": "judged" for x in Shapes(plan).solids}
+        | dict.fromkeys(Shapes(plan).untouched, "not judged")
     )
 
 
-def test_each_check_of_each_type_is_a_value_or_told_as_missing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_check_of_each_type_is_a_value_or_told_as_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The matrix of bundled types and checks; what a change adds or takes away is seen in its file."""
     monkeypatch.chdir(tmp_path)
     found = {crane: checks(crane, tmp_path) for crane in sorted(library())}

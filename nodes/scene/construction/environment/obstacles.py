@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import combinations, product
 
-from heavylift.kernel.constraints.contact.pairs import check_contact
+from heavylift.kernel.constraints.contact.pairs import check_contact, gap
 from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, Vector, merge
 from heavylift.kernel.errors import KernelError
@@ -22,7 +22,7 @@ from heavylift.nodes.scene.text.faults import closest
 
 OBSTACLES = "obstacles"
 SIGNS = (-0.5, 0.5)
-TOUCH = 1e-9  # [m]
+TOUCH, DEEP = 1e-9, 1e-3  # [m]
 
 
 def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
@@ -61,6 +61,12 @@ def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
     where = source.where((OBSTACLES,) if scene.obstacles else ("floor",))
     at = {} if source.faults else kinematics.poses(merge([around, made], scene.gravity))
     closed = tuple(contact.name for contact in contacts if at and touches(contact, at, TOUCH))
+    for name in scene.obstacles:
+        meeting = [c for c in contacts if at and c.b.body == name]
+        deep = {c.a.body: -gap(c, at[c.a.body], at[name]) for c in meeting}
+        for block in (block for block, depth in deep.items() if depth > DEEP):
+            told = f"it stands {deep[block]:.3g} m inside '{block}' at the start: move them apart"
+            source.fault((OBSTACLES, name), told, on_key=True)
     return plan.Mechanism(name=OBSTACLES, system=made, closed=closed, shapes=shapes, where=where)
 
 

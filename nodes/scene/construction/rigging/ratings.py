@@ -41,10 +41,12 @@ def hook_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
             note = "" if given.capacity else "give its hook a 'capacity'"
             yield Limit(quantity="hook load", value=given.capacity, note=note, **at)  # type: ignore[arg-type]
         yield _fall(given, at)
-        yield from _hoist(yard, hook, given, at)
+        winch = next((a for a in machine.actuators if a.name == hook.rope), None)
+        ends = None if winch is None or winch.lower is None or winch.upper is None else (winch.lower, winch.upper)
+        yield from _hoist(yard, given, at, ends)
 
 
-def _hoist(yard: Yard, hook: plan.Hoist, given: Hook, at: dict[str, Any]) -> Iterator[Limit]:
+def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float] | None) -> Iterator[Limit]:
     """How its rope may lead, its largest tension, and between which ends its winch moves."""
     limits = yard.scene.limits
     by = "the scene" if "off_lead" in limits.model_fields_set else "assumed"
@@ -57,6 +59,8 @@ def _hoist(yard: Yard, hook: plan.Hoist, given: Hook, at: dict[str, Any]) -> Ite
         yield Limit(quantity="rope peak", **strength, **{**at, "unit": "N", "source": RUNNING_SOURCE})  # type: ignore[arg-type]
     if given.highest is not None:
         yield Limit(quantity="hook height", value=given.highest, **{**at, "unit": "m"})
+    if ends is not None:
+        yield Limit(quantity="rope length", between=ends, **{**at, "unit": "m"})
 
 
 def tandem_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
