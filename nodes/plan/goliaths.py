@@ -49,6 +49,12 @@ def machines(plan: Plan) -> tuple[Mechanism, ...]:
     return _last[0][1]
 
 
+def levelled(plan: Plan) -> tuple[Mechanism, ...]:
+    """Those that are modelled on levels; the others are modelled as they are written."""
+    written = {machine.name for machine in plan.mechanisms}
+    return tuple(machine for machine in machines(plan) if machine.name not in written)
+
+
 def machine(plan: Plan, given: Crane | Loader | Block | Mechanism) -> Mechanism:
     """A machine of a plan as parts."""
     match given:

@@ -17,6 +17,7 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.fidelity import Question
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.goliaths import levelled
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
@@ -98,8 +99,8 @@ def _built(
         loaders=tuple(yard.loaders),
         block=yard.block,
         rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
-        fidelity=build_fidelity(yard),
     )
+    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, levelled(lift)))
     mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
     mechanisms = measuring(yard, mechanisms)

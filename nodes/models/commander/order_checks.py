@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping
 
+from heavylift.kernel.description.mechanics import Joint
 from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Stop, Turn, Unhook
 from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.goliaths import machines
@@ -27,13 +28,15 @@ class Machines:
         self.plan, self.parts = plan, machines(plan)
         self.owners = owners(self.parts, plan.interlocks)
         self.lugs = lug_places(self.parts)
-        self.joints = {drive.name: drive.joint for machine in self.parts for drive in machine.system.drives}
+        joints = {joint.name: joint for machine in self.parts for joint in machine.system.joints}
+        drives = (drive for machine in self.parts for drive in machine.system.drives if drive.joint in joints)
+        self.joints = {drive.name: joints[drive.joint] for drive in drives}
 
     def check(self, order: Order, picture: Picture, lugs: Mapping[str, str]) -> None:
         """Raise Refused for an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
         plan = self.plan
         for joint in self.moved(order, lugs):
-            if joint in plan.fidelity.locked:
+            if joint.name in plan.fidelity.locked:
                 raise Refused(held_by(plan.fidelity, joint))
         match order:
             case Move() | Stop():
@@ -64,7 +67,7 @@ class Machines:
         """What follows a turn; raises Refused for one that no hook can follow."""
         return followers(self.parts, lugs, order.block)
 
-    def moved(self, order: Order, lugs: Mapping[str, str]) -> list[str]:
+    def moved(self, order: Order, lugs: Mapping[str, str]) -> list[Joint]:
         """Joints that an order moves by their drives; raises Refused for a turn that no hook can follow."""
         match order:
             case Move() if VERBS[order.verb].along:

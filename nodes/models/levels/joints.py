@@ -26,7 +26,8 @@ def locking(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     locked = {joint.name for joint in system.joints} & {*fidelity.locked}
     if not locked:
         return machine
-    held = {drive.name: held_by(fidelity, drive.joint) for drive in system.drives if drive.joint in locked}
+    known = {joint.name: joint for joint in system.joints}
+    held = {drive.name: held_by(fidelity, known[drive.joint]) for drive in system.drives if drive.joint in locked}
     joints = tuple(_fixed(joint) if joint.name in locked else joint for joint in system.joints)
     acting: dict[str, Any] = {
         kind: tuple(x for x in getattr(system, kind) if x.joint not in locked)

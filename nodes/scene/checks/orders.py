@@ -11,7 +11,7 @@ from functools import cached_property
 from math import degrees, radians, sqrt
 
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.description.mechanics import Point
+from heavylift.kernel.description.mechanics import Joint, Point
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.commander.actuator_registry import first_lugs
 from heavylift.nodes.models.commander.conditions import terms
@@ -59,7 +59,7 @@ class Order:
 
     def hooks(self, move: actions.Move) -> list[plan.Hoist]:
         """The hooks that a move takes along: of its winch, or of all that its drive carries."""
-        joint, found = self.machines.joints.get(move.actuator), []
+        joint, found = self.machines.joints.get(move.actuator), list[plan.Hoist]()
         for machine in (m for m in self.machines.parts if m.name == move.model):
             carried = {j.child: j for j in machine.system.joints}
             for hook in machine.hooks:
@@ -67,7 +67,7 @@ class Order:
                 while above_ := carried.get(body):
                     above.add(above_.name)
                     body = above_.parent
-                if hook.rope == move.actuator or joint in above:
+                if hook.rope == move.actuator or (joint is not None and joint.name in above):
                     found.append(hook)
         return found
 
@@ -133,15 +133,16 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
     for action in built.actions:
         for order in action.orders:
             _hook(order, lugs)
-            ordered = [joint for joint in _moved(machines, order, lugs) if joint in built.fidelity.locked]
+            ordered = [joint for joint in _moved(machines, order, lugs) if joint.name in built.fidelity.locked]
             violations = (
-                (joint, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out") for joint in ordered
+                (joint.name, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out")
+                for joint in ordered
             )
             found.take(f"{order.where} held", violations, where=order.where)
     return found.list()
 
 
-def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> list[str]:
+def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> list[Joint]:
     """Joints that an order moves; none for a turn that no hook can follow, which is reported when it is given."""
     try:
         return machines.moved(order, lugs)

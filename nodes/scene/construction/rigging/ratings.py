@@ -57,6 +57,7 @@ def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float
         partial = prod(RUNNING.values())
         strength = {"value": given.fall_breaking / partial, "factor": partial, "breaking": given.fall_breaking}
         yield Limit(quantity="rope peak", **strength, **{**at, "unit": "N", "source": RUNNING_SOURCE})  # type: ignore[arg-type]
+    yield Limit(quantity="drum pull", note="its type states none", **{**at, "unit": "N", "source": ""})
     if given.highest is not None:
         yield Limit(quantity="hook height", value=given.highest, **{**at, "unit": "m"})
     if ends is not None:
