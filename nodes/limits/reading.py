@@ -13,9 +13,9 @@ import numpy as np
 from heavylift.kernel.description.forces import Signal, Wind
 from heavylift.kernel.description.mechanics import Point, System
 from heavylift.kernel.model.quantities import names, numbers, points, scalar
-from heavylift.nodes.models.commander.actuator_registry import lug_places
 from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 
 from .reeving import drum_end_factor, lead_factor

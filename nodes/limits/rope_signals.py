@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from heavylift.kernel.description.mechanics import WORLD, Line, Point
-from heavylift.nodes.models.commander.turn_law import ties_on
 from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.plan import Hoist, Mechanism, Plan, Tie
 
 from .signals import Column, Signals

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from heavylift.nodes.models.commander.actuator_registry import lug_places
 from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 from numpy.typing import NDArray

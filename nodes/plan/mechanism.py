@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import msgspec
-from heavylift.kernel.description.mechanics import Point, System, Vector
+from heavylift.kernel.description.mechanics import WORLD, Point, System, Vector
 
 from .actions import Item
 
@@ -167,6 +169,22 @@ class Mechanism(Item, frozen=True, kw_only=True):
     def standing(self, body: str) -> str:
         """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
         return f"{self.name}:{body}" if body in self.system.outside[0] else body
+
+
+def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
+    """The ties that hang on a hook, or on what is joined to it."""
+    joined, before = {hook.eye.body}, 0
+    joints = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]
+    while len(joined) > before:
+        before = len(joined)
+        for ends in joints:
+            joined |= ends if ends & joined else set()
+    return (tie for machine in machines for tie in machine.ties if tie.upper.body in joined)
+
+
+def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
+    """Where the lugs of what is lifted are."""
+    return {name: Point(c.body, p) for machine in machines for c in machine.cargo for name, p in c.lugs.items()}
 
 
 def driven(actuator: str) -> str:

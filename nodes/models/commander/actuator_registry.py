@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from heavylift.kernel.description.mechanics import Point
 from heavylift.nodes.plan.actions import Hookup, Turn
 from heavylift.nodes.plan.interlock import Interlock
 from heavylift.nodes.plan.mechanism import Mechanism
@@ -72,8 +71,3 @@ def first_picture(machines: Sequence[Mechanism]) -> Picture:
 def first_lugs(machines: Sequence[Mechanism]) -> dict[str, str]:
     """The lug of each tie that is hooked at the start."""
     return {tie.rope: tie.lug for machine in machines for tie in machine.ties if tie.lug}
-
-
-def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
-    """Where the lugs of what is lifted are."""
-    return {name: Point(c.body, p) for machine in machines for c in machine.cargo for name, p in c.lugs.items()}

@@ -12,13 +12,14 @@ from heavylift.kernel.description.mechanics import Joint
 from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Stop, Turn, Unhook
 from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
 
-from .actuator_registry import lug_places, owners
+from .actuator_registry import owners
 from .observed_state import OFF, Picture
 from .refused import Refused
-from .turn_law import Follower, followers, ties_on
+from .turn_law import Follower, followers
 
 
 class Machines:

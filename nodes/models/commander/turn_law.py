@@ -8,11 +8,10 @@ trolley and (-w, v) for the rope.  Sent once per turn; elasticity shifts the tru
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from heavylift.kernel.description.mechanics import WORLD
-from heavylift.nodes.plan.mechanism import Hoist, Mechanism, Tie
+from heavylift.nodes.plan.mechanism import Hoist, Mechanism, ties_on
 
 from .refused import Refused
 
@@ -55,17 +54,6 @@ def followers(machines: Sequence[Mechanism], lugs: Mapping[str, str], block: str
     if not found:
         raise Refused("the block cannot turn, no sling is hooked")
     return list(found.values())
-
-
-def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
-    """The ties that hang on a hook, or on what is joined to it."""
-    joined, before = {hook.eye.body}, 0
-    joints = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]
-    while len(joined) > before:
-        before = len(joined)
-        for ends in joints:
-            joined |= ends if ends & joined else set()
-    return (tie for machine in machines for tie in machine.ties if tie.upper.body in joined)
 
 
 def traversing(machine: Mechanism, hook: Hoist) -> str:

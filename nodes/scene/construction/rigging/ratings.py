@@ -17,9 +17,9 @@ from heavylift.nodes.limits.standards import (
     SUCCESSOR,
     partial_factor,
 )
-from heavylift.nodes.models.commander.turn_law import ties_on
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
