@@ -10,7 +10,7 @@ from heavylift.kernel.description.mechanics import Line, Point, System
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.shapes import Kind, Solid, solids
+from heavylift.nodes.plan.shapes import Shapes, Solid
 from heavylift.recordings import Box, RopeLine
 
 from .shapes import GREY, shapes_of
@@ -18,20 +18,17 @@ from .shapes import GREY, shapes_of
 DECK = 1.2  # height of a deck in the picture [m]
 OVERHANG, RAIL = 17.0, 1.0  # of rails beyond the middle of a portal at their ends, edge of a rail [m]
 DARK = (0.25, 0.09, 0.07, 1.0)
-COLOURS: dict[Kind, tuple[float, float, float, float]] = {
-    "portal": (0.93, 0.68, 0.13, 1.0),
-    "trolley": (0.25, 0.45, 0.65, 1.0),
-    "loader": (0.13, 0.48, 0.46, 1.0),
-    "block": (0.72, 0.27, 0.20, 1.0),
-}
+STEEL, CARRIED = (0.93, 0.68, 0.13, 1.0), (0.25, 0.45, 0.65, 1.0)  # what stands or travels; what it carries
+COLOURS = {"hanging": (0.13, 0.48, 0.46, 1.0), "block": (0.72, 0.27, 0.20, 1.0)}
 
 
 def boxes(plan: Plan) -> list[Box]:
     """All that is drawn of a plan; machines and the block are as they collide."""
-    out = _rails(plan)
-    for solid in solids(plan):
-        if solid.kind in COLOURS:
-            out.append(Box(solid.body, solid.centre, solid.size, COLOURS[solid.kind]))
+    out, shapes, others = _rails(plan), Shapes(plan), {mechanism.name for mechanism in plan.mechanisms}
+    for solid in (solid for solid in shapes.solids if solid.machine and solid.machine not in others):
+        if solid.kind != "stools":
+            colour = COLOURS.get(solid.kind, STEEL if shapes.depth(solid.body) == 1 else CARRIED)
+            out.append(Box(solid.body, solid.centre, solid.size, colour))
         if solid.kind == "block":
             out.append(_deck(solid))
     return [*out, *(box for mechanism in plan.mechanisms for box in shapes_of(mechanism.system, mechanism.shapes))]

@@ -1,7 +1,7 @@
 """How near the parts of a lift came to one another: the smallest clearances with time and place, and what is too near.
 
 Things are what a planner names: the block, a loader, a portal, a rope.  Two of them are kept apart by the scene's limit
-or must only not go through each other (`nodes.plan.shapes.relation`).
+or must only not go through each other (`nodes.plan.shapes`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.models import system
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.shapes import GROUND, Kind, Solid, Strand, by_corners, relation
+from heavylift.nodes.plan.shapes import GROUND, Kind, Shapes, Solid, Strand
 from heavylift.recordings.read.verdict import Clearance
 from numpy.typing import NDArray
 
@@ -29,9 +29,7 @@ from .stretches import whole
 Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are told
 LIMIT = 0.5  # clearance of a scene that says nothing [m]
-ORDER: tuple[Kind, ...] = (
-    "rope", "sling", "loader", "block", "mechanism", "trolley", "portal", "stools",
-)  # fmt: skip
+ORDER: tuple[Kind, ...] = ("rope", "sling", "hanging", "block", "mechanism", "machine", "stools")
 MISSED = ": the corners that their contact takes missed it, write 'meets: boxes'"
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
@@ -49,17 +47,18 @@ def clearances(
     `landing`: from when to when [s] orders to land are carried out; `mechanics`: those of the plan, if they are known.
     """
     known, nearest = Known(smallest, limit), dict[int, Clearance]()
-    things, ground = _Things(plan, limit), Ground(plan, limit)
+    known_shapes = Shapes(plan)
+    things, ground = _Things(known_shapes, limit), Ground(known_shapes, limit)
     lowest: dict[tuple[str, bool], Clearance] = {}
-    joints = (mechanics or system(plan)).joints if plan.cranes else ()
+    joints = (mechanics or system(plan)).joints if known_shapes.lifts else ()
     for part, between in thinned(history):
         ground.survey(part, between)
     ground.settle(landing)
     for part, between in thinned(history):
-        shapes = moving(plan, part, joints)
+        shapes = moving(known_shapes, part, joints)
         if not shapes:
             continue
-        coarse = Coarse(shapes, _common(plan, part), between)
+        coarse = Coarse(shapes, _common(known_shapes, part), between)
         pairs, groups = things.pairs(shapes)
         # what need not keep apart is told if it goes through
         limits = np.array(things.limits)
@@ -68,8 +67,13 @@ def clearances(
         if pairs:
             search(shapes, whole(coarse, pairs, groups), known)
         for i, m in enumerate(known.take()):
-            if m is not None and m.least < most[i]:
-                nearest[i] = _told(things.limits[i], m)
+            if m is None or (m.seen if things.fastened[i] else m.least) >= most[i]:
+                continue
+            limit_there = things.touched(i, m)
+            if limit_there is None:
+                nearest.pop(i, None)
+            else:
+                nearest[i] = _told(things, limit_there, m)
         for x, sunk in ground.look(shapes, coarse, part, known.told):
             lowest[x.shape.shape.thing, sunk] = _lowest(x)
     told = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
@@ -79,7 +83,8 @@ def clearances(
 
 def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Finding]:
     """What is too near, as findings; of a plan, with what to write where contacts of corners missed it."""
-    missed = [plan is not None and by_corners(plan, c.a, c.b) for c in found]
+    shapes = Shapes(plan) if plan is not None else None
+    missed = [shapes is not None and c.distance < -TOUCH and shapes.by_corners(c.a, c.b) for c in found]
     return [_finding(c, MISSED if m else "") for c, m in zip(found, missed, strict=True) if _red(c)]
 
 
@@ -125,23 +130,26 @@ def thinned(past: Past) -> Iterator[tuple[History, tuple[int, int]]]:
         yield part.of(kept[begin:end] - kept[begin]), (first - begin, last - begin)
 
 
-def _common(plan: Plan, history: History) -> Floats:
+def _common(shapes: Shapes, history: History) -> Floats:
     """(n, 2) the motion that most shapes share: that of the cranes along their rails."""
-    mains = [history.poses[f"{c.name}.main"][:, :2] for c in plan.cranes if f"{c.name}.main" in history.poses]
+    mains = [history.poses[body][:, :2] for body in shapes.roots if body in history.poses]
     return np.mean(mains, axis=0) if mains else np.zeros((len(history.t), 2))
 
 
 class _Things:
-    """Two things each by a number, and the limit of those [m]."""
+    """Two things each by a number, and the limit of those [m]; `fastened`: a sling and what it hangs on, which stray
+    together between samples."""
 
-    def __init__(self, plan: Plan, limit: float) -> None:
-        self._plan, self._limit = plan, limit
-        self._overlap = {x.body: x.overlap for m in plan.mechanisms for x in m.shapes if x.overlap}
+    def __init__(self, shapes: Shapes, limit: float) -> None:
+        self._shapes, self._limit = shapes, limit
         self._numbers: dict[tuple[str, str], int] = {}
         self._kinds: dict[object, int] = {}
         self._known: dict[tuple[int, int], int | None] = {}  # of shapes that are alike
         self._last: tuple[list[int], list[tuple[int, int]], list[int]] = [], [], []
         self.limits: list[float] = []
+        self.fastened: list[bool] = []
+        self._beside: dict[int, float] = {}  # of what may touch each other, by how much it may go in [m]
+        self._meant: set[int] = set()  # what has touched
 
     def pairs(self, shapes: list[Moving]) -> tuple[list[tuple[int, int]], list[int]]:
         """Which shapes can meet, and the number of the things that they are of."""
@@ -166,14 +174,37 @@ class _Things:
         """The number of two things; None of shapes that mean nothing to each other."""
         if a.shape.thing == b.shape.thing or not (_moves(a) or _moves(b)):
             return None
-        means = relation(self._plan, a.shape, b.shape)
+        means = self._shapes.relation(a.shape, b.shape)
         if means == "joined":
             return None
-        found = self._numbers.setdefault(_names(a, b), len(self._numbers))
-        overlap = max(self._overlap.get(s.shape.thing, 0.0) for s in (a, b))
-        limit = self._limit if means == "apart" else 0.0 - overlap
+        found = self._numbers.setdefault(self.names(a, b), len(self._numbers))
+        overlap = self._shapes.overlap(a.shape, b.shape)
+        limit = 0.0 - overlap if means == "through" else self._limit
+        if means == "beside":
+            corners = self._shapes.by_corners(getattr(a.shape, "body", ""), getattr(b.shape, "body", ""))
+            self._beside[found] = overlap if corners else np.inf
         self.limits[found : found + 1] = [limit]
+        strands, bodies = ([s.shape for s in (a, b) if isinstance(s.shape, kind)] for kind in (Strand, Solid))
+        fastened = any(isinstance(x, Strand) and getattr(y, "body", "") in x.ends for x in strands for y in bodies)
+        self.fastened[found : found + 1] = [fastened]
         return found
+
+    def touched(self, number: int, m: Minimum) -> float | None:
+        """The limit of two things that are so near; None if they touch, as they may."""
+        if number in self._beside and (number in self._meant or m.least < TOUCH):
+            self._meant.add(number)
+            return None if m.least >= -self._beside[number] - TOUCH else -self._beside[number]
+        return self.limits[number]
+
+    def names(self, a: Moving, b: Moving) -> tuple[str, str]:
+        """Both things, first the one that is told to have come to the other: what moves more."""
+        one, two = sorted((a, b), key=self._order)
+        return one.shape.thing, two.shape.thing
+
+    def _order(self, s: Moving) -> tuple[int, int, str]:
+        machine = isinstance(s.shape, Solid) and s.shape.kind == "machine"
+        depth = self._shapes.depth(s.shape.body) if machine and isinstance(s.shape, Solid) else 0
+        return ORDER.index(s.shape.kind), -depth, s.shape.thing
 
 
 def _alike(s: Moving) -> object:
@@ -185,15 +216,9 @@ def _moves(s: Moving) -> bool:
     return isinstance(s.shape, Strand) or s.shape.body != "world"
 
 
-def _names(a: Moving, b: Moving) -> tuple[str, str]:
-    """Both things, first the one that is told to have come to the other."""
-    one, two = sorted((a, b), key=lambda s: (ORDER.index(s.shape.kind), s.shape.thing))
-    return one.shape.thing, two.shape.thing
-
-
-def _told(limit: float, m: Minimum) -> Clearance:
+def _told(things: _Things, limit: float, m: Minimum) -> Clearance:
     a, b, p, q = m.a, m.b, *m.near
-    if (a.shape.thing, b.shape.thing) != _names(a, b):
+    if (a.shape.thing, b.shape.thing) != things.names(a, b):
         a, b, p, q = b, a, q, p
     parts = [x for x in (_part(a, p, m.t), _part(b, q, m.t)) if x]
     return _clearance(a.shape.thing, b.shape.thing, m.least, m.t, limit, p, q, parts)

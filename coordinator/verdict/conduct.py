@@ -13,6 +13,7 @@ from heavylift.nodes.devs import Event
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.parts.messages import BrakeState, Limit, OperatorCommand, Overload, Skipped, Stage, Tripped
 from heavylift.nodes.plan.actions import Action, Condition, Landed, Move, Turn
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan, driven
 from heavylift.recordings import Recording
@@ -122,7 +123,8 @@ def _lands(until: Condition | None) -> bool:
 
 def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
     """Hooks that were two-blocked, and drives that came to the end of their way; each once."""
-    names = {h.rope: f"the hook {h.name} of {c.name}" for c in plan.cranes for h in c.hooks}
+    hooks = [(machine.name, hook.rope) for machine in machines(plan) for hook in machine.hooks]
+    names = {rope: f"the hook {rope.removeprefix(f'{name}.')} of {name}" for name, rope in hooks}
     seen = set()
     for t, actor, limit in said.stopped:
         if (actor, limit) in seen or limit.startswith("interlock "):

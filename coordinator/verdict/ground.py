@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.shapes import Kind, Solid, Strand
+from heavylift.nodes.plan.shapes import Kind, Shapes, Solid, Strand
 from numpy.typing import NDArray
 
 from .coarse import Coarse
@@ -25,10 +24,10 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 Spans = Sequence[tuple[float, float]]
-ABOVE: tuple[Kind, ...] = ("block", "loader", "sling", "trolley")
-PARTS = ("girder", "cross beam")  # of a portal, which stands on the ground with the others
+ABOVE: tuple[Kind, ...] = ("block", "hanging", "sling")
 TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad that yields [m]
 CONTACT = 1e-3  # between a pad and its stool that is none [m]
+SHAKES = 0.05  # more than its places alone tell of how near a block comes that has just left its supports [m]
 ASIDE = 1.0  # from where a block stands: as far as it and its trolleys go, it is lifted off or set down [m]
 
 
@@ -47,65 +46,73 @@ class Low:
 class Ground:
     """The nearest of each thing: first all parts of a run are surveyed, then each is looked at."""
 
-    def __init__(self, plan: Plan, limit: float) -> None:
-        self._plan, self._limit = plan, limit
-        self._columns: list[tuple[NDArray[Any], ...]] = []  # t, near, stands, block, trolleys
-        self._meant = np.zeros(0, bool)
+    def __init__(self, shapes: Shapes, limit: float) -> None:
+        self._shapes, self._limit = shapes, limit
+        self._looks = shapes.lifts and not shapes.afloat  # the ground of what floats is elsewhere
+        self._columns: dict[str, list[tuple[NDArray[Any], ...]]] = {}  # block -> t, near, stands, block, trolleys
+        self._meant: dict[str, Flags] = {}
         self._at = 0  # of all samples, that from which the next part is looked at
         self._least: dict[tuple[str, bool], float] = {}
+        self._high: dict[object, bool] = {}  # shapes of machines: whether they begin above the ground
 
     def survey(self, part: History, between: tuple[int, int]) -> None:
-        """When the block of a part is near the ground, or stands, and where."""
-        plan, pose = self._plan, part.poses.get(self._plan.block.name) if self._plan.block else None
-        if plan.block is None or pose is None or not plan.cranes:
-            return
+        """When the blocks of a part are near the ground, or stand, and where."""
         first, last = between
         inside = slice(first, last if last < len(part.t) - 1 else last + 1)
-        alone = History(part.t, {plan.block.name: pose}, {}, {}, ())
-        block = next(s for s in moving(plan, alone) if s.shape.kind == "block")
-        gap, after = _gaps(block, np.arange(len(part.t)))
-        np.minimum(gap[1:], after, out=gap[1:])
-        np.minimum(gap[:-1], after, out=gap[:-1])
-        near, (stands, _) = gap < self._limit, _stands(plan, part)
-        columns = part.t, near, stands, pose[:, :2], _trolleys(plan, part)
-        self._columns.append(tuple(x[inside].copy() for x in columns))
+        for name in sorted({*self._shapes.cargo} & {*part.poses}) if self._looks else ():
+            pose = part.poses[name]
+            alone = moving(self._shapes, History(part.t, {name: pose}, {}, {}, ()))
+            gap = np.full(len(part.t), np.inf)
+            for block in (s for s in alone if s.shape.kind == "block"):
+                at, after = _gaps(block, np.arange(len(part.t)))
+                np.minimum(at[1:], after, out=at[1:])
+                np.minimum(at[:-1], after, out=at[:-1])
+                np.minimum(gap, at, out=gap)
+            stands, _ = _stands(self._shapes, name, part)
+            columns = part.t, gap < self._limit + SHAKES, stands, pose[:, :2], _trolleys(self._shapes, part)
+            self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans) -> None:
         """All parts were surveyed; `landing`: from when to when [s] orders to land are carried out."""
-        if self._columns:
-            columns = [np.concatenate(x) for x in zip(*self._columns, strict=True)]
-            self._meant = _meant(landing, *columns)
-            self._columns = []
+        for name, columns in self._columns.items():
+            self._meant[name] = _meant(landing, *(np.concatenate(x) for x in zip(*columns, strict=True)))
+        self._columns = {}
 
     def look(self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float) -> Iterator[tuple[Low, bool]]:
         """What is nearer than before, and than a bar [m]; and whether it went into the ground."""
-        plan, n = self._plan, len(part.t)
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])
-        if not plan.cranes:
+        if not self._looks:
             return
-        always, meant = np.ones(n, bool), np.zeros(n, bool)
-        if len(self._meant):
-            meant[first : last + 1] = self._meant[self._at : self._at + last + 1 - first]
+        always = np.ones(len(part.t), bool)
+        meant = {name: ~always for name in self._meant}
+        for name, flags in self._meant.items():
+            meant[name][first : last + 1] = flags[self._at : self._at + last + 1 - first]
         self._at += last - first
         least = coarse.centre[:, :, 2] - coarse.reach[:, :, 2] - coarse.moved
         things: dict[str, list[tuple[Moving, Floats]]] = {}
         for s, gaps in zip(shapes, least, strict=True):
-            if s.shape.kind in ABOVE or (isinstance(s.shape, Solid) and s.shape.part in PARTS):
+            if s.shape.kind in ABOVE or (s.shape.kind == "machine" and self._begins_high(s)):
                 things.setdefault(s.shape.thing, []).append((s, gaps))
-        _, sinks = _stands(plan, part)
+        sinks = {name: _stands(self._shapes, name, part)[1] for name in meant}
         for thing, some in things.items():
-            kind = some[0][0].shape.kind
-            free = always
-            if kind in ("block", "sling"):
-                free = ~meant
-            elif kind == "loader":
-                free = _loaded(plan, part, thing)
+            shape, free = some[0][0].shape, always
+            if shape.kind == "hanging" and isinstance(shape, Solid):
+                free = _loaded(self._shapes, part, shape.body)
+            for name in (shape.body,) if isinstance(shape, Solid) else shape.ends:
+                free = free & ~meant[name] if name in meant else free
+            yields = sinks.get(shape.body) if isinstance(shape, Solid) else None
             for through, when, limit, most in ((True, always, 0.0, -TOUCH), (False, free, self._limit, bar)):
                 known = min(most, self._least.get((thing, through), np.inf))
-                x = _least(some, coarse, when, limit, known, sinks if through and kind == "block" else None)
+                x = _least(some, coarse, when, limit, known, yields if through else None)
                 if x is not None:
                     self._least[thing, through] = x.distance
                     yield x, through
+
+    def _begins_high(self, s: Moving) -> bool:
+        """Whether a part of a machine does not stand on the ground."""
+        if s.shape not in self._high:
+            self._high[s.shape] = bool(_gaps(s, np.arange(1))[0][0] >= self._limit)
+        return self._high[s.shape]
 
 
 def _gaps(s: Moving, k: Indices) -> tuple[Floats, Floats]:
@@ -181,19 +188,15 @@ def _lowest(s: Moving, k: int) -> Floats:
     return point
 
 
-def _stands(plan: Plan, history: History) -> tuple[Flags, Floats]:
-    """(n,) when the block stands on a pad, and by how much its pads yield at most [m]."""
-    n = len(history.t)
-    depth = np.zeros(n)
-    pose = history.poses.get(plan.block.name) if plan.block else None
-    if plan.block is None or pose is None:
-        return np.zeros(n, bool), depth
+def _stands(shapes: Shapes, block: str, history: History) -> tuple[Flags, Floats]:
+    """(n,) when a block stands on a support, and by how much its supports yield at most [m]."""
+    pose = history.poses[block]
     row = _up(pose[:, 3:])
-    deepest = np.full(n, -np.inf)
-    for pad in (pad for pad in plan.block.pads if not pad.support.on):  # others are high above it
-        height = pose[:, 2] + sum(p * r for p, r in zip(pad.support.point.p, row, strict=True))
-        np.maximum(deepest, pad.support.height - height, out=deepest)
-    return deepest >= -CONTACT, np.maximum(depth, deepest)
+    deepest = np.full(len(pose), -np.inf)
+    for support in shapes.supports(block):
+        height = pose[:, 2] + sum(p * r for p, r in zip(support.point.p, row, strict=True))
+        np.maximum(deepest, support.height - height, out=deepest)
+    return deepest >= -CONTACT, np.maximum(0.0, deepest)
 
 
 def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats, trolleys: Floats) -> Flags:
@@ -215,9 +218,9 @@ def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats,
     return found
 
 
-def _trolleys(plan: Plan, history: History) -> Floats:
-    """(n, 2) the middle of the trolleys, which does not swing."""
-    names = sorted({line.a.body for rope in plan.rig.hook_ropes for line in rope.lines} & set(history.poses))
+def _trolleys(shapes: Shapes, history: History) -> Floats:
+    """(n, 2) the middle of what hooks hang from, which does not swing."""
+    names = sorted({hook.on for hook in shapes.hooks.values()} & set(history.poses))
     found = np.zeros((len(history.t), 2))
     for name in names:
         found += history.poses[name][:, :2] / len(names)
@@ -230,10 +233,10 @@ def _runs(flags: Flags) -> Iterator[tuple[int, int]]:
     yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
-def _loaded(plan: Plan, history: History, loader: str) -> Flags:
-    """(n,) when a sling of a loader is taut."""
+def _loaded(shapes: Shapes, history: History, body: str) -> Flags:
+    """(n,) when a sling from a hanging body is taut."""
     found = np.zeros(len(history.t), bool)
-    for sling in plan.rig.slings:
-        if sling.loader == loader and sling.name in history.tensions:
-            found |= history.tensions[sling.name] > 0.0
+    for tie in (tie for machine in shapes.machines for tie in machine.ties):
+        if tie.rope in history.tensions and shapes.root(tie.upper.body) == shapes.root(body):
+            found |= history.tensions[tie.rope] > 0.0
     return found

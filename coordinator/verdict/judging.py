@@ -15,7 +15,7 @@ from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan, decode
-from heavylift.nodes.plan.shapes import untouched
+from heavylift.nodes.plan.shapes import Shapes
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
 
@@ -75,7 +75,7 @@ def _clearances(bench: Bench) -> None:
     lands = landing(bench.plan, bench.conduct)
     bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics)
     bench.findings += too_near(bench.clearances, bench.plan)
-    bench.not_looked_at += untouched(bench.plan)
+    bench.not_looked_at += Shapes(bench.plan).untouched
 
 
 def _bending(bench: Bench) -> None:

@@ -15,8 +15,7 @@ from math import hypot, sqrt
 
 import numpy as np
 from heavylift.kernel.description.mechanics import WORLD, Joint, Vector
-from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.shapes import Solid, Strand, solids, strands
+from heavylift.nodes.plan.shapes import Shapes, Solid, Strand
 from numpy.typing import NDArray
 
 from .history import History
@@ -225,8 +224,8 @@ def box(s: Moving, turn: Floats) -> Floats:
     return found
 
 
-def moving(plan: Plan, history: History, joints: Sequence[Joint] = ()) -> list[Moving]:
-    """All shapes of a plan as they moved; what has no pose on record is left out.
+def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> list[Moving]:
+    """All shapes as they moved; what has no pose on record is left out.
 
     `joints`: those whose speeds tell how bodies shake.
     """
@@ -237,13 +236,13 @@ def moving(plan: Plan, history: History, joints: Sequence[Joint] = ()) -> list[M
     frames[WORLD] = Frame(history.t, np.tile(STILL, (n, 1)))
     for body, twist in twists(joints, frames, history.speeds).items():
         frames[body].twist = twist
-    found = [Moving(s, ((frames[s.body], s.centre),)) for s in solids(plan) if s.body in frames]
-    return found + _ropes(plan, history, frames)
+    found = [Moving(s, ((frames[s.body], s.centre),)) for s in shapes.solids if s.body in frames]
+    return found + _ropes(shapes, history, frames)
 
 
-def _ropes(plan: Plan, history: History, frames: dict[str, Frame]) -> list[Moving]:
-    """Each straight line of a rope while it hangs and carries."""
-    known = strands(plan)
+def _ropes(shapes: Shapes, history: History, frames: dict[str, Frame]) -> list[Moving]:
+    """Each straight line of a rope while it hangs and carries, but for those along its own crane."""
+    known = shapes.strands
     found: dict[tuple[str, str, Vector, str, Vector], NDArray[np.bool_]] = {}
     taut = {name: tension > 0.0 for name, tension in history.tensions.items()}
     for i, rig in enumerate(history.rigs):
@@ -252,7 +251,8 @@ def _ropes(plan: Plan, history: History, frames: dict[str, Frame]) -> list[Movin
         last = int(np.searchsorted(history.t, end, side="right"))
         for line in rig.lines:
             rope = line.rope.partition("~")[0]  # of the pieces of a rope with mass
-            if rope in known and rope in history.tensions:
+            along = line.a_body != WORLD and shapes.root(line.a_body) == shapes.root(line.b_body)
+            if rope in known and rope in history.tensions and not along:
                 key = rope, line.a_body, line.a, line.b_body, line.b
                 there = found.setdefault(key, np.zeros(len(history.t), bool))
                 there[first:last] |= taut[line.rope][first:last] if line.rope in taut else True

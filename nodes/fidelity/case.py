@@ -11,8 +11,9 @@ from math import inf, pi, sqrt
 
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.models.parts.girder import sag
+from heavylift.nodes.models.levels.girders import sag
 from heavylift.nodes.plan.actions import Action, Brake, Hookup, Lifted, Move, Turn, Unhook
+from heavylift.nodes.plan.goliaths import machine
 from heavylift.nodes.plan.plan import Axis, Crane, HookRope, Loader, Plan, drive_name
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.statics.static_state import Following, Step
@@ -149,6 +150,9 @@ def _hook(
     phases = [pi * y / crane.girder.span for y in places]
     traversed = max((abs(m.by) for m in moves if VERBS[m.verb].along == "y" and m.by is not None), default=0.0)
     hangs = (load + trolley) * plan.gravity / axis.kp
+    heavy = plan.fidelity.ropes == "massive" or plan.fidelity.rope_mass == "lumped"
+    parts = machine(plan, crane)
+    bent = sag(parts, parts.girders[0], heavy=heavy)
     lever = abs(sum(line.a.p[2] for line in rope.lines) / len(rope.lines) - crane.girder.height)
     per_way = pi / crane.girder.span
     steep = per_way * max(abs(cos(x)) for x in phases)
@@ -169,8 +173,8 @@ def _hook(
         soft_girder=bend * sags / share,
         bend=bend,
         aside=lever * per_way * max(abs(cos(x)) / sin(x) for x in phases),
-        slides=2.0 * hangs * steep * (sag(plan, crane) + bend * sags * plan.gravity),
-        tilts=(sag(plan, crane) + bend * sags * plan.gravity) * per_way * per_way * (lever + hangs),
+        slides=2.0 * hangs * steep * (bent + bend * sags * plan.gravity),
+        tilts=(bent + bend * sags * plan.gravity) * per_way * per_way * (lever + hangs),
         traverses=traversed,
         rings=0.0,  # known once the girders' parts are
         picks=max(CREEP, *picking) * _grip(stools, soft_rope + soft_slings),

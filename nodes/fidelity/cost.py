@@ -19,7 +19,7 @@ from itertools import pairwise
 from math import sqrt
 
 from heavylift.kernel.algebra.dense import eigenvalues
-from heavylift.nodes.models.parts.chains import gauss
+from heavylift.nodes.models.levels.lumps import gauss
 from heavylift.nodes.plan.plan import Fidelity
 
 from .case import Case

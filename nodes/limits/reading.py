@@ -11,16 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from heavylift.kernel.description.forces import Signal, Wind
-from heavylift.kernel.description.mechanics import Point, Rope, System
+from heavylift.kernel.description.mechanics import Point, System
 from heavylift.kernel.model.quantities import names, numbers, points, scalar
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 
 from .reeving import drum_end_factor, lead_factor
-from .rope_signals import block_mass, carries, hook_of, place, rope_direction, rope_length, rope_of
+from .rope_signals import EMPTY, block_mass, carries, hook_of, place, rope_direction, rope_length, rope_of, tie_of
 from .signals import Column, Signals
 
-EMPTY = 0.1  # of its hook block: with less below it a hook is empty
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 ALONG, ACROSS, UP = 0, 1, 2  # world axes: rails, girders, height
 
@@ -81,7 +82,8 @@ def _lug_load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     total = np.zeros(len(signals.t))
     for name in (name for name in limit.elements if name in signals.tensions):
         on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), None)
-        free = not any(sling.name == name for sling in plan.rig.slings)
+        tie = tie_of(plan, name)
+        free = tie is None or tie.lower is not None  # that hangs there whenever it carries
         pull = signals.tensions[name] / plan.gravity
         total = total + (pull if free else 0.0 if on is None else np.where(on, pull, 0.0))
     alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
@@ -102,39 +104,43 @@ def _pull(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """A part of a hook rope at its upper end, with its own weight [N]: the one at the drum in hoisting, or the most
     loaded one, which is the same in hoisting and the dead end in lowering."""
     rope = rope_of(plan, limit.elements[0])
-    if rope is None or rope.name not in signals.tensions:
+    if rope is None or rope.hook.rope not in signals.tensions:
         return None
-    reeved = rope.falls, rope.drum_ends, rope.efficiency
+    hook, name = rope.hook, rope.hook.rope
+    reeved = hook.falls, hook.drum_ends, hook.efficiency
     lead = drum_end_factor(*reeved, hoisting=True) if limit.quantity == "drum pull" else lead_factor(*reeved)
-    own = rope.line / rope.falls * plan.gravity * rope_length(signals, rope)
-    values, exact = lead * signals.tensions[rope.name] / rope.falls + own, None
-    if rope.name in signals.peaks:
-        peak, when = signals.peaks[rope.name]
-        exact = lead * peak / rope.falls + _near(signals, own, when), when
+    own = hook.line / hook.falls * plan.gravity * rope_length(signals, rope)
+    values, exact = lead * signals.tensions[name] / hook.falls + own, None
+    if name in signals.peaks:
+        peak, when = signals.peaks[name]
+        exact = lead * peak / hook.falls + _near(signals, own, when), when
     return Reading(values, exact)
 
 
 def _factor(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Breaking force of a part of a hook rope over what its most loaded part carries."""
     rope, pull = rope_of(plan, limit.elements[0]), _pull(plan, limit, signals)
-    if rope is None or pull is None or not rope.breaking:
+    if rope is None or pull is None or not rope.hook.breaking:
         return None
+    breaking = rope.hook.breaking
     with np.errstate(divide="ignore"):
-        values: Column = rope.breaking / pull.values
-    return Reading(values, (rope.breaking / pull.exact[0], pull.exact[1]) if pull.exact else None)
+        values: Column = breaking / pull.values
+    return Reading(values, (breaking / pull.exact[0], pull.exact[1]) if pull.exact else None)
 
 
 # directions
 
 
-def _off_lead(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
+def _off_lead(*axes: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
     def reader(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-        """Angle of a hook rope to the vertical, along the rails or across them, while it holds a load [rad]."""
+        """Angle of a hook rope to the vertical, in all or along the rails or across them, while it holds a load
+        [rad]."""
         rope = rope_of(plan, limit.elements[0])
         d = rope_direction(signals, rope) if rope else None
         if rope is None or d is None:
             return None
-        angle = np.arctan2(np.abs(d[:, axis]), np.abs(d[:, UP]))
+        aside = np.abs(d[:, axes[0]]) if len(axes) == 1 else np.hypot(*(d[:, axis] for axis in axes))
+        angle = np.arctan2(aside, np.abs(d[:, UP]))
         return Reading(np.where(carries(plan, rope, signals), angle, np.nan))
 
     return reader
@@ -142,19 +148,22 @@ def _off_lead(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
 
 def _bridle(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Angle of a sling to the vertical while it is tight [rad]."""
-    sling = next((s for s in plan.rig.slings if s.name == limit.elements[0]), None)
-    if sling is None or sling.name not in signals.tensions:
+    tie = tie_of(plan, limit.elements[0])
+    if tie is None or tie.rope not in signals.tensions:
         return None
     values = np.full(len(signals.t), np.nan)
-    tight = signals.tensions[sling.name] > TIGHT * sling.rated
-    beam = place(signals, sling.beam)
-    for lug, inside in signals.lugs(sling.name):
-        end = _lug(plan, signals, lug)
-        if beam is None or end is None:
+    tight = signals.tensions[tie.rope] > TIGHT * tie.rated
+    upper = place(signals, tie.upper)
+    on = (
+        [(tie.lower, tight)] if tie.lower else [(_lug(plan, x), tight & inside) for x, inside in signals.lugs(tie.rope)]
+    )
+    for lug, inside in on:
+        end = place(signals, lug) if lug else None
+        if upper is None or end is None:
             return None
-        d = end - beam
+        d = end - upper
         angle = np.arctan2(np.hypot(d[:, ALONG], d[:, ACROSS]), np.abs(d[:, UP]))
-        values = np.where(inside & tight, angle, values)
+        values = np.where(inside, angle, values)
     return Reading(values)
 
 
@@ -177,7 +186,7 @@ def _side(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 def _eye(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Height of a hook eye [m]."""
     rope = rope_of(plan, limit.elements[0])
-    eye = place(signals, rope.eye) if rope else None
+    eye = place(signals, rope.hook.eye) if rope else None
     return None if eye is None else Reading(eye[:, UP])
 
 
@@ -240,10 +249,8 @@ def _signal(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """A signal at each instant, in its unit of SI; of a rope that is on no record nothing."""
     x = limit.signal
     assert x is not None
-    ropes = [Rope(r.name, r.lines, r.EA, r.L0, r.damping) for r in plan.rig.hook_ropes]
-    ropes += [Rope(s.name, (), s.EA, s.L0, s.damping) for s in plan.rig.slings]
-    own = tuple(rope for machine in plan.mechanisms for rope in machine.system.ropes)
-    places = [place(signals, point) for point in points(x, System(ropes=(*ropes, *own)))]
+    ropes = tuple(rope for machine in machines(plan) for rope in machine.system.ropes)
+    places = [place(signals, point) for point in points(x, System(ropes=ropes))]
     values = [signals.tensions.get(name) for name in names(x)]
     if x.quantity == "wind":
         winds = [f.signal for m in plan.mechanisms for f in m.system.forces if f.name == x.of and isinstance(f, Wind)]
@@ -251,7 +258,7 @@ def _signal(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     known_places, known = [p for p in places if p is not None], [v for v in values if v is not None]
     if len(known_places) < len(places) or len(known) < len(values):
         return None
-    given = numbers(x, System(ropes=(*ropes, *own)))
+    given = numbers(x, System(ropes=ropes))
     rows = ([p[k].tolist() for p in known_places] for k in range(len(signals.t)))
     at = zip(rows, *(v.tolist() for v in known), strict=True)
     return Reading(np.array([float(scalar(x, row, given, list(each))) for row, *each in at]))
@@ -272,6 +279,7 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "rope factor": _factor,
     "rope peak": _pull,
     "drum pull": _pull,
+    "off-lead": _off_lead(ALONG, ACROSS),
     "off-lead along": _off_lead(ALONG),
     "off-lead across": _off_lead(ACROSS),
     "bridle angle": _bridle,
@@ -285,10 +293,8 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
 }
 
 
-def _lug(plan: Plan, signals: Signals, name: str) -> Column | None:
-    points = (Point(block.name, lug.p) for block in plan.all_blocks for lug in block.lugs if lug.name == name)
-    point = next(points, None)
-    return place(signals, point) if point else None
+def _lug(plan: Plan, name: str) -> Point | None:
+    return lug_places(machines(plan)).get(name)
 
 
 def _near(signals: Signals, values: Column, t: float) -> float:

@@ -2,59 +2,84 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from heavylift.kernel.description.mechanics import WORLD, Point
-from heavylift.nodes.plan.plan import Hoist, HookRope, Plan
+from heavylift.kernel.description.mechanics import WORLD, Line, Point
+from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.mechanism import ties_on
+from heavylift.nodes.plan.plan import Hoist, Mechanism, Plan, Tie
 
 from .signals import Column, Signals
 
-CARRIES = 0.02  # of the capacity of its hook: with less below its loader a hook is empty
+CARRIES = 0.02  # of the capacity of its hook: with less below it a hook is empty
+EMPTY = 0.1  # of its hook block, where no capacity is known
 
 
-def rope_of(plan: Plan, name: str) -> HookRope | None:
-    """The hook rope of this name."""
-    return next((rope for rope in plan.rig.hook_ropes if rope.name == name), None)
+@dataclass(frozen=True)
+class HookRope:
+    """A hook with the lines of its rope that end there, and the unstretched length of it at the start [m]."""
+
+    machine: Mechanism
+    hook: Hoist
+    lines: tuple[Line, ...]
+    L0: float
 
 
 def hook_of(plan: Plan, rope: str) -> Hoist | None:
-    """The hook of a machine made of parts that a rope holds."""
-    return next((hook for machine in plan.mechanisms for hook in machine.hooks if hook.rope == rope), None)
+    """The hook that a rope holds."""
+    return next((hook for machine in machines(plan) for hook in machine.hooks if hook.rope == rope), None)
+
+
+def rope_of(plan: Plan, name: str) -> HookRope | None:
+    """The hook rope of this name, if it is straight."""
+    for machine in machines(plan):
+        for hook in (hook for hook in machine.hooks if hook.rope == name):
+            for rope in (rope for rope in machine.system.straight_ropes if rope.name == name):
+                lines = tuple(line for line in rope.lines if hook.eye.body in (line.a.body, line.b.body))
+                return HookRope(machine, hook, lines, rope.L0)
+    return None
+
+
+def tie_of(plan: Plan, name: str) -> Tie | None:
+    """The sling of this name."""
+    return next((tie for machine in machines(plan) for tie in machine.ties if tie.rope == name), None)
 
 
 def block_mass(plan: Plan, rope: str) -> float:
     """Mass of the hook block on a rope [kg]."""
-    goliaths = {hook.rope: hook.block_mass for crane in plan.cranes for hook in crane.hooks}
-    other = hook_of(plan, rope)
-    return goliaths.get(rope, other.block_mass if other else 0.0)
+    hook = hook_of(plan, rope)
+    return hook.block_mass if hook else 0.0
 
 
 def rope_length(signals: Signals, rope: HookRope) -> Column:
-    """Length of a hook rope from trolley to hook (n,) [m]; without poses its unstretched length."""
+    """Length of a hook rope down to its hook (n,) [m]; without poses its unstretched length."""
     d = rope_direction(signals, rope)
     if d is not None:
-        return signals.once(("length", rope.name), lambda: np.linalg.norm(d, axis=1))
-    return signals.lengths.get(rope.name, np.full(len(signals.t), rope.L0))
+        return signals.once(("length", rope.hook.rope), lambda: np.linalg.norm(d, axis=1))
+    return signals.lengths.get(rope.hook.rope, np.full(len(signals.t), rope.L0))
 
 
 def rope_direction(signals: Signals, rope: HookRope) -> Column | None:
-    """From a trolley to its hook (n, 3) [m]: the mean of the rope's lines."""
+    """From where it leaves its crane to its hook (n, 3) [m]: the mean of the rope's lines."""
     if any(point.body not in (*signals.poses, WORLD) for line in rope.lines for point in (line.a, line.b)):
         return None
 
     def make() -> Column:
-        each = [line.share * (_placed(signals, line.b) - _placed(signals, line.a)) for line in rope.lines]
+        whole = sum(line.share for line in rope.lines)
+        each = [line.share / whole * (_placed(signals, line.b) - _placed(signals, line.a)) for line in rope.lines]
         return np.asarray(np.sum(each, axis=0))
 
-    return signals.once(("direction", rope.name), make)
+    return signals.once(("direction", rope.hook.rope), make)
 
 
 def carries(plan: Plan, rope: HookRope, signals: Signals) -> Column:
-    """Whether a load hangs below the loader of a rope, at each instant (n,)."""
-    slings = [s.name for s in plan.rig.slings if s.loader == rope.carries and s.name in signals.tensions]
+    """Whether a load hangs on a hook, at each instant (n,)."""
+    slings = [tie.rope for tie in ties_on(machines(plan), rope.hook) if tie.rope in signals.tensions]
     if not slings:
         return np.ones(len(signals.t), dtype=bool)
-    capacity = next(hook.capacity for crane in plan.cranes for hook in crane.hooks if hook.rope == rope.name)
-    return np.asarray(np.sum([signals.tensions[s] for s in slings], axis=0) > CARRIES * capacity * plan.gravity)
+    least = CARRIES * rope.hook.capacity if rope.hook.capacity else EMPTY * rope.hook.block_mass
+    return np.asarray(np.sum([signals.tensions[s] for s in slings], axis=0) > least * plan.gravity)
 
 
 def place(signals: Signals, point: Point) -> Column | None:

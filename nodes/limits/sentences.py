@@ -113,7 +113,7 @@ def _drum(use: Use, ran: bool) -> str:
 def _leads(way: str) -> Callable[[Use, bool], str]:
     def sentence(use: Use, ran: bool) -> str:
         limit, verb = use.limit, "led" if ran else "would lead"
-        told = f"the rope {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical {way}"
+        told = f"the rope {limit.subject} {verb} {degrees(use.value or 0.0):.1f} degrees off the vertical{way}"
         return f"{told}, {degrees(bound(use)):g} degrees are allowed ({limit.source})"
 
     return sentence
@@ -185,8 +185,9 @@ WORDS: dict[str, Words] = {
     "rope factor": Words("overload", _rope, refused=True),
     "rope peak": Words("overload", _peak),
     "drum pull": Words("overload", _drum, refused=True),
-    "off-lead along": Words("off-lead", _leads("along the rails")),
-    "off-lead across": Words("off-lead", _leads("across the rails")),
+    "off-lead": Words("off-lead", _leads("")),
+    "off-lead along": Words("off-lead", _leads(" along the rails")),
+    "off-lead across": Words("off-lead", _leads(" across the rails")),
     "bridle angle": Words("bridle", _legs),
     "side force": Words("side force", _pushed),
     "hook height": Words("two-blocked", _high, refused=True),

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
 import numpy as np
+from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 from numpy.typing import NDArray
@@ -101,8 +103,9 @@ class _Line(Protocol):
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
     """Which sling hangs on which lug from when on [s], told by the rope lines that hang then."""
-    slings = {sling.name for sling in plan.rig.slings}
-    lugs = {(block.name, *lug.p): lug.name for block in plan.all_blocks for lug in block.lugs}
+    known = machines(plan)
+    slings = {tie.rope for machine in known for tie in machine.ties}
+    lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}
     found: list[Hooked] = []
     for start, lines in rigs:
         ends = ((line.rope, lugs.get((line.b_body, *line.b))) for line in lines if line.rope in slings)

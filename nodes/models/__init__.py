@@ -1,4 +1,4 @@
-"""The models of a lift: cranes, loaders, block, mechanisms and their commander, made from a plan.
+"""The models of a lift: machines and their commander, made from a plan.
 
 build(plan), build_one(plan, name)     the coupled model of each node
 divided(plan, nodes)                   what each node needs of a plan
@@ -6,7 +6,8 @@ system(plan)                           what they declare together, for the kerne
 couplings(plan), subscriptions(plan)   how nodes and kernel are wired, who hears which state event
 tree(plan), tree_data(plan)            the model tree as text, as plain data
 
-crane, loader, block    machines of a lift; machine: any other, walked from its parts
+machine                                any machine, walked from its parts
+levels                                 how much of a machine is modelled: passes over its description
 own                                    a user's own model beside the kernel: Sample in, SetPoint out
 assembly, tree                         from a plan to models and couplings; their tree as text
 parts                                  what machines are made of: drives, gauges, slings, brakes; messages

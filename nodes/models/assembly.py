@@ -1,8 +1,7 @@
 """From a plan to models and couplings: what each node process builds, and how the coordinator wires them.
 
-One coupled model per real object and one for the commander, which also owns the rig (hook ropes and slings)
-and the Master of a turn.  Node names: "commander", cranes, loaders, block, mechanisms, models of a user's own, and
-"kernel" for the mechanics.
+One coupled model per real object and one for the commander, which also owns the Master of a turn.  Node names:
+"commander", machines, models of a user's own, and "kernel" for the mechanics.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 import msgspec
-from heavylift.kernel.description.mechanics import WORLD, Master, Point, System, Threshold, assembled
+from heavylift.kernel.description.mechanics import Master, System, Threshold, assembled
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
 from heavylift.nodes.models.commander.actuator_registry import machines, turns
@@ -19,34 +18,20 @@ from heavylift.nodes.models.commander.commander import Commander
 from heavylift.nodes.models.commander.conditions import concerned, crossed, watched
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.models.parts.drive import DriveActor
-from heavylift.nodes.models.parts.fidelity_variants import hook_rope, sling
 from heavylift.nodes.models.parts.gauges import Gauge
 from heavylift.nodes.models.parts.interlock import fit
-from heavylift.nodes.models.parts.parts import LiveActor, Machine, RopeAtomic, declared, share
+from heavylift.nodes.models.parts.parts import LiveActor, Machine, declared, share
 from heavylift.nodes.plan.actions import Begin
+from heavylift.nodes.plan.goliaths import machine as as_parts
+from heavylift.nodes.plan.goliaths import of_lift
 from heavylift.nodes.plan.plan import ActionList, Block, Crane, Loader, Mechanism, Plan
 
-from .block import BlockModel
-from .crane import CraneModel
-from .loader import LoaderModel
+from .levels import modelled
 from .machine import MachineModel
 from .own import OwnModel, aim_port, sample_port
 
 COMMANDER, KERNEL = "commander", "kernel"
 Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, target model, its in port
-
-
-class Rig(Coupled):
-    """The connections between machines."""
-
-    def __init__(self, plan: Plan, name: str = "rig") -> None:
-        super().__init__(name)
-        places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
-        for rope in plan.rig.hook_ropes:
-            self.add(RopeAtomic(rope.name.replace(".", "-"), hook_rope(plan, rope)))
-        for given in plan.rig.slings:
-            lug = Point(plan.block.name if plan.block else WORLD, places.get(given.lug, (0.0, 0.0, 0.0)))
-            self.add(RopeAtomic(given.name.replace(".", "-"), sling(plan, given, lug)))
 
 
 class Ending(Atomic):
@@ -79,7 +64,7 @@ class Ending(Atomic):
 
 
 class CommanderModel(Coupled):
-    """The commander with its action list, or one for each of several, the rig, and the actor of the Master "turn"."""
+    """The commander with its action list, or one for each of several, and the actor of the Master "turn"."""
 
     report, command = In(m.Report), In(m.OperatorCommand)
     stage = Out(m.Stage)
@@ -98,12 +83,11 @@ class CommanderModel(Coupled):
             share(self, self.actions)
             for name in machines(plan):
                 self.connect(self.actions.to[name], self.add_out(f"order_{name}", m.Order))
-            self._rig(self.actions, "rig")
+            self._turning(self.actions)
 
-    def _rig(self, commander: Commander, name: str) -> None:
-        """The rig of a lift, and the actor of the Master of its turns."""
+    def _turning(self, commander: Commander) -> None:
+        """The actor of the Master of its turns."""
         plan, master = commander.plan, commander.turn
-        self.add(Rig(plan, name))
         if turns(plan):
             turn = self.add(DriveActor(master, master, System(masters=(Master(master),)), start=plan.start))
             self.connect(commander.to[master], turn.order)
@@ -122,7 +106,7 @@ class CommanderModel(Coupled):
             commander = self.add(Commander(each.name, own))
             if each.machines:
                 self.connect(self.add_in(f"report_{each.name}", m.Report), commander.report)
-                self._rig(commander, f"rig-{each.name}")
+                self._turning(commander)
             else:
                 self._begin_others(commander, plan.lists)
             for out in ("stage", "skipped", "answer"):
@@ -154,7 +138,7 @@ class CommanderModel(Coupled):
         return "; ".join(told for each in lists if (told := each.waiting_for()))
 
     def declare(self) -> System:
-        """The rig and the Master."""
+        """The Master."""
         return declared(list(self.children.values()))
 
 
@@ -217,9 +201,8 @@ def _only(plan: Plan, machines: Collection[str], **more: Any) -> Plan:
 
 def _of_lift(plan: Plan, of: ActionList, **more: Any) -> Plan:
     """The plan of one of several lifts."""
-    block = next((block for block in plan.blocks if block.name in of.machines), None)
     own = _only(plan, of.machines, lists=(of,), **{key: x for key, x in more.items() if key != "lists"})
-    return msgspec.structs.replace(own, block=block, blocks=(), fidelity=of.fidelity, start=of.start)
+    return of_lift(own, of)
 
 
 def driving(plan: Plan) -> tuple[str, ...]:
@@ -250,27 +233,24 @@ def _built(
         return CommanderModel(plan)
     if own := next((own for own in plan.models if own.name == name), None):
         return OwnModel(own)
-    model: Machine
-    lift = next((each for each in plan.lists if name in each.machines), None)
-    if lift is not None and not isinstance(machine, Mechanism):
-        plan = _of_lift(plan, lift)
-    match machine:
-        case Crane():
-            model = CraneModel(plan, machine)
-        case Loader():
-            model = LoaderModel(plan, machine)
-        case Block():
-            model = BlockModel(plan, machine)
-        case Mechanism():
-            model = MachineModel(machine)
-        case None:
-            known = ", ".join([COMMANDER, *machines(plan)])
-            raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
+    if machine is None:
+        known = ", ".join([COMMANDER, *machines(plan)])
+        raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
+    model = MachineModel(as_modelled(plan, machine))
     if thresholds:
         model.take(Gauge("gauge", thresholds))
     for interlock in (interlock for interlock in plan.interlocks if interlock.machine == name):
         fit(model, interlock)
     return model
+
+
+def as_modelled(plan: Plan, machine: Crane | Loader | Block | Mechanism) -> Mechanism:
+    """A machine as parts, as far as it is modelled."""
+    if isinstance(machine, Mechanism):
+        return machine  # it is modelled as it is written
+    lift = next((each for each in plan.lists if machine.name in each.machines), None)
+    own = of_lift(plan, lift) if lift else plan
+    return modelled(as_parts(own, machine), own.fidelity)
 
 
 def system(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> System:

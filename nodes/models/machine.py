@@ -1,11 +1,9 @@
 """The generic machine: bodies, joints, laws and hooks that are declared, as one coupled model.
 
-A researcher's mechanism is one, and every crane that its type makes of parts; goliaths, loaders and the block have
-models of their own, for how much of them is modelled is theirs.
-
 Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law goes to the actor
 of the joint or body that it acts on.  A rope and a force belong to the first body (not the ground) at their
-ends, a support or contact to its body.  What acts on a joint or body of the lift stands in a group of its own.
+ends, a support or contact to its body; a rope that is wound in pieces is one actor.  What acts on a joint or body of
+the lift stands in a group of its own.  Actors bear the names of their elements, and speak in the order of these.
 """
 
 from __future__ import annotations
@@ -15,42 +13,79 @@ from dataclasses import replace
 
 from heavylift.kernel.description.forces import Force, Reeving
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, RigidRope, Rope, System, Threshold
+from heavylift.kernel.description.mechanics import GROUPS, WORLD, RigidRope, Rope, System, Threshold
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.models.parts.drive import DriveActor
-from heavylift.nodes.models.parts.gauges import LoadCell
+from heavylift.nodes.models.parts.drive import DriveActor, HeldActor
+from heavylift.nodes.models.parts.gauges import Inclinometer, LoadCell
+from heavylift.nodes.models.parts.messages import Latch as Latched
 from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, Group, JointCoupled, Law, Machine
-from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, SlingActor, Stools
+from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, LatchActor, SlingActor, Stools
 from heavylift.nodes.models.parts.winch import WinchActor
-from heavylift.nodes.plan.plan import Actuator, Mechanism
+from heavylift.nodes.plan.mechanism import Actuator, Cargo, Latch, Mechanism
 
 
 class MachineModel(Machine):
-    """One mechanism of the plan, or a crane made of parts."""
+    """One machine of the plan."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism.name)
         self.mechanism, self.system = mechanism, mechanism.system
         self.actuators = {actuator.name: actuator for actuator in mechanism.actuators}
+        self.ropes = {rope.name: rope for rope in self.system.all_ropes}
+        names, own = (x.name for group in GROUPS for x in getattr(self.system, group)), f"{self.name}."
+        self.common = own if all(name.startswith(own) for name in names) else ""
+        self.pieces = {piece for a in mechanism.actuators for piece in a.pieces if piece != a.name}
         for joint in self.system.joints:
             actors = self._joint_actors(joint.name) or [Law("free")]
-            self.take(JointCoupled(f"joint-{_name(joint.name)}", joint, *actors))
+            self.take(JointCoupled(f"{self._name(joint.name)}-joint", joint, *actors))
         for body in self.system.bodies:
-            self.take(BodyCoupled(f"body-{_name(body.name)}", body, Law("weight"), *self._body_actors(body.name)))
+            self.take(BodyCoupled(f"{self._name(body.name)}-body", body, Law("weight"), *self._body_actors(body.name)))
         bodies, joints = self.system.outside
         for name in joints:
             self._act_on(name, self._joint_actors(name))
         for name in bodies:
             self._act_on(name, self._body_actors(name))
         for master in self.system.masters:
-            self.take(self._drive(f"master-{_name(master.name)}", master.name, System(masters=(master,))))
+            self.take(self._drive(f"{self._name(master.name)}-master", master.name, System(masters=(master,))))
         if measured := self.system.measured:
             self.take(Law("measured", System(measured=measured)))
+        for held in (actuator for actuator in mechanism.actuators if actuator.held):
+            self.take(HeldActor(self._name(held.name), held.name, held.held))
+        for latch in mechanism.latches:
+            self._latch(latch)
+
+    def _latch(self, latch: Latch) -> None:
+        """Have the ties of a latch tell its brake when they are hooked and taken off."""
+        groups = [group for group in self.children.values() if isinstance(group, Group)]
+        actors = [(group, actor) for group in groups for actor in group.children.values()]
+        locks = ((of, x) for of, x in actors if isinstance(x, LatchActor) and x.element == latch.brake)
+        name, (of, lock) = f"latch-{self._name(latch.brake)}", next(locks, (None, None))
+        if lock is None or of is None:  # its joint is not modelled
+            into = self.take(
+                LatchActor(self._name(latch.brake), latch.brake, System(), hooked=self._hooked(latch))
+            ).latch
+        else:
+            into = of.add_in(name, Latched)
+            of.connect(into, lock.latch)
+        for group in groups:
+            ties = [x for of, x in actors if of is group and isinstance(x, SlingActor) and x.element in latch.ties]
+            if ties:
+                out = group.add_out(name, Latched)
+                self.connect(out, into)
+                for tie in ties:
+                    group.connect(tie.latch, out)
+
+    def _hooked(self, latch: Latch) -> frozenset[str]:
+        return frozenset(rope.name for rope in self.system.all_ropes if rope.hooked and rope.name in latch.ties)
+
+    def _name(self, element: str) -> str:
+        """A name for the model of a mechanical element; that of the machine goes where all of them begin with it."""
+        return re.sub(r"[^A-Za-z0-9_-]", "-", element.removeprefix(self.common))
 
     def _act_on(self, name: str, actors: list[Actor]) -> None:
         """What acts on a joint or body of the lift, if there is anything."""
         if actors:
-            group = self.take(Group(f"on-{_name(name)}"))
+            group = self.take(Group(f"{self._name(name)}-acted-on"))
             for actor in actors:
                 group.take(actor)
 
@@ -58,56 +93,75 @@ class MachineModel(Machine):
         system, actors = self.system, list[Actor]()
         for drive in (d for d in system.drives if d.joint == joint):
             laws = System(drives=(drive,))
-            name = _name(drive.name)
+            name = self._name(drive.name)
             actors.append(Law(name, laws) if drive.wave else self._drive(name, drive.name, laws))
+        latches = {latch.brake: latch for latch in self.mechanism.latches}
         for brake in (b for b in system.brakes if b.joint == joint):
-            laws = System(brakes=(brake,))
-            actors.append(BrakeActor(_name(brake.name), brake.name, laws, engaged=brake.engaged))
+            name, laws = self._name(brake.name), System(brakes=(brake,))
+            if brake.name in latches:
+                actors.append(LatchActor(name, brake.name, laws, hooked=self._hooked(latches[brake.name])))
+            else:
+                actors.append(BrakeActor(name, brake.name, laws, engaged=brake.engaged))
         for lock in (x for x in system.locks if x.joint == joint):
-            actors.append(JointLockActor(_name(lock.name), lock.name, System(locks=(lock,)), engaged=lock.engaged))
-        actors += [Law(_name(x.name), System(springs=(x,))) for x in system.springs if x.joint == joint]
-        actors += [Law(_name(x.name), System(stops=(x,))) for x in system.stops if x.joint == joint]
-        actors += [Law(_name(f.name), System(forces=(f,))) for f in system.forces if f.along and f.along[0] == joint]
+            actors.append(JointLockActor(self._name(lock.name), lock.name, System(locks=(lock,)), engaged=lock.engaged))
+        actors += [Law(self._name(x.name), System(springs=(x,))) for x in system.springs if x.joint == joint]
+        actors += [Law(self._name(x.name), System(stops=(x,))) for x in system.stops if x.joint == joint]
+        actors += [
+            Law(self._name(f.name), System(forces=(f,))) for f in system.forces if f.along and f.along[0] == joint
+        ]
         return actors
 
     def _body_actors(self, body: str) -> list[Actor]:
-        actors: list[Actor] = []
-        for rope in (r for r in self.system.ropes if _body(r) == body):
-            actors.append(self._rope(rope, System(ropes=(rope,))))
-        for rigid in (r for r in self.system.rigid_ropes if _body(r) == body):
-            actors.append(self._rope(rigid, System(rigid_ropes=(rigid,))))
-        for hook in (h for h in self.mechanism.hooks if h.capacity and self._holds(h.rope) == body):
-            rated = (hook.capacity + hook.block_mass) * self.system.gravity
-            actors.append(LoadCell(f"{_name(hook.rope)}-load", f"{hook.rope}.load", (hook.rope,), rated))
-        for force in (f for f in self.system.forces if _first(f) == body):
-            laws = System(forces=(force,))
-            actors.append(self._rope(force, laws) if isinstance(force, Reeving) else Law(_name(force.name), laws))
-        supports = tuple(s for s in self.system.supports if s.point.body == body)
-        contacts = tuple(c for c in self.system.contacts if c.a.body == body)
+        system, actors = self.system, list[Actor]()
+        for rope in (r for r in system.all_ropes if self._holds(r) == body):
+            if rope.name in self.pieces:
+                continue
+            parts = self.actuators[rope.name].pieces if rope.name in self.actuators else {}
+            actors.append(self._rope(rope, tuple(r for r in system.all_ropes if r is rope or r.name in parts)))
+        for hook in (h for h in self.mechanism.hooks if h.capacity and self._holds(self.ropes[h.rope]) == body):
+            rated = (hook.capacity + hook.block_mass) * system.gravity
+            actors.append(LoadCell(f"{self._name(hook.rope)}-load", f"{hook.rope}.load", (hook.rope,), rated))
+        for cell in (cell for cell in self.mechanism.cells if cell.body == body):
+            actors.append(LoadCell(self._name(cell.name), cell.name, cell.ropes, cell.rated))
+        for force in (f for f in system.forces if not isinstance(f, Reeving) and _first(f) == body):
+            actors.append(Law(self._name(force.name), System(forces=(force,))))
+        supports = tuple(s for s in system.supports if s.point.body == body)
+        contacts = tuple(c for c in system.contacts if c.a.body == body)
+        cargo = next((c for c in self.mechanism.cargo if c.body == body), Cargo(body=body))
         if supports or contacts:
-            faces = dict.fromkeys([*(s.name for s in supports), *(c.name for c in contacts)], body)
+            names = [*(s.name for s in supports), *(c.name for c in contacts)]
+            faces = {name: cargo.faces.get(name, body) for name in names}
             closed = frozenset(self.mechanism.closed) & frozenset(faces)
             laws = System(supports=supports, contacts=contacts)
             stands = self.mechanism.standing(body)
             actors.append(Stools("supports", stands, laws, faces=faces, closed=closed))
+        if cargo.turned is not None:
+            actors.append(Inclinometer("attitude", body, cargo.turned))
         return actors
 
-    def _rope(self, rope: Rope | RigidRope | Reeving, laws: System) -> Actor:
+    def _rope(self, rope: Rope | RigidRope | Reeving, parts: tuple[Rope | RigidRope | Reeving, ...]) -> Actor:
+        """The actor of a rope; `parts`: all that is wound together, in pieces."""
+        laws = System(
+            ropes=tuple(r for r in parts if isinstance(r, Rope)),
+            rigid_ropes=tuple(r for r in parts if isinstance(r, RigidRope)),
+            forces=tuple(r for r in parts if isinstance(r, Reeving)),
+        )
         if not rope.winch:
-            return SlingActor(_name(rope.name), rope.name, laws)
+            return SlingActor(self._name(rope.name), rope.name, laws)
         at, eye = self._actuator(rope.name), next((h.eye for h in self.mechanism.hooks if h.rope == rope.name), None)
         switch = None
         if at.highest is not None and eye is not None:
             guard = Threshold(f"{rope.name}.highest", "height", point=eye)
             laws, switch = replace(laws, thresholds=(guard,)), (guard, at.highest)
         return WinchActor(
-            _name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper, switch=switch,
-            emergency=at.emergency,
+            self._name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper, switch=switch,
+            pieces=at.pieces, emergency=at.emergency,
         )  # fmt: skip
 
-    def _holds(self, rope: str) -> str:
-        """The body whose actor the rope of this name is."""
-        return next(_body(r) for r in self.system.all_ropes if r.name == rope)
+    def _holds(self, rope: Rope | RigidRope | Reeving) -> str:
+        """The body whose actor a rope is, with all its pieces: that which the first of them leaves."""
+        first = next(iter(self.actuators[rope.name].pieces), "") if rope.name in self.actuators else ""
+        return _body(self.ropes.get(first, rope))
 
     def _drive(self, name: str, element: str, laws: System) -> DriveActor:
         at = self._actuator(element)
@@ -133,11 +187,6 @@ def _body(rope: Rope | RigidRope | Reeving) -> str:
 def _first(force: Force) -> str:
     """The body whose actor a force is: the first one at its ends that is not the ground."""
     return next((p.body for p in force.points if p.body != WORLD), "")
-
-
-def _name(element: str) -> str:
-    """A name for a model, from that of a mechanical element."""
-    return re.sub(r"[^A-Za-z0-9_-]", "-", element)
 
 
 def turning(system: System) -> list[str]:

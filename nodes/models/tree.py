@@ -10,24 +10,17 @@ from heavylift.nodes.models.commander.commander import Commander
 from heavylift.nodes.models.parts import parts
 from heavylift.nodes.plan.plan import Plan
 
-from .assembly import CommanderModel, Rig, build
-from .block import BlockModel
-from .crane import CraneModel
-from .loader import LoaderModel
+from .assembly import CommanderModel, build
 from .machine import MachineModel
 from .own import OwnModel
 
 KINDS: dict[type[Model], str] = {
     CommanderModel: "coupled: commander",
-    CraneModel: "coupled: crane",
-    LoaderModel: "coupled: loader",
-    BlockModel: "coupled: block",
     MachineModel: "coupled: machine",
     OwnModel: "own model",
     parts.JointCoupled: "joint coupled",
     parts.BodyCoupled: "body coupled",
     parts.Group: "actors on a part of the lift",
-    Rig: "coupled: rig",
 }
 
 
@@ -64,12 +57,6 @@ def _kind(model: Model) -> str:
             return f"joint atomic: {model.joint.kind}, {model.joint.parent} to {model.joint.child}"
         case parts.BodyAtomic():
             return f"body atomic: {model.body.mass / 1e3:g} t"
-        case parts.RopeAtomic():
-            ropes = model.laws.straight_ropes
-            length = sum(rope.L0 for rope in ropes)
-            ends = f"{ropes[0].lines[0].a.body} to {ropes[-1].lines[0].b.body}"
-            kind = "rigid, " if model.laws.rigid_ropes else f"{len(ropes)} pieces, " if len(ropes) > 1 else ""
-            return f"rope atomic: {ends}, {kind}L0 = {length:g} m"
         case Commander():
             return f"commander atomic: {len(model.plan.actions)} actions"
         case parts.LiveActor():

@@ -1,7 +1,9 @@
 """A scene as plain data: its names resolved, its numbers in SI units; needs neither NumPy nor pydantic.
 
 plan              machines, rig and everything else that node processes are built from
-mechanism         a machine made of parts
+mechanism         a machine made of parts: its system, hooks, ties, loads, cells, shapes
+goliaths          goliaths, loaders and blocks as machines made of parts
+bending           the body of a block, rigid or as a beam
 interlock         what stops a machine by itself
 own               models of a user's own: what they hear and lead
 actions, verbs    orders, conditions and actions; the verbs, a row each

@@ -18,12 +18,13 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
 import msgspec
+from heavylift.kernel.description.mechanics import Joint
 
 from .actions import Item
 
 ACROSS, ALONG = "across", "along"
 PLANAR = {ACROSS: ("gantries", "hinges"), ALONG: ("trolleys",)}  # motion -> joints that it locks
-KINDS = {".gantry": "gantries", ".hinge": "hinges", "-slide": "trolleys"}  # end of a joint's name -> its group
+GROUPS = ("hinges", "gantries", "trolleys")  # what turns about y, slides along x, slides along y
 Asked = Literal["rope tension", "swing", "position", "lift-off time"]
 ASKABLE: tuple[Asked, ...] = get_args(Asked)
 USUAL = 1e-2  # accuracy of what is asked without one
@@ -44,12 +45,20 @@ class Fidelity(Item, frozen=True, kw_only=True):
     islands: Literal["apart", "together"] = "apart"  # machines that nothing connects: solved apart or as one system
 
 
-def held_by(fidelity: Fidelity, joint: str) -> str:
+def group_of(joint: Joint) -> str:
+    """The group of joints that a joint is of, "" if it is of none."""
+    if joint.kind == "revolute":
+        return "hinges" if joint.axis == (0.0, 1.0, 0.0) else ""
+    along = {(1.0, 0.0, 0.0): "gantries", (0.0, 1.0, 0.0): "trolleys"}
+    return along.get(joint.axis, "") if joint.kind == "prismatic" else ""
+
+
+def held_by(fidelity: Fidelity, joint: Joint) -> str:
     """Why a locked joint cannot move, and what to name under `fidelity:` for it to move."""
-    group = next(group for end, group in KINDS.items() if joint.endswith(end))
+    group, name = group_of(joint), joint.name
     if group in PLANAR.get(fidelity.motion, ()):
-        return f"{joint} cannot move, 'motion: {fidelity.motion}' of 'fidelity' holds it: name 'motion: spatial' there"
-    return f"{joint} cannot move, 'locked' of 'fidelity' holds it: name there a list without it and without '{group}'"
+        return f"{name} cannot move, 'motion: {fidelity.motion}' of 'fidelity' holds it: name 'motion: spatial' there"
+    return f"{name} cannot move, 'locked' of 'fidelity' holds it: name there a list without it and without '{group}'"
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ Quantity: TypeAlias = Literal[
     "rope factor",
     "rope peak",
     "drum pull",
+    "off-lead",
     "off-lead along",
     "off-lead across",
     "bridle angle",

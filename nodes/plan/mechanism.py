@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import msgspec
-from heavylift.kernel.description.mechanics import Point, System, Vector
+from heavylift.kernel.description.mechanics import WORLD, Point, System, Vector
 
 from .actions import Item
 
@@ -12,7 +14,8 @@ class Actuator(Item, frozen=True, kw_only=True):
     """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
     ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
 
-    `highest`: height of the hook where the winch stops; `emergency`: the deceleration of what is stopped.
+    `highest`: height of the hook where the winch stops; `emergency`: the deceleration of what is stopped; `pieces`: of
+    a rope with lumps, with their parts of its length; `held`: why it cannot move, where its joint is not modelled.
     """
 
     name: str
@@ -25,6 +28,8 @@ class Actuator(Item, frozen=True, kw_only=True):
     speed: float | None = None
     highest: float | None = None
     emergency: float | None = None
+    pieces: dict[str, float] = msgspec.field(default_factory=dict)
+    held: str = ""
 
 
 class Hoist(Item, frozen=True, kw_only=True):
@@ -32,6 +37,9 @@ class Hoist(Item, frozen=True, kw_only=True):
 
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
     [kg]), `axis`: from where its radius is measured; `slings`: by the name of the rigging, those that hang on it.
+    `on`: the body that its rope leaves; `line`: mass of all falls [kg/m]; `ends`: where the rope begins and where its
+    eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg]; `falls` and `drum_ends`
+    of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given.
     """
 
     rope: str
@@ -41,15 +49,80 @@ class Hoist(Item, frozen=True, kw_only=True):
     axis: Point | None = None
     chart: tuple[tuple[float, float], ...] = ()
     slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
+    on: str = ""
+    line: float = 0.0
+    ends: tuple[Vector, Vector] | None = None
+    below: float = 0.0
+    falls: int = 1
+    drum_ends: int = 1
+    efficiency: float = 1.0
+    breaking: float = 0.0
+
+
+class Tie(Item, frozen=True, kw_only=True):
+    """A rope that is hooked and taken off; `lug` is where it hangs at the start: its name on what is lifted, or "".
+
+    `lower`: its end there, if it can be hooked nowhere else; `rated`: what counts as 100 % of its use [N].
+    """
+
+    rope: str
+    upper: Point
+    lug: str = ""
+    lower: Point | None = None
+    rated: float = 0.0
+
+
+class Cell(Item, frozen=True, kw_only=True):
+    """A load cell on a body: it reports when ropes together carry more than `rated` [N]."""
+
+    name: str
+    body: str
+    ropes: tuple[str, ...]
+    rated: float
+
+
+class Latch(Item, frozen=True, kw_only=True):
+    """A brake that is engaged as long as none of these ties is hooked."""
+
+    brake: str
+    ties: tuple[str, ...]
+
+
+class Cargo(Item, frozen=True, kw_only=True):
+    """A body that is lifted: centre of mass and lugs [m], the face that each support belongs to, and, where its
+    attitude is reported, by how much it is turned at the start [rad]."""
+
+    body: str
+    com: Vector = (0.0, 0.0, 0.0)
+    lugs: dict[str, Vector] = msgspec.field(default_factory=dict)
+    faces: dict[str, str] = msgspec.field(default_factory=dict)
+    turned: float | None = None
+
+
+class Girder(Item, frozen=True, kw_only=True):
+    """The part of a body that bends as a beam along its y, from y = 0 to `span` [m], with the joints that slide on it:
+    mass [kg], stiffness at midspan [N/m], height of its neutral axis [m], part of critical damping of its first mode.
+    """
+
+    body: str
+    slides: tuple[str, ...]
+    mass: float
+    stiffness: float
+    span: float
+    height: float
+    damping: float
 
 
 class Shape(Item, frozen=True, kw_only=True):
-    """The box as which a body is drawn: middle and edges in its frame [m]."""
+    """The box as which a body is drawn and collides: middle and edges in its frame [m]; `thing`: what planners call it,
+    if it is not the body's name, and which `part` of that it is."""
 
     body: str
     centre: Vector
     size: Vector
     overlap: float = 0.0  # that is no finding, with what it touches by corners alone [m]
+    thing: str = ""
+    part: str = ""
 
 
 class Driven(Item, frozen=True, kw_only=True):
@@ -80,6 +153,11 @@ class Mechanism(Item, frozen=True, kw_only=True):
     hooks: tuple[Hoist, ...] = ()
     shapes: tuple[Shape, ...] = ()
     slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
+    ties: tuple[Tie, ...] = ()
+    cells: tuple[Cell, ...] = ()
+    latches: tuple[Latch, ...] = ()
+    cargo: tuple[Cargo, ...] = ()
+    girders: tuple[Girder, ...] = ()
 
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:
@@ -91,6 +169,22 @@ class Mechanism(Item, frozen=True, kw_only=True):
     def standing(self, body: str) -> str:
         """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""
         return f"{self.name}:{body}" if body in self.system.outside[0] else body
+
+
+def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
+    """The ties that hang on a hook, or on what is joined to it."""
+    joined, before = {hook.eye.body}, 0
+    joints = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]
+    while len(joined) > before:
+        before = len(joined)
+        for ends in joints:
+            joined |= ends if ends & joined else set()
+    return (tie for machine in machines for tie in machine.ties if tie.upper.body in joined)
+
+
+def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
+    """Where the lugs of what is lifted are."""
+    return {name: Point(c.body, p) for machine in machines for c in machine.cargo for name, p in c.lugs.items()}
 
 
 def driven(actuator: str) -> str:

@@ -36,6 +36,7 @@ from .mechanism import Driven as Driven
 from .mechanism import Hoist as Hoist
 from .mechanism import Mechanism as Mechanism
 from .mechanism import Shape as Shape
+from .mechanism import Tie as Tie
 from .mechanism import driven as driven
 from .own import Own
 

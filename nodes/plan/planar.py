@@ -1,7 +1,4 @@
-"""Planar motion locks what would leave its plane.
-
-Across, these are the gantries and the hinges of the loaders (about y); along, the trolleys.
-"""
+"""Planar motion locks what would leave its plane: what slides along its normal, and what turns about anything else."""
 
 from __future__ import annotations
 
@@ -9,22 +6,19 @@ from collections.abc import Sequence
 
 import msgspec
 
-from . import plan
-from .fidelity import PLANAR
+from .fidelity import GROUPS, PLANAR, Fidelity, group_of
+from .mechanism import Mechanism
 
 
-def planar(fidelity: plan.Fidelity, loaders: Sequence[plan.Loader], cranes: Sequence[plan.Crane]) -> plan.Fidelity:
+def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
     """With what would leave the plane of a planar motion locked; the locked joints in one order, however named."""
-    groups = groups_of(loaders, cranes)
+    groups = groups_of(machines)
     locked = {*fidelity.locked, *(joint for group in PLANAR.get(fidelity.motion, ()) for joint in groups[group])}
     joints = (joint for group in groups.values() for joint in group)
     return msgspec.structs.replace(fidelity, locked=tuple(joint for joint in joints if joint in locked))
 
 
-def groups_of(loaders: Sequence[plan.Loader], cranes: Sequence[plan.Crane]) -> dict[str, list[str]]:
+def groups_of(machines: Sequence[Mechanism]) -> dict[str, list[str]]:
     """Joints that can be locked, by the name of all of a kind."""
-    return {
-        "hinges": [f"{x.name}.hinge" for x in loaders],
-        "gantries": [f"{c.name}.gantry" for c in cranes],
-        "trolleys": [f"{c.name}.{t}-slide" for c in cranes for t in ("upper", "lower")],
-    }
+    joints = [joint for machine in machines for joint in machine.system.joints]
+    return {group: [joint.name for joint in joints if group_of(joint) == group] for group in GROUPS}

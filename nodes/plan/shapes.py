@@ -1,37 +1,38 @@
-"""The shapes of a lift: what collides and what is drawn, from the numbers of the plan alone; data without a library.
+"""The shapes of a scene: what collides and what is drawn, from the numbers of the plan alone; data without a library.
 
 A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope, thick as the steel of its
-stiffness.  Solids and strands of one `thing` make up what a planner names: the block, a portal, a loader.
-`relation` says how two things may meet: kept apart, allowed near but not through each other, or joined.
+stiffness.  Solids and strands of one `thing` make up what a planner names: the block, a portal, a hook block, a boom.
+How two of them may meet follows from the joints, ropes and contacts between their bodies: they are kept apart, or
+allowed near but not through each other, or joined; loads keep apart from obstacles beside which they touch nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import pi, sqrt
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-if TYPE_CHECKING:
-    from heavylift.kernel.description.points import Matrix, Vector
+from heavylift.kernel.description.contacts import Ball, Box, Contact
+from heavylift.kernel.description.laws import Support
+from heavylift.kernel.description.points import IDENTITY, WORLD, Matrix, Vector
 
-    from .plan import Block, Crane, Loader, Mechanism, Plan
+from .goliaths import machines
+from .plan import Mechanism, Plan
 
-Kind = Literal["block", "portal", "trolley", "loader", "rope", "sling", "stools", "mechanism"]
-Relation = Literal["apart", "through", "joined"]
+Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "stools"]
+Relation = Literal["apart", "through", "joined", "beside"]
 
-WORLD, GROUND, STOOLS = "world", "ground", "stools"
-IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-LEG, GIRDER = 4.0, 8.0  # widths of a portal's legs and of its girder [m]
-DECK = 2.0  # from the exits of the ropes to the girder, which lies between their two levels [m]
-TROLLEY = 4.0  # height of a trolley [m]
+GROUND, STOOLS, HULL = "ground", "stools", "hull"
 STOOL = 1.0  # edge of a stool [m]
 E_STEEL, FILL = 105e9, 0.586  # of a wire rope [Pa], and its metal over the circle around it: 44 mm 6x36, 890.6 mm2
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A box, edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in its frame [m]."""
+    """A box, edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in its frame [m]; `machine`:
+    of which it is."""
 
     thing: str
     part: str
@@ -41,11 +42,12 @@ class Solid:
     size: Vector
     R: Matrix = IDENTITY
     form: Literal["box", "ball"] = "box"
+    machine: str = ""
 
 
 @dataclass(frozen=True)
 class Strand:
-    """The lines of the rope `rope` are cylinders of this radius [m]; `ends`: things that it is fastened to."""
+    """The lines of the rope `rope` are cylinders of this radius [m]; `ends`: bodies that they are fastened to."""
 
     thing: str
     kind: Kind
@@ -54,104 +56,204 @@ class Strand:
     ends: tuple[str, ...]
 
 
-def solids(plan: Plan) -> tuple[Solid, ...]:
-    """The shapes of all bodies that have one."""
-    found: list[Solid] = []
-    for crane in plan.cranes:
-        found += [*_portal(crane, plan), *_trolleys(crane)]
-    for loader in plan.loaders:
-        found += _loader(loader, plan)
-    for block in plan.all_blocks:
-        found += [*_block(block), *_stools(block)]
-    return (*found, *(shape for mechanism in plan.mechanisms for shape in _contacts(mechanism)))
+class Shapes:
+    """The shapes of a plan, and how they may meet; of what lifts nothing, those alone with which bodies touch."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.machines = plan, machines(plan)
+        joints = [joint for machine in self.machines for joint in machine.system.joints]
+        self._carried = {joint.child: joint for joint in reversed(joints)}
+        self._pairs = [{joint.parent, joint.child} for joint in joints]
+        self.cargo = {cargo.body: cargo for machine in self.machines for cargo in machine.cargo}
+        self.lifts = bool(self.cargo) or any(machine.hooks for machine in self.machines)
+        self._contacts: list[Contact] = [c for machine in self.machines for c in machine.system.contacts]
+        hooks = [hook for machine in self.machines for hook in machine.hooks]
+        self.hooks = {hook.rope: hook for hook in hooks}
+        self.slings = {tie.rope for machine in self.machines for tie in machine.ties}
+        held = [hook.eye.body for hook in hooks] + [t.upper.body for m in self.machines for t in m.ties]
+        self._hanging = {self.root(body) for body in held} - {self.root(hook.on) for hook in hooks} - {*self.cargo}
+        self._stand_on = {(s.point.body, s.on) for m in self.machines for s in m.system.supports}
+
+    @cached_property
+    def roots(self) -> list[str]:
+        """The bodies on which cranes with hooks that travel stand, each once."""
+        found = dict.fromkeys(self.root(hook.on) for hook in self.hooks.values())
+        return [body for body in found if body in self._carried and self._carried[body].kind == "prismatic"]
+
+    def root(self, body: str) -> str:
+        """The body nearest to the world that carries a body."""
+        while (joint := self._carried.get(body)) is not None and joint.parent != WORLD:
+            body = joint.parent
+        return body
+
+    def depth(self, body: str) -> int:
+        """How many joints carry a body."""
+        joint = self._carried.get(body)
+        return 0 if joint is None else 1 + self.depth(joint.parent)
+
+    def hanging(self, body: str) -> bool:
+        """Whether a body hangs in ropes and is no load: a hook block, a frame."""
+        return self.root(body) in self._hanging
+
+    @property
+    def afloat(self) -> bool:
+        """Whether something floats, so that the plane z = 0 is the sea."""
+        return any(shape.part == HULL for machine in self.machines for shape in machine.shapes)
+
+    def supports(self, body: str) -> list[Support]:
+        """The supports of a body that stand on the ground."""
+        return [s for m in self.machines for s in m.system.supports if s.point.body == body and not s.on]
+
+    # ---- shapes -------------------------------------------------------------------------------------------
+
+    @cached_property
+    def solids(self) -> tuple[Solid, ...]:
+        """The shapes of all bodies that have one."""
+        found = [solid for machine in self.machines if self.lifts for solid in self._boxes(machine)]
+        shaped = {solid.body for solid in found}
+        touching = (solid for machine in self.machines for solid in _contacts(machine))
+        return (*found, *(solid for solid in touching if solid.body not in shaped))
+
+    def _boxes(self, machine: Mechanism) -> Iterator[Solid]:
+        for x in machine.shapes:
+            kind: Kind = "block" if x.body in self.cargo else "hanging" if self.hanging(x.body) else "machine"
+            yield Solid(x.thing or x.body, x.part, kind, x.body, x.centre, x.size, machine=machine.name)
+        for cargo in machine.cargo:
+            pose = self._carried[cargo.body].q0
+            for support in machine.system.supports:
+                if support.name in machine.closed and not support.on and support.point.body == cargo.body:
+                    (u, v, _), h = support.point.p, support.height
+                    place = pose[0] + u, pose[1] + v, h / 2
+                    yield Solid(STOOLS, support.name, "stools", WORLD, place, (STOOL, STOOL, h), machine=machine.name)
+
+    @cached_property
+    def strands(self) -> dict[str, Strand]:
+        """Hook ropes and slings by the name of the rope; those over edges and sheaves have no straight lines."""
+        found = {}
+        for rope in (rope for machine in self.machines for rope in machine.system.ropes):
+            if rope.name not in self.hooks and rope.name not in self.slings:
+                continue
+            kind: Kind = "rope" if rope.name in self.hooks else "sling"
+            thing = f"rope {rope.name}" if kind == "rope" else rope.name
+            ends = tuple(dict.fromkeys(point.body for line in rope.lines for point in (line.a, line.b)))
+            radius = wire_radius(rope.EA / (len(rope.lines) if kind == "rope" else 1))
+            found[rope.name] = Strand(thing, kind, rope.name, radius, ends)
+        return found
+
+    # ---- how they meet ------------------------------------------------------------------------------------
+
+    def relation(self, a: Solid | Strand, b: Solid | Strand) -> Relation:
+        """How two shapes of different things may meet."""
+        if isinstance(a, Solid) and isinstance(b, Solid):
+            return self._of_solids(a, b)
+        kinds = {a.kind, b.kind}
+        if self._ends(a) & self._ends(b) and kinds != {"rope"}:
+            return "joined"
+        return "through" if kinds <= {"sling", "block", "stools"} else "apart"
+
+    def _ends(self, x: Solid | Strand) -> set[str]:
+        """What a shape is part of or fastened to, but for loads, which others may come near."""
+        bodies = (x.body,) if isinstance(x, Solid) else x.ends
+        return {self.root(body) for body in bodies if body != WORLD and body not in self.cargo}
+
+    def _of_solids(self, a: Solid, b: Solid) -> Relation:
+        kinds, bodies = {a.kind, b.kind}, {a.body, b.body}
+        if "stools" in kinds:
+            return "joined" if "block" in kinds else "apart"
+        if bodies in self._pairs:
+            return "joined"
+        touching = bodies in [{c.a.body, c.b.body} for c in self._contacts]
+        if touching and kinds == {"block", "machine"}:
+            return "beside"
+        if touching:
+            return "through" if self.by_corners(a.body, b.body) else "joined"
+        if "mechanism" in kinds:
+            return "joined" if a.kind != b.kind else "through"
+        if self.root(a.body) == self.root(b.body):
+            return "apart" if self._siblings(a.body, b.body) else "joined"
+        if {(a.body, self.root(b.body)), (b.body, self.root(a.body))} & {(x, self.root(y)) for x, y in self._stand_on}:
+            return "joined"
+        return "joined" if self._still(a.body) and self._still(b.body) else "apart"
+
+    def overlap(self, a: Solid | Strand, b: Solid | Strand) -> float:
+        """By how much two shapes may be in each other [m]: what is meant where corners meet, and of a thick sling that
+        hangs on lugs which stand less proud of their block than it is thick."""
+        if isinstance(a, Strand) or isinstance(b, Strand):
+            strand, solid = (a, b) if isinstance(a, Strand) else (b, a)
+            cargo = self.cargo.get(solid.body) if isinstance(solid, Solid) else None
+            if not isinstance(strand, Strand) or not isinstance(solid, Solid) or cargo is None:
+                return 0.0
+            proud = [_distance(p, solid) for p in cargo.lugs.values()] if solid.body in strand.ends else []
+            return 2.0 * max((max(strand.radius - x, 0.0) for x in proud), default=0.0)
+        meant = {x.body: x.overlap for machine in self.machines for x in machine.shapes if x.overlap}
+        return max(meant.get(a.body, 0.0), meant.get(b.body, 0.0))
+
+    def _siblings(self, a: str, b: str) -> bool:
+        """Whether two bodies slide on the same one."""
+        one, two = self._carried[a], self._carried[b]
+        return one.parent == two.parent and one.kind == two.kind == "prismatic"
+
+    def _still(self, body: str) -> bool:
+        joint = self._carried.get(body)
+        return joint is None or (joint.kind == "fixed" and self._still(joint.parent))
+
+    def by_corners(self, a: str, b: str) -> bool:
+        """Whether two bodies touch by contacts of points alone, so that one may go through the other beside those."""
+        found = [c for c in self._contacts if {c.a.body, c.b.body} == {a, b}]
+        return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
+
+    @cached_property
+    def untouched(self) -> tuple[str, ...]:
+        """What `relation` does not check, for planners."""
+        found, plan = [], self.plan
+        if self.hooks:
+            found.append("ropes beside parts of their own crane, whose openings no scene gives")
+            found.append(f"what shakes faster than samples of places and speeds show, {plan.samples_hz:g} in a second")
+        if self.cargo:
+            found.append("blocks beside their stools, and near the ground while they are lifted off or set down")
+        if self.slings:
+            found.append("slings while they are slack")
+        reeved = [rope.name for machine in self.machines for rope in machine.system.reevings]
+        if any(rope in self.slings for rope in reeved):
+            found.append("slings that bend over edges")
+        shaped = {solid.body for solid in self.solids}
+        for machine in self.machines:
+            bare = [body.name for body in machine.system.bodies if body.name not in shaped]
+            if bare:
+                more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
+                told = f"whether {', '.join(bare[:3])}{more} of {machine.name} meet anything: they have no shapes"
+                found.append(told)
+            if any(rope.name not in self.strands for rope in machine.system.straight_ropes):
+                found.append(f"whether ropes of {machine.name} meet anything")
+            if any(rope.name not in self.slings for rope in machine.system.reevings):
+                found.append(f"whether ropes over sheaves of {machine.name} meet anything")
+                found.append("what ropes over sheaves carry between samples")
+            apart = [s.body for s in self.solids if s.machine == machine.name and s.kind == "machine"]
+            if self.lifts and len({*apart}) > 1:
+                found.append(f"parts of {machine.name} beside each other")
+        return tuple(dict.fromkeys(found))
 
 
-def strands(plan: Plan) -> dict[str, Strand]:
-    """Hook ropes and slings by the name of the rope."""
-    found = {}
-    for rope in plan.rig.hook_ropes:
-        ends = (rope.carries, f"{rope.crane} {rope.hook}")
-        radius = wire_radius(rope.EA / max(1, len(rope.lines)))
-        found[rope.name] = Strand(f"rope {rope.name}", "rope", rope.name, radius, ends)
-    for sling in (sling for sling in plan.rig.slings if not sling.over):
-        found[sling.name] = Strand(sling.name, "sling", sling.name, wire_radius(sling.EA), (sling.loader,))
-    return found
+def _distance(p: Vector, solid: Solid) -> float:
+    """From a point of a body to one of its boxes [m]."""
+    aside = [max(0.0, abs(x - c) - size / 2) for x, c, size in zip(p, solid.centre, solid.size, strict=True)]
+    return sqrt(sum(d * d for d in aside))
 
 
-def wire_radius(EA: float) -> float:
-    """Radius of the steel wire rope of a stiffness [N], or of the bundle of falls that has it together [m]."""
-    return sqrt(EA / (pi * FILL * E_STEEL))
-
-
-def _portal(crane: Crane, plan: Plan) -> Iterator[Solid]:
-    """Girder between the two levels of rope exits (about its axis if nothing hangs from it), two pairs of legs on the
-    rails under cross beams, each on a sill as long as the portal is wide over its buffers."""
-    exits = [line.a.p[2] for r in plan.rig.hook_ropes if r.crane == crane.name for line in r.lines]
-    axis = crane.girder.height
-    low, high = (min(exits) + DECK, max(exits) - DECK) if exits else (axis - LEG, axis + LEG)
-    span, half = 2.0 * crane.main.com[1], crane.width / 2 - LEG
-    thing, body = f"portal of {crane.name}", f"{crane.name}.main"
-    size = (GIRDER, span + LEG, max(high - low, LEG))
-    yield Solid(thing, "girder", "portal", body, (0.0, span / 2, (low + high) / 2), size)
-    for x in (-half, half):
-        for y in (0.0, span):
-            yield Solid(thing, "leg", "portal", body, (x, y, low / 2), (LEG, LEG, low))
-    for y in (0.0, span):
-        yield Solid(thing, "sill", "portal", body, (0.0, y, LEG / 4), (crane.width, LEG, LEG / 2))
-        yield Solid(thing, "cross beam", "portal", body, (0.0, y, low + LEG / 2), (crane.width - LEG, LEG, LEG))
-
-
-def _trolleys(crane: Crane) -> Iterator[Solid]:
-    for trolley in (crane.upper, crane.lower):
-        thing = f"{trolley.name} trolley of {crane.name}"
-        size = edges(trolley.body.mass, trolley.body.moments)
-        yield Solid(thing, "", "trolley", f"{crane.name}.{trolley.name}", trolley.body.com, (*size[:2], TROLLEY))
-
-
-def _loader(loader: Loader, plan: Plan) -> Iterator[Solid]:
-    """Hook block from the eye down to the hinge, as wide as its ropes are apart; beam between its slings."""
-    x, y, z = loader.hinge
-    apart = [abs(line.b.p[0]) for r in plan.rig.hook_ropes if r.carries == loader.name for line in r.lines]
-    wide = 2.0 * max(apart, default=STOOL / 2) or STOOL
-    size = (wide, min(wide, 2.0), max(-z, STOOL))
-    yield Solid(loader.name, "hook block", "loader", f"{loader.name}.upper", (x / 2, y / 2, z / 2), size)
-    beams = [s.beam.p for s in plan.rig.slings if s.loader == loader.name] or [(0.0, 0.0, -STOOL)]
-    mid = [sum(p[i] for p in beams) / len(beams) for i in range(3)]
-    length = max(p[0] for p in beams) - min(p[0] for p in beams) + STOOL
-    size = (length, STOOL, max(-mid[2], STOOL))
-    yield Solid(loader.name, "beam", "loader", f"{loader.name}.lower", (mid[0], mid[1], mid[2] / 2), size)
-
-
-def _block(block: Block) -> Iterator[Solid]:
-    """The slices or the box that the scene gives; of a plan without one, that of its mass and inertia."""
-    size = (0.0, 0.0, 0.0), block.size
-    own = size if any(block.size) else (block.body.com, edges(block.body.mass, block.body.moments))
-    for centre, sides in block.slices or (own,):
-        yield Solid(block.name, "", "block", block.name, centre, sides)
-
-
-def _stools(block: Block) -> Iterator[Solid]:
-    """The stools on which the block stands at the start."""
-    x, y, *_ = block.pose
-    for pad in block.pads:
-        if pad.closed:
-            u, v, _ = pad.support.point.p
-            h = pad.support.height
-            yield Solid(STOOLS, pad.support.name, "stools", WORLD, (x + u, y + v, h / 2), (STOOL, STOOL, h))
-
-
-def _contacts(mechanism: Mechanism) -> Iterator[Solid]:
-    """The boxes and balls with which bodies of a mechanism touch others."""
-    from heavylift.kernel.description.contacts import Ball, Box
-
-    shapes = dict.fromkeys(s for c in mechanism.system.contacts for s in (c.a, c.b))
-    for shape in shapes:
+def _contacts(machine: Mechanism) -> Iterator[Solid]:
+    """The boxes and balls with which bodies of a machine touch others."""
+    for shape in dict.fromkeys(s for c in machine.system.contacts for s in (c.a, c.b)):
         match shape:
             case Box():
                 yield Solid(shape.body, "", "mechanism", shape.body, shape.p, shape.size, shape.R)
             case Ball() if shape.radius > 0.0:
                 size = (2.0 * shape.radius,) * 3
                 yield Solid(shape.body, "", "mechanism", shape.body, shape.p, size, form="ball")
+
+
+def wire_radius(EA: float) -> float:
+    """Radius of the steel wire rope of a stiffness [N], or of the bundle of falls that has it together [m]."""
+    return sqrt(EA / (pi * FILL * E_STEEL))
 
 
 def around(boxes: Sequence[tuple[Vector, Vector]]) -> tuple[Vector, Vector]:
@@ -163,93 +265,3 @@ def around(boxes: Sequence[tuple[Vector, Vector]]) -> tuple[Vector, Vector]:
     x, y, z = ((p + q) / 2 for p, q in zip(low, high, strict=True))
     a, b, c = (q - p for p, q in zip(low, high, strict=True))
     return (x, y, z), (a, b, c)
-
-
-def edges(mass: float, moments: Vector) -> Vector:
-    """Edges of the uniform box of a mass [kg] and moments of inertia about its middle [kg m2]."""
-    total = sum(moments)
-    x, y, z = (round(sqrt(max(0.0, 6.0 * (total - 2.0 * m) / mass)), 9) for m in moments)
-    return x, y, z
-
-
-def relation(plan: Plan, a: Solid | Strand, b: Solid | Strand) -> Relation:
-    """How two shapes of different things may meet."""
-    if "mechanism" in (a.kind, b.kind):
-        return _of_mechanism(plan, a, b)
-    one, two = sorted((a, b), key=lambda s: s.kind)
-    kinds = one.kind, two.kind
-    owners = {*_owner(plan, one), *_owner(plan, two)}
-    same_crane = len(owners) == 1 and "" not in owners
-    match kinds:
-        case ("block", "stools"):
-            return "joined"
-        case ("block", "sling") | ("sling", "sling" | "stools"):
-            joined = isinstance(one, Strand) and isinstance(two, Strand) and one.ends == two.ends
-            return "joined" if joined else "through"
-        case ("portal", "trolley") | ("portal" | "rope", "rope" | "trolley") if same_crane and kinds != (
-            "rope",
-            "rope",
-        ):
-            return "joined"
-        case ("loader", "sling" | "rope") | ("rope", "sling"):
-            return "joined" if _carried(one) & _carried(two) else "apart"
-    return "apart"
-
-
-def _owner(plan: Plan, shape: Solid | Strand) -> set[str]:
-    """The crane whose steel or rope a shape is, or ""."""
-    if isinstance(shape, Strand):
-        return {next((r.crane for r in plan.rig.hook_ropes if r.name == shape.rope), "")}
-    return {next((c.name for c in plan.cranes if shape.body.startswith(f"{c.name}.")), "")}
-
-
-def _carried(shape: Solid | Strand) -> set[str]:
-    """The loader that a shape is, or hangs on or from."""
-    return {shape.ends[0]} if isinstance(shape, Strand) else {shape.thing}
-
-
-def _of_mechanism(plan: Plan, a: Solid | Strand, b: Solid | Strand) -> Relation:
-    """Bodies of one mechanism that neither a joint nor a contact of their shapes ties must not go through each other,
-    nor what touches another thing by its corners alone."""
-    if not (isinstance(a, Solid) and isinstance(b, Solid)):
-        return "joined"
-    joints = [{j.parent, j.child} for m in plan.mechanisms for j in m.system.joints]
-    if {a.body, b.body} in joints:
-        return "joined"
-    if by_corners(plan, a.body, b.body):
-        return "through"
-    tied = [{c.a.body, c.b.body} for m in plan.mechanisms for c in m.system.contacts]
-    return "joined" if a.kind != b.kind or {a.body, b.body} in tied else "through"
-
-
-def by_corners(plan: Plan, a: str, b: str) -> bool:
-    """Whether two bodies touch by contacts of points alone, so that one may go through the other beside those."""
-    found = [c for m in plan.mechanisms for c in m.system.contacts if {c.a.body, c.b.body} == {a, b}]
-    return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
-
-
-def untouched(plan: Plan) -> tuple[str, ...]:
-    """What `relation` does not check, for planners."""
-    found = []
-    if plan.cranes:
-        found.append("ropes beside the girder and the trolleys of their own crane, whose openings no scene gives")
-        found.append(f"what shakes faster than samples of places and speeds show, {plan.samples_hz:g} in a second")
-    if plan.block:
-        found.append("the block beside its stools, and near the ground while it is lifted off or set down")
-    if plan.rig.slings:
-        found.append("slings while they are slack")
-    if any(sling.over for sling in plan.rig.slings):
-        found.append("slings that bend over edges")
-    shaped = {s.body for s in solids(plan)}
-    for mechanism in plan.mechanisms:
-        bare = [b.name for b in mechanism.system.bodies if b.name not in shaped]
-        if bare:
-            more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
-            found.append(f"whether {', '.join(bare[:3])}{more} of {mechanism.name} meet anything: they have no shapes")
-        if mechanism.system.all_ropes:
-            found.append(f"whether ropes of {mechanism.name} meet anything")
-        if mechanism.system.reevings:
-            found.append("what ropes over sheaves carry between samples")
-        if plan.cranes:
-            found.append(f"whether {mechanism.name} meets cranes, block or loaders")
-    return tuple(found)

@@ -17,6 +17,7 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.fidelity import Question
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.goliaths import levelled
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
@@ -98,8 +99,8 @@ def _built(
         loaders=tuple(yard.loaders),
         block=yard.block,
         rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
-        fidelity=build_fidelity(yard),
     )
+    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, levelled(lift)))
     mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
     mechanisms = measuring(yard, mechanisms)
@@ -196,13 +197,11 @@ def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
 def _impossible(source: Source, loaded: LoadedScene, followed: bool) -> list[Fault]:
     """What cannot be built or carried out, or would be overloaded; loads are judged only where everything fits."""
     scene, built = loaded.scene, loaded.plan
-    if not built.lift:
-        judged = followed and any(machine.hooks for machine in built.mechanisms)
-        found = overloads(built, loaded.statics) if judged else []
-        return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]
-    found = start_checks(scene, built) or held_orders(built)
-    if followed and not found:
-        assert loaded.followed is not None
-        found = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
+    found = (start_checks(scene, built) if built.lift else []) or held_orders(built)
+    hooks = any(machine.hooks for machine in built.mechanisms)
+    if followed and not found and (built.lift or hooks):
+        found = order_checks(scene, built, loaded.statics)
+        if loaded.followed is not None:
+            found = found or step_checks(scene, built, loaded.followed.steps)
         found = found or overloads(built, loaded.statics)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]

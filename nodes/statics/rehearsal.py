@@ -73,6 +73,7 @@ class Rehearsal:
         plan = msgspec.structs.replace(plan, models=())  # what they lead stands
         self.plan, self.after, self.why, self.cut = plan, after, "", ""
         self.models = Models(plan)
+        self._lugs = first_lugs(self.models.commander.actions.known.parts)
         self._hears = subscriptions(plan, self.models.models)
         placed = _placed(system(plan, self.models.models))
         self._contacts = placed.contacts
@@ -227,7 +228,7 @@ class Rehearsal:
         stage = (action.stage or f"action {number}") if action else "at the start"
         new, self.path.points[:] = list(self.path.points), []
         for rest in new:
-            state = self._state(rest, number, stage, dict(getattr(commander, "lugs", first_lugs(self.plan))))
+            state = self._state(rest, number, stage, dict(getattr(commander, "lugs", self._lugs)))
             self._look(state)
             self.states.append(state)
 

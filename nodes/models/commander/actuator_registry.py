@@ -5,8 +5,12 @@ The commander addresses orders with it and starts from its state; both follow fr
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from heavylift.nodes.plan.actions import Hookup, Turn
-from heavylift.nodes.plan.plan import Plan, drive_name
+from heavylift.nodes.plan.interlock import Interlock
+from heavylift.nodes.plan.mechanism import Mechanism
+from heavylift.nodes.plan.plan import Plan
 
 from .observed_state import OFF, Picture
 
@@ -34,50 +38,36 @@ def hooked_later(plan: Plan) -> list[str]:
     return sorted({order.sling for order in orders if isinstance(order, Hookup)})
 
 
-def owners(plan: Plan) -> dict[str, str]:
+def owners(machines: Sequence[Mechanism], interlocks: Sequence[Interlock] = ()) -> dict[str, str]:
     """The machine of each actuator, rope, brake and interlock that orders can name."""
-    found = {rope.name: rope.crane for rope in plan.rig.hook_ropes}
-    found |= {sling.name: sling.loader for sling in plan.rig.slings}
-    for crane in plan.cranes:
-        found |= {drive_name(crane.name, axis): crane.name for axis in ("gantry", "upper", "lower")}
-    for loader in plan.loaders:
-        found[f"{loader.name}.hinge.lock"] = loader.name
-    for mechanism in plan.mechanisms:
-        system = mechanism.system
-        names = [d.name for d in system.drives] + [r.name for r in system.all_ropes]
-        names += [b.name for b in system.brakes] + [x.name for x in system.locks]
-        names += [m.name for m in system.masters]
-        found |= dict.fromkeys(names, mechanism.name)
-    return found | {interlock.name: interlock.machine for interlock in plan.interlocks}
+    found = dict[str, str]()
+    for machine in machines:
+        system = machine.system
+        for group in (system.drives, system.all_ropes, system.brakes, system.locks, system.masters):
+            found |= dict.fromkeys((x.name for x in group), machine.name)
+    return found | {interlock.name: interlock.machine for interlock in interlocks}
 
 
-def first_picture(plan: Plan) -> Picture:
+def first_picture(machines: Sequence[Mechanism]) -> Picture:
     """What is known at the start."""
     picture = Picture()
-    picture.ropes |= {rope.name: "taut" for rope in plan.rig.hook_ropes}
-    picture.ropes |= {s.name: OFF if not s.lug else "taut" if s.taut else "slack" for s in plan.rig.slings}
-    for block in plan.all_blocks:
-        picture.bodies[block.name] = (block.name,)
-        faces: dict[str, list[bool]] = {}
-        for pad in block.pads:
-            faces.setdefault(pad.face, []).append(pad.closed)
-        picture.grounded |= {block.name} if any(pad.closed for pad in block.pads) else set()
-        picture.landed |= {block.name} if any(all(closed) for closed in faces.values()) else set()
-    for mechanism in plan.mechanisms:
-        for rope in mechanism.system.all_ropes:
-            state = "taut" if rope.name in mechanism.taut else "slack"
+    for machine in machines:
+        for rope in machine.system.all_ropes:
+            state = "taut" if rope.name in machine.taut else "slack"
             picture.ropes[rope.name] = state if rope.hooked else OFF
-        bodies: dict[str, list[bool]] = {}
-        for support in mechanism.system.supports:
-            bodies.setdefault(mechanism.standing(support.point.body), []).append(support.name in mechanism.closed)
-        for contact in mechanism.system.contacts:
-            bodies.setdefault(mechanism.standing(contact.a.body), []).append(contact.name in mechanism.closed)
-        picture.bodies[mechanism.name] = tuple(bodies)
-        picture.grounded |= {body for body, closed in bodies.items() if any(closed)}
-        picture.landed |= {body for body, closed in bodies.items() if all(closed)}
+        bodies: dict[str, dict[str, list[bool]]] = {}
+        faces = {name: face for cargo in machine.cargo for name, face in cargo.faces.items()}
+        touching = [(s.name, s.point.body) for s in machine.system.supports]
+        touching += [(c.name, c.a.body) for c in machine.system.contacts]
+        for name, body in touching:
+            closed = bodies.setdefault(machine.standing(body), {}).setdefault(faces.get(name, body), [])
+            closed.append(name in machine.closed)
+        picture.bodies[machine.name] = tuple(bodies)
+        picture.grounded |= {body for body, of in bodies.items() if any(any(closed) for closed in of.values())}
+        picture.landed |= {body for body, of in bodies.items() if any(all(closed) for closed in of.values())}
     return picture
 
 
-def first_lugs(plan: Plan) -> dict[str, str]:
-    """The lug of each sling that is hooked at the start."""
-    return {sling.name: sling.lug for sling in plan.rig.slings if sling.lug}
+def first_lugs(machines: Sequence[Mechanism]) -> dict[str, str]:
+    """The lug of each tie that is hooked at the start."""
+    return {tie.rope: tie.lug for machine in machines for tie in machine.ties if tie.lug}

@@ -8,84 +8,97 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping
 
+from heavylift.kernel.description.mechanics import Joint
 from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Stop, Turn, Unhook
 from heavylift.nodes.plan.fidelity import held_by
+from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
 
+from .actuator_registry import owners
 from .observed_state import OFF, Picture
 from .refused import Refused
-from .turn_law import followers
+from .turn_law import Follower, followers
 
 
-def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]) -> None:
-    """Raise Refused for an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
-    for joint in joints_moved(order, plan, lugs):
-        if joint in plan.fidelity.locked:
-            raise Refused(held_by(plan.fidelity, joint))
-    match order:
-        case Move():
-            if owners.get(order.actuator) != order.model:
-                raise Refused(f"{order.model} has no hook or drive {order.actuator}")
-            if VERBS[order.verb].along:
-                _check_ground(order, plan, picture)
-        case Hookup() | Unhook():
-            _check_sling(order, plan, picture, lugs)
-        case Brake():
-            if owners.get(order.brake) != order.model:
-                raise Refused(f"{order.model} has no brake {order.brake}")
-        case Stop():
-            if owners.get(order.actuator) != order.model:
-                raise Refused(f"{order.model} has no hook or drive {order.actuator}")
+class Machines:
+    """The machines of a plan as orders see them: who owns what, what hangs where."""
 
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.parts = plan, machines(plan)
+        self.owners = owners(self.parts, plan.interlocks)
+        self.lugs = lug_places(self.parts)
+        joints = {joint.name: joint for machine in self.parts for joint in machine.system.joints}
+        drives = (drive for machine in self.parts for drive in machine.system.drives if drive.joint in joints)
+        self.joints = {drive.name: joints[drive.joint] for drive in drives}
 
-def check_led(order: Order, plan: Plan, lugs: Mapping[str, str]) -> None:
-    """Raise Refused for an order to an actuator that a model leads."""
-    match order:
-        case Move():
-            asked = [order.actuator]
-        case Turn() if plan.models:
-            asked = [f.actuator for f in followers(plan, lugs)]
-        case _:
-            asked = []
-    for actuator in asked:
-        if who := plan.leader(actuator):
-            raise Refused(f"{actuator} is led by the model {who} and takes no other orders")
+    def check(self, order: Order, picture: Picture, lugs: Mapping[str, str]) -> None:
+        """Raise Refused for an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
+        plan = self.plan
+        for joint in self.moved(order, lugs):
+            if joint.name in plan.fidelity.locked:
+                raise Refused(held_by(plan.fidelity, joint))
+        match order:
+            case Move() | Stop():
+                if self.owners.get(order.actuator) != order.model:
+                    raise Refused(f"{order.model} has no hook or drive {order.actuator}")
+                if isinstance(order, Move) and VERBS[order.verb].along:
+                    self._check_ground(order, picture, lugs)
+            case Hookup() | Unhook():
+                self._check_sling(order, picture, lugs)
+            case Brake():
+                if self.owners.get(order.brake) != order.model:
+                    raise Refused(f"{order.model} has no brake {order.brake}")
 
+    def check_led(self, order: Order, lugs: Mapping[str, str]) -> None:
+        """Raise Refused for an order to an actuator that a model leads."""
+        match order:
+            case Move():
+                asked = [order.actuator]
+            case Turn() if self.plan.models:
+                asked = [f.actuator for f in self.followers(order, lugs)]
+            case _:
+                asked = []
+        for actuator in asked:
+            if who := self.plan.leader(actuator):
+                raise Refused(f"{actuator} is led by the model {who} and takes no other orders")
 
-def joints_moved(order: Order, plan: Plan, lugs: Mapping[str, str]) -> list[str]:
-    """Joints that an order moves by their drives; raises Refused for a turn that no hook can follow."""
-    match order:
-        case Move() if VERBS[order.verb].along:
-            return [order.actuator.removesuffix(".drive")]
-        case Turn():
-            return [f.actuator.removesuffix(".drive") for f in followers(plan, lugs)]
-    return []
+    def followers(self, order: Turn, lugs: Mapping[str, str]) -> list[Follower]:
+        """What follows a turn; raises Refused for one that no hook can follow."""
+        return followers(self.parts, lugs, order.block)
 
+    def moved(self, order: Order, lugs: Mapping[str, str]) -> list[Joint]:
+        """Joints that an order moves by their drives; raises Refused for a turn that no hook can follow."""
+        match order:
+            case Move() if VERBS[order.verb].along:
+                asked = [order.actuator]
+            case Turn():
+                asked = [f.actuator for f in self.followers(order, lugs)]
+            case _:
+                asked = []
+        return [self.joints[actuator] for actuator in asked if actuator in self.joints]
 
-def _check_ground(order: Move, plan: Plan, picture: Picture) -> None:
-    """A crane does not travel while the block stands on its supports and hangs on it."""
-    if plan.block is None or not picture.on_ground(plan.block.name):
-        return
-    loaders = {rope.carries for rope in plan.rig.hook_ropes if rope.crane == order.model}
-    for sling in plan.rig.slings:
-        if sling.loader in loaders and picture.ropes[sling.name] == "taut":
-            raise Refused(
-                f"{order.model} cannot {order.verb} while {plan.block.name} stands on its supports and "
-                f"{sling.name} is taut, wait until it is lifted or slacken the slings"
-            )
+    def _check_ground(self, order: Move, picture: Picture, lugs: Mapping[str, str]) -> None:
+        """A crane does not travel while what hangs on it stands on its supports."""
+        hooks = [hook for machine in self.parts if machine.name == order.model for hook in machine.hooks]
+        for tie in (tie for hook in hooks for tie in ties_on(self.parts, hook)):
+            held = self.lugs.get(lugs.get(tie.rope, ""))
+            if held and picture.ropes[tie.rope] == "taut" and picture.on_ground(held.body):
+                raise Refused(
+                    f"{order.model} cannot {order.verb} while {held.body} stands on its supports and "
+                    f"{tie.rope} is taut, wait until it is lifted or slacken the slings"
+                )
 
-
-def _check_sling(order: Hookup | Unhook, plan: Plan, picture: Picture, lugs: Mapping[str, str]) -> None:
-    """A sling that exists is hooked once, to a lug that exists, and unhooked where it hangs."""
-    if isinstance(order, Hookup) and order.sling not in picture.ropes:
-        raise Refused(f"there is no sling {order.sling}")
-    hooked = {name for name, state in picture.ropes.items() if state != OFF}
-    if fault := sling_fault(order, hooked, lugs, picture.parted):
-        raise Refused(fault)
-    known = [lug.name for lug in plan.block.lugs] if plan.block else []
-    if isinstance(order, Hookup) and order.lug and order.lug not in known:
-        raise Refused(f"there is no lug {order.lug}")
+    def _check_sling(self, order: Hookup | Unhook, picture: Picture, lugs: Mapping[str, str]) -> None:
+        """A sling that exists is hooked once, to a lug that exists, and unhooked where it hangs."""
+        if isinstance(order, Hookup) and order.sling not in picture.ropes:
+            raise Refused(f"there is no sling {order.sling}")
+        hooked = {name for name, state in picture.ropes.items() if state != OFF}
+        if fault := sling_fault(order, hooked, lugs, picture.parted):
+            raise Refused(fault)
+        if isinstance(order, Hookup) and order.lug and order.lug not in self.lugs:
+            raise Refused(f"there is no lug {order.lug}")
 
 
 def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], parted: Container[str]) -> str:

@@ -17,12 +17,12 @@ from heavylift.nodes.plan.own import Led
 from heavylift.nodes.plan.places import ASIDE, LED, numbered
 from heavylift.nodes.plan.plan import Plan
 
-from .actuator_registry import first_lugs, first_picture, machines, owners, turn_of, turns
+from .actuator_registry import first_lugs, first_picture, machines, turn_of, turns
 from .conditions import Moment, crossings, holds, watched
 from .jobs import Job, barred, make_way, partners, still_open
-from .order_checks import check, check_led
+from .order_checks import Machines
 from .refused import Refused
-from .turn_law import Follower, followers
+from .turn_law import Follower
 
 ROUNDING = 1e-9  # of a speed
 
@@ -39,9 +39,9 @@ class Orders(Atomic):
     def __init__(self, name: str, plan: Plan) -> None:
         """`plan`: of the whole scene, or what one of several action lists needs of it."""
         super().__init__(name)
-        self.plan, self.owners, self.end = plan, owners(plan), plan.first + len(plan.actions)
+        self.plan, self.known, self.end = plan, Machines(plan), plan.first + len(plan.actions)
+        self.owners = self.known.owners
         self.own = plan.lists[0].machines if plan.lists else ()
-        self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
         self.lists = self.add_out("lists", m.Report) if plan.lists else None  # to other lists
         targets = dict.fromkeys([*(self.own if plan.lists else machines(plan)), *watched(plan)])
         self.turn = turn_of(plan)
@@ -56,7 +56,8 @@ class Orders(Atomic):
 
     def _clear(self) -> None:
         """Nothing is ordered yet."""
-        self.picture, self.lugs, self.theta = first_picture(self.plan), first_lugs(self.plan), self.plan.start
+        machines = self.known.parts
+        self.picture, self.lugs, self.theta = first_picture(machines), first_lugs(machines), self.plan.start
         self.jobs: list[Job] = []
         self.places = {each.name: each.start for machine in self.plan.mechanisms for each in machine.actuators}
         self.led: dict[str, float] = {}  # speed that models ask of actuators
@@ -74,7 +75,7 @@ class Orders(Atomic):
                 f"{who}: {led.port} asks {move.actuator} for {abs(speed):g}, and it can {most}; limit what it says"
             )
         try:
-            check(move, self.plan, self.owners, self.picture, self.lugs)
+            self.known.check(move, self.picture, self.lugs)
         except Refused as error:
             raise ModelError(f"{who}: {error}") from None
         if speed != self.led.get(move.actuator, 0.0):
@@ -84,8 +85,8 @@ class Orders(Atomic):
 
     def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
         """Turn an order of the scene into orders to actors; `at` are the numbers of its action and of itself."""
-        check(order, self.plan, self.owners, self.picture, self.lugs)
-        check_led(order, self.plan, self.lugs)
+        self.known.check(order, self.picture, self.lugs)
+        self.known.check_led(order, self.lugs)
         match order:
             case scene.Wait():
                 self._job(at, "wait", "", ends_ns=self.now.t + seconds(order.seconds))
@@ -104,7 +105,7 @@ class Orders(Atomic):
                 elif at[0] != ASIDE:
                     self.outbox.append((self.skipped, m.Skipped(at[0], order.actuator)))
             case scene.Turn():
-                found = followers(self.plan, self.lugs)
+                found = self.known.followers(order, self.lugs)
                 for f in found:
                     make_way(self.jobs, f.actuator)
                 job = self._job(at, "turn", self.turn, order.until, followers=tuple(found))
@@ -114,8 +115,8 @@ class Orders(Atomic):
                 self._send(self.turn, m.Run(self.turn, job.id, at, order.rate, order.accel, to=order.to))
             case scene.Hookup():
                 job = self._job(at, "hook", order.sling)
-                lug = self.lug_places.get(order.lug)
-                self._send(order.sling, m.HookOrder(order.sling, job.id, at, order.lug, lug))
+                lug = self.known.lugs.get(order.lug)
+                self._send(order.sling, m.HookOrder(order.sling, job.id, at, order.lug, lug.p if lug else None))
             case scene.Unhook():
                 job = self._job(at, "release" if order.parted else "unhook", order.sling)
                 self.picture.parted |= {order.sling} if order.parted else set()

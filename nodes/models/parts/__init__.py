@@ -5,7 +5,5 @@ kernel_messages           inputs of the kernel and its state events
 parts                     the parts that machines are made of, and how they are wired
 drive, winch, interlock   actors that move; what stops them
 gauges, rigging           actors: load cells and inclinometers; slings, brakes, supports
-chains, girder, bending   a hook rope with mass as lumps; the girder, or the block, as a beam
-fidelity_variants         what a machine declares under the fidelity of its plan
 inputs                    what each kernel input does to a simulation
 """

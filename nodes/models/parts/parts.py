@@ -17,7 +17,6 @@ from heavylift.kernel.description.mechanics import Body, Joint, System, merge
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, InPort, Model, Out
 from heavylift.nodes.plan.places import numbered
-from heavylift.nodes.plan.plan import Inertia
 
 from .messages import KernelInput, Order, Report, StateEvent
 
@@ -35,11 +34,6 @@ def _pieces(models: Iterable[Model]) -> Iterator[System]:
             yield from _pieces(model.children.values())
         elif isinstance(model, Part):
             yield model.declare()
-
-
-def body(name: str, inertia: Inertia) -> Body:
-    """A body of the description from its inertia in the plan."""
-    return Body(name, inertia.mass, inertia.com, inertia.matrix)
 
 
 class Part(Atomic):
@@ -76,10 +70,6 @@ class BodyAtomic(Part):
     def declare(self) -> System:
         """The body."""
         return System(bodies=(self.body,))
-
-
-class RopeAtomic(Part):
-    """Holds a connection of the rig: a rope, or the pieces of one with mass."""
 
 
 class Actor(Part):
@@ -225,4 +215,4 @@ class BodyCoupled(Group):
 
 
 class Machine(Group):
-    """One real object: a crane, a loader, the block, a mechanism."""
+    """One real object: a crane, a lifting frame, a block, a mechanism."""

@@ -1,7 +1,7 @@
-"""Actors of ropes, brakes and supports that are hooked, locked or touched: slings, hinge locks, stools.
+"""Actors of ropes, brakes and supports that are hooked, locked or touched: slings, brakes, stools.
 
-A sling is hooked and taken off by orders; taut and slack are state events of the kernel.  The hinge lock of
-a loader is engaged as long as no sling is hooked.  The stools report when the block leaves the ground and when
+A sling is hooked and taken off by orders; taut and slack are state events of the kernel.  A latch is a brake that is
+engaged as long as no sling is hooked.  The stools report when the block leaves the ground and when
 it is back.
 """
 
@@ -17,7 +17,7 @@ from .parts import LiveActor
 
 
 class SlingActor(LiveActor):
-    """Hooks and unhooks the rope `element`, tells the hinge lock, reports taut and slack."""
+    """Hooks and unhooks the rope `element`, tells its latch, reports taut and slack."""
 
     latch = Out(m.Latch)
 
@@ -92,8 +92,8 @@ class JointLockActor(BrakeActor):
         return m.SetLock(self.element, engaged)
 
 
-class LockActor(BrakeActor):
-    """The hinge lock of a loader: engaged while none of its slings is hooked, or by order."""
+class LatchActor(BrakeActor):
+    """A brake that is engaged while none of some ties is hooked, or by order."""
 
     latch = In(m.Latch)
 

@@ -147,17 +147,17 @@ def _ropes_overloaded(built: plan.Plan) -> Violations:
             yield rope.name, rope.where, f"{message}: {loader.name} and the hook block alone are too heavy for it"
 
 
-def reach(sling: plan.Sling, lug: str, beam: tuple[float, ...], p: tuple[float, ...]) -> str:
+def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequence[float]) -> str:
     """A sentence if a sling is too short for its lug or hangs too far beside it, else nothing."""
-    dx, dy, dz = (a - b for a, b in zip(beam, p, strict=True))
-    gap, beside = sqrt(dx * dx + dy * dy + dz * dz) - sling.L0, sqrt(dx * dx + dy * dy)
+    dx, dy, dz = (a - b for a, b in zip(upper, p, strict=True))
+    gap, beside = sqrt(dx * dx + dy * dy + dz * dz) - length, sqrt(dx * dx + dy * dy)
     if gap <= REACHED:
         return ""
-    if beside > BESIDE * sling.L0:
-        message = f"the hook stands {beside:.1f} m beside the lug {lug}, too far for the {sling.L0:g} m of {sling.name}"
+    if beside > BESIDE * length:
+        message = f"the hook stands {beside:.1f} m beside the lug {lug}, too far for the {length:g} m of {sling}"
         return f"{message} ({gap * 1000:.0f} mm are missing): move crane or trolley first"
-    message = f"{sling.name} is {gap * 1000:.0f} mm too short for the lug {lug}"
-    return f"{message}: lower the hook or take a longer sling than {sling.L0:g} m"
+    message = f"{sling} is {gap * 1000:.0f} mm too short for the lug {lug}"
+    return f"{message}: lower the hook or take a longer sling than {length:g} m"
 
 
 def _slings_reach(given: schema.Block, block: plan.Block, built: plan.Plan) -> Violations:
@@ -171,7 +171,7 @@ def _slings_reach(given: schema.Block, block: plan.Block, built: plan.Plan) -> V
         eye, hinge, own, lug = loaders[sling.loader].pose, loaders[sling.loader].hinge, sling.beam.p, lugs[sling.lug]
         beam = (eye[0] + hinge[0] + own[0], eye[1] + hinge[1] + own[1], eye[2] + hinge[2] + own[2])
         place = (x + lug[0], y + lug[1], z + lug[2])
-        message = reach(sling, sling.lug, beam, place) or _overstretched(sling, beam, place)
+        message = reach(sling.name, sling.L0, sling.lug, beam, place) or _overstretched(sling, beam, place)
         if message:
             yield sling.loader, sling.where, message
             continue

@@ -6,89 +6,108 @@ Each check sees the action, the static state in which it begins and what the pat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
+from functools import cached_property
 from math import degrees, radians, sqrt
 
 from heavylift.kernel.algebra.elementary import atan2
+from heavylift.kernel.description.mechanics import Joint, Point
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.commander.actuator_registry import first_lugs
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.models.commander.order_checks import joints_moved, sling_fault
-from heavylift.nodes.models.commander.turn_law import followers
+from heavylift.nodes.models.commander.order_checks import Machines, sling_fault
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.fidelity import held_by
+from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.verbs import MOTIONS, VERBS
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.statics.action_preview import Followed
 from heavylift.nodes.statics.state import Acted, StaticState
-from heavylift.nodes.statics.static_state import Following, State, Step, goals, is_taut, lift_state, world
+from heavylift.nodes.statics.static_state import SLACK, goals, lift_state, world
 
 from .findings import Findings, Violations
 from .geometry import goal_checks, reach
 
 SAME = 1.0 + 1e-6  # times a speed that is not faster
-FALLS = 1.0  # [m] that a block sinks at once when it is let go
 TIPS = radians(10.0)  # of a block that leans as it is lifted
 
 
 class Order:
     """One action with the state in which it begins, and the states that it leads through.
 
-    `hooked`, `lugs`: slings and their lugs once the orders before it, and its own, are carried out, and ropes of a
-    mechanism with no lug; `parted`: what broke before it.
+    `hooked`, `lugs`: slings and their lugs once the orders before it, and its own, are carried out, and other ropes
+    with no lug; `parted`: what broke before it.
     """
 
     def __init__(
         self,
         scene: schema.Scene,
-        built: plan.Plan,
+        machines: Machines,
         action: plan.Action,
         acted: Acted,
-        steps: list[Step],
+        states: list[StaticState],
         hooked: dict[str, str],
         parted: set[str],
     ) -> None:
-        self.scene, self.plan, self.action, self.steps = scene, built, action, steps
+        self.scene, self.machines, self.plan, self.action, self.states = scene, machines, machines.plan, action, states
         self.before: StaticState = acted.before
-        self.state: State = lift_state(built, acted.before)
         self.taut = set(acted.taut)
         self.hooked, self.parted = hooked, parted
         self.lugs = dict(hooked)
         for order in action.orders:
             _hook(order, self.lugs)
 
-    def carrying(self, loaders: set[str]) -> list[str]:
-        """Loaders with a taut sling among these."""
-        return [x.name for x in self.plan.loaders if x.name in loaders and self._carries(x.name)]
-
-    def _carries(self, loader: str) -> bool:
-        return any(s.name in self.taut for s in self.plan.rig.slings if s.loader == loader)
-
-    def moved(self, move: actions.Move) -> set[str]:
-        """Loaders that a move takes along."""
-        found = set()
-        for crane in self.plan.cranes:
-            for hook in crane.hooks:
-                drives = {hook.rope, plan.drive_name(crane.name, hook.trolley), plan.drive_name(crane.name, "gantry")}
-                if move.actuator in drives:
-                    found |= {r.carries for r in self.plan.rig.hook_ropes if r.name == hook.rope}
+    def hooks(self, move: actions.Move) -> list[plan.Hoist]:
+        """The hooks that a move takes along: of its winch, or of all that its drive carries."""
+        joint, found = self.machines.joints.get(move.actuator), list[plan.Hoist]()
+        for machine in (m for m in self.machines.parts if m.name == move.model):
+            carried = {j.child: j for j in machine.system.joints}
+            for hook in machine.hooks:
+                body, above = hook.on, set[str]()
+                while above_ := carried.get(body):
+                    above.add(above_.name)
+                    body = above_.parent
+                if hook.rope == move.actuator or (joint is not None and joint.name in above):
+                    found.append(hook)
         return found
 
+    def tied(self, hooks: Iterable[plan.Hoist], taut: Container[str]) -> list[tuple[str, Point]]:
+        """The taut slings on hooks, with the lugs that they hold."""
+        ties = (tie for hook in hooks for tie in ties_on(self.machines.parts, hook) if tie.rope in taut)
+        ends = ((tie.rope, tie.lower or self.machines.lugs.get(self.hooked.get(tie.rope, ""))) for tie in ties)
+        return [(rope, end) for rope, end in ends if end is not None and end.body in self.cargo]
 
-def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> list[tuple[str, str]]:
+    @cached_property
+    def cargo(self) -> dict[str, plan.Mechanism]:
+        """What is lifted, with the machines that it is."""
+        return {cargo.body: machine for machine in self.machines.parts for cargo in machine.cargo}
+
+    def grounded(self, body: str, x: StaticState) -> bool:
+        """Whether a load stands on one of its supports."""
+        return any(x.supports.get(s.name, 0.0) > 0.0 for s in self.cargo[body].system.supports)
+
+    def lifted(self, x: StaticState, move: actions.Move) -> bool:
+        """Whether a move carries a load in a state."""
+        taut = {rope for rope, tension in x.tensions.items() if tension > SLACK}
+        return any(not self.grounded(end.body, x) for _, end in self.tied(self.hooks(move), taut))
+
+
+def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[tuple[str, str]]:
     """What is wrong with the orders that could be followed."""
-    found = Findings()
-    hooked, parted = first_lugs(built), set[str]()
-    hooked |= {rope.name: "" for m in built.mechanisms for rope in m.system.all_ropes if rope.hooked}
-    for number, acted in enumerate(followed.path.acted, 1):
+    found, machines, parted = Findings(), Machines(built), set[str]()
+    hooked = {rope.name: "" for m in built.mechanisms for rope in m.system.all_ropes if rope.hooked}
+    hooked |= first_lugs(machines.parts)
+    for number, acted in enumerate(path.acted, 1):
         action = built.actions[number - 1]
-        steps = [step for step in followed.steps if step.static.action == number]
-        order = Order(scene, built, action, acted, steps, hooked, parted)
+        order = Order(scene, machines, action, acted, [x for x in path.states if x.action == number], hooked, parted)
         hooked = order.lugs
         parted = parted | {o.sling for o in action.orders if isinstance(o, actions.Unhook) and o.parted}
         for check in CHECKS:
             for each in check(order):
                 found.take(f"{each[1]} {check.__name__}", iter([each]), where=each[1])
-        goal_checks(found, scene, built, order.state, goals(built, action, order.state), action)
+        if built.lift:
+            state = lift_state(built, acted.before)
+            goal_checks(found, scene, built, state, goals(built, action, state), action)
         if found.sentences:
             break
     return found.list()
@@ -109,22 +128,24 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
     the hooks that carry slings then.
     """
     found = Findings()
-    lugs = first_lugs(built)
+    machines = Machines(built)
+    lugs = first_lugs(machines.parts)
     for action in built.actions:
         for order in action.orders:
             _hook(order, lugs)
-            ordered = [joint for joint in _moved(built, order, lugs) if joint in built.fidelity.locked]
+            ordered = [joint for joint in _moved(machines, order, lugs) if joint.name in built.fidelity.locked]
             violations = (
-                (joint, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out") for joint in ordered
+                (joint.name, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out")
+                for joint in ordered
             )
             found.take(f"{order.where} held", violations, where=order.where)
     return found.list()
 
 
-def _moved(built: plan.Plan, order: actions.Order, lugs: dict[str, str]) -> list[str]:
+def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> list[Joint]:
     """Joints that an order moves; none for a turn that no hook can follow, which is reported when it is given."""
     try:
-        return joints_moved(order, built, lugs)
+        return machines.moved(order, lugs)
     except ModelError:
         return []
 
@@ -135,8 +156,8 @@ def _moved(built: plan.Plan, order: actions.Order, lugs: dict[str, str]) -> list
 def _spoken(x: Order) -> Violations:
     """A condition on slings needs a hooked one."""
     untils = [(o.until, x.lugs) for o in x.action.orders if isinstance(o, actions.Move | actions.Turn)]
+    slings = {tie.rope for machine in x.machines.parts for tie in machine.ties}
     for condition, lugs in [(x.action.when, x.hooked), *untils]:
-        slings = {s.name for s in x.plan.rig.slings}
         for term in terms(condition):
             if isinstance(term, actions.Slings) and set(term.names) <= slings and not set(term.names) & set(lugs):
                 message = f"'{term.text}' says nothing here: none of {len(term.names)} slings is hooked then"
@@ -145,15 +166,16 @@ def _spoken(x: Order) -> Violations:
 
 def _reaches(x: Order) -> Violations:
     """A sling is hooked only if it reaches."""
-    assert x.plan.block is not None
-    lugs = {lug.name: lug.p for lug in x.plan.block.lugs}
-    slings = {s.name: s for s in x.plan.rig.slings}
+    ties = {tie.rope: tie for machine in x.machines.parts for tie in machine.ties}
+    lengths = {rope.name: rope.L0 for machine in x.machines.parts for rope in machine.system.straight_ropes}
     for order in x.action.orders:
-        if isinstance(order, actions.Hookup) and order.lug in lugs:
-            s = slings[order.sling]
-            beam = world(x.before, s.beam.body, s.beam.p)
-            if message := reach(s, order.lug, beam, world(x.before, x.plan.block.name, lugs[order.lug])):
-                yield s.loader, order.where, message
+        if isinstance(order, actions.Hookup) and order.sling in lengths and (tie := ties.get(order.sling)):
+            lug = tie.lower or x.machines.lugs.get(order.lug)
+            if lug is None:
+                continue
+            upper, place = world(x.before, tie.upper.body, tie.upper.p), world(x.before, lug.body, lug.p)
+            if message := reach(tie.rope, lengths[tie.rope], order.lug or tie.lug, upper, place):
+                yield tie.upper.body, order.where, message
 
 
 def _hangs(x: Order) -> Violations:
@@ -166,13 +188,20 @@ def _hangs(x: Order) -> Violations:
 
 
 def _lets_fall(x: Order) -> Violations:
-    """Something holds the block while it hangs."""
-    unhooks = any(isinstance(o, actions.Unhook) and not o.parted for o in x.action.orders)
-    if x.before.grounded or x.plan.block is None or not unhooks:
-        return
-    carriers = [s.name for s in x.plan.rig.slings if s.name in x.lugs and is_taut(x.plan, x.before, s.loader)]
-    if not carriers:
-        yield "block", x.action.where, f"no sling is taut: the block would fall ({x.action.stage})"
+    """Something holds a load while it hangs."""
+    unhooked = {o.sling for o in x.action.orders if isinstance(o, actions.Unhook) and not o.parted}
+    taut = {rope for rope, tension in x.before.tensions.items() if tension > SLACK}
+    hooks = [hook for machine in x.machines.parts for hook in machine.hooks]
+    holding: dict[str, set[str]] = {}
+    for rope, end in x.tied(hooks, taut):
+        holding.setdefault(end.body, set()).add(rope)
+    for body, slings in holding.items():
+        if slings & unhooked and not slings & x.lugs.keys() and not x.grounded(body, x.before):
+            yield body, x.action.where, f"no sling is taut: the {_load(body)} would fall ({x.action.stage})"
+
+
+def _load(body: str) -> str:
+    return body if body == "block" else f"block {body}"
 
 
 def _turns(x: Order) -> Violations:
@@ -180,21 +209,22 @@ def _turns(x: Order) -> Violations:
     for order in x.action.orders:
         if not isinstance(order, actions.Turn):
             continue
-        if x.state.grounded:
-            yield "block", order.where, "the block stands on its stools and cannot turn: hoist it first"
+        if order.block in x.cargo and x.grounded(order.block, x.before):
+            yield order.block, order.where, "the block stands on its stools and cannot turn: hoist it first"
             continue
         try:
-            followers(x.plan, x.lugs)
+            x.machines.followers(order, x.lugs)
         except ModelError as error:
-            yield "block", order.where, str(error)
+            yield order.block, order.where, str(error)
 
 
 def _drags(x: Order) -> Violations:
-    """No crane moves sideways with slings that hold on to a block on its stools."""
+    """No crane moves sideways with slings that hold on to a load on its supports."""
     for m in _moves(x, [verb.name for verb in VERBS.values() if verb.along]):
-        tied = x.carrying(x.moved(m)) if x.state.grounded else []
+        tied = [(rope, end) for rope, end in x.tied(x.hooks(m), x.taut) if x.grounded(end.body, x.before)]
         if tied:
-            message = f"{m.model} would {m.verb} while the block is on its stools and {tied[0]} taut"
+            rope, end = tied[0]
+            message = f"{m.model} would {m.verb} while the {_load(end.body)} is on its stools and {rope} taut"
             yield m.actuator, m.where, f"{message}: slacken or unhook the slings first"
 
 
@@ -202,22 +232,17 @@ def _fast(x: Order) -> Violations:
     """No actuator is faster than it can, with or without a load."""
     for m in (m for m in _moves(x, MOTIONS) if m.model in x.scene.cranes):
         crane, verb = x.scene.cranes[m.model], VERBS[m.verb]
-        hangs = not x.state.grounded and bool(x.carrying(x.moved(m)))
+        hangs = any(not x.grounded(end.body, x.before) for _, end in x.tied(x.hooks(m), x.taut))
         limit, how = verb.limit(crane, loaded=hangs), ""
         if limit is None:
             continue
-        lifts = verb.sign != 0 and any(_lifts(x, step, m) for step in x.steps)
+        moving = (state for state in x.states if abs(state.speeds.get(m.actuator, 0.0)) > 0.0)
+        lifts = verb.sign != 0 and any(x.lifted(state, m) for state in moving)
         if abs(m.speed) <= limit * SAME and lifts:
             limit, how = verb.limit(crane, loaded=True) or limit, " with a load"
         if abs(m.speed) > limit * SAME:
             message = f"{m.verb} {abs(m.speed) * 60:g} m/min is faster than {m.model} can{how}"
             yield m.actuator, m.where, f"{message}: {limit * 60:g} m/min"
-
-
-def _lifts(x: Order, step: Step, m: actions.Move) -> bool:
-    """Whether a winch moves the block in a state."""
-    moving = abs(step.static.speeds.get(m.actuator, 0.0)) > 0.0
-    return moving and not step.static.grounded and any(is_taut(x.plan, step.static, n) for n in x.moved(m))
 
 
 def _follows(x: Order) -> Violations:
@@ -233,37 +258,35 @@ def _follows(x: Order) -> Violations:
                 for t in (crane.upper, crane.lower)
             ]
             for name, actuator, limit in drives:
-                speed = max((abs(step.static.speeds.get(actuator, 0.0)) for step in x.steps), default=0.0)
+                speed = max((abs(state.speeds.get(actuator, 0.0)) for state in x.states), default=0.0)
                 if speed > limit * SAME:
                     message = f"{name} would have to follow the turn at {speed * 60:.1f} m/min"
                     yield name, order.where, f"{message}, it can {limit * 60:g} m/min"
 
 
 def _tips(x: Order) -> Violations:
-    """A block that is lifted stays as it was: its centre of mass is inside the lugs that carry."""
-    turning = any(isinstance(o, actions.Turn) for o in x.action.orders)
-    if turning or not x.state.grounded:
+    """A load that is lifted stays as it was: its centre of mass is inside the lugs that carry."""
+    if any(isinstance(o, actions.Turn) for o in x.action.orders):
         return
-    for step in x.steps:
-        if not step.static.grounded and (lean := _lean(x.plan, step.static)) > TIPS:
-            message = f"the block tips by {degrees(lean):.0f} degrees as it is lifted"
-            slack = sorted(name for name in step.static.hooked if step.static.tensions[name] <= 0.0)
+    for body in (body for body in x.cargo if x.grounded(body, x.before)):
+        first = next((s for s in x.states if not x.grounded(body, s) and _lean(s, body) > TIPS), None)
+        if first is not None:
+            message = f"the {_load(body)} tips by {degrees(_lean(first, body)):.0f} degrees as it is lifted"
+            slack = sorted(name for name in first.hooked if first.tensions[name] <= 0.0)
             hint = f", and {slack[0]} goes slack" if slack else ""
-            yield "block", x.action.where, f"{message}{hint}: its centre of mass is not between the lugs that carry"
-            return
+            yield body, x.action.where, f"{message}{hint}: its centre of mass is not between the lugs that carry"
 
 
-def _lean(built: plan.Plan, x: StaticState) -> float:
-    """Angle between the vertical and that of the block which was nearest to it at the start of the lift [rad]."""
-    assert built.block is not None
-    R = x.poses[built.block.name][1]
+def _lean(x: StaticState, body: str) -> float:
+    """Angle between the vertical and that axis of a body which was nearest to it at the start of the lift [rad]."""
+    R = x.poses[body][1]
     upright = min(1.0, max(abs(R[2][i]) for i in range(3)))
     return float(atan2(sqrt(1.0 - upright * upright), upright))
 
 
 def _moves(x: Order, verbs: Iterable[str]) -> Iterator[actions.Move]:
     for order in x.action.orders:
-        if isinstance(order, actions.Move) and order.verb in verbs and order.model in x.scene.cranes:
+        if isinstance(order, actions.Move) and order.verb in verbs:
             yield order
 
 

@@ -18,7 +18,7 @@ from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
-from .rigging.ratings import hook_limits, lug_limits, rigging_limits, sling_limits
+from .rigging.ratings import bridle_limit, hook_limits, lug_limits, rigging_limits, sling_limits, tandem_limits
 from .yard import Yard
 
 
@@ -26,18 +26,20 @@ def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limi
     """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
     rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
-    return (*rows, *_rig(yard), *lug_limits(yard), *_ropes(yard, mechanisms))
+    return (*rows, *tandem_limits(yard, mechanisms), *_rig(yard), *lug_limits(yard), *_ropes(yard, mechanisms))
 
 
 def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """What counts for everything that is lifted."""
     limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
     where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
-    for key in () if yard.cranes else sorted(limits.model_fields_set - {"ropes", "wind", "signals"}):
-        yard.source.fault(
-            ("limits", written(key)), "nothing is judged by it, for the scene has no cranes: leave it out", on_key=True
-        )
-    if yard.cranes:
+    hooks = bool(yard.cranes) or any(machine.hooks for machine in mechanisms)
+    of_rails = set[str]() if yard.cranes else {"off_lead_along", "off_lead_across"}
+    judged = {"ropes", "wind", "signals", *(limits.model_fields_set - of_rails if hooks else ())}
+    for key in sorted(limits.model_fields_set - judged):
+        told = "no crane travels on rails: give 'off-lead'" if hooks else "the scene has no hooks: leave it out"
+        yard.source.fault(("limits", written(key)), f"nothing is judged by it, for {told}", on_key=True)
+    if hooks:
         by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
         yield Limit(
             subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
@@ -198,11 +200,10 @@ def _pushes(crane: plan.Crane, given: schema.Crane, row: Callable[..., Limit]) -
 
 def _rig(yard: Yard) -> Iterator[Limit]:
     """Slings and loaders."""
-    rig, limits = yard.scene.rig, yard.scene.limits
+    rig = yard.scene.rig
     if rig is None:
         return
     given = rig.sling
-    own = "the scene" if limits.model_fields_set & {"bridle", "bridle_warning"} else "EN 13414-1"
     for loader in yard.loaders:
         slings = tuple(sling.name for sling in yard.slings if sling.loader == loader.name)
         carried = rig.loaders[loader.name]
@@ -212,13 +213,6 @@ def _rig(yard: Yard) -> Iterator[Limit]:
             source=message, where=loader.where,
         )  # fmt: skip
     for sling in yard.slings:
-        name, where, one = sling.name, sling.where, (sling.name,)
+        name, where = sling.name, sling.where
         yield from sling_limits(given, name, where)
-        if sling.over:
-            note = "it bends over an edge, where no angle to the vertical counts"
-            yield Limit(subject=name, quantity="bridle angle", unit="rad", elements=one, note=note, where=where)
-            continue
-        yield Limit(
-            subject=name, quantity="bridle angle", unit="rad", value=limits.bridle, warning=limits.bridle_warning,
-            elements=one, source=own, where=where,
-        )  # fmt: skip
+        yield bridle_limit(yard, name, where, bent=bool(sling.over))

@@ -6,6 +6,7 @@ Names are resolved here and defaults become numbers; loaders hang and the block 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import get_args
 
 import msgspec
@@ -182,10 +183,10 @@ def _groups(yard: Yard, rig: schema.Rig) -> None:
         yard.groups[name] = tuple(dict.fromkeys(found))
 
 
-def build_fidelity(yard: Yard) -> plan.Fidelity:
+def build_fidelity(yard: Yard, machines: Sequence[plan.Mechanism]) -> plan.Fidelity:
     """How much is modelled, groups of joints as names of joints; what is wrong is added to the faults of the scene."""
     given = yard.scene.fidelity
-    groups = groups_of(yard.loaders, yard.cranes)
+    groups = groups_of(machines)
     joints = [joint for group in groups.values() for joint in group]
     locked: list[str] = []
     for i, name in enumerate(given.locked):
@@ -194,4 +195,4 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
             yard.source.fault(("fidelity", "locked", i), message, closest(name, [*groups, *joints]))
         locked += groups.get(name, [name])
     made = msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity)
-    return planar(made, yard.loaders, yard.cranes)
+    return planar(made, machines)

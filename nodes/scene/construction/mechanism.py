@@ -105,6 +105,7 @@ class _Assembly(Checking):
             closed=closed,
             hooks=tuple(hung.hooks),
             shapes=(*self._shapes(), *hung.shapes),
+            ties=tuple(hung.ties),
             where=self.source.where(self.base),
         )
 

@@ -58,7 +58,8 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
         assert tree is not None
         made = build_mechanism(source, tree.made(name, around), scene.gravity, around, base, None, scene.edges)
         slings = tuple(slings_of(scene, name))
-        built.append(msgspec.structs.replace(made, slings={name: slings} if slings else {}))
+        ties = tuple(tree.ties(name))
+        built.append(msgspec.structs.replace(made, slings={name: slings} if slings else {}, ties=ties))
         if source.faults:
             return tuple(built)
         around = merge([around, built[-1].system], scene.gravity)

@@ -17,8 +17,9 @@ from heavylift.kernel.description.flexible_checks import check_flexible
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_inertia
-from heavylift.nodes.models.parts.bending import block_body
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.bending import block_body
+from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.environment import Vessel
 from heavylift.nodes.scene.keys.parts.flexible import Hull
@@ -87,7 +88,9 @@ def block_machine(yard: Yard, name: str) -> plan.Mechanism:
     boxes = block.slices or (((0.0, 0.0, 0.0), block.size),)
     shapes = tuple(plan.Shape(body=name, centre=centre, size=size) for centre, size in boxes)
     closed = tuple(pad.support.name for pad in pads)
-    return plan.Mechanism(name=name, system=system, closed=closed, shapes=shapes, where=block.where)
+    lugs = {f"{name}.{lug}": p for lug, p in yard.scene.blocks[name].lugs.items()}
+    cargo = Cargo(body=name, com=block.body.com, lugs=lugs)
+    return plan.Mechanism(name=name, system=system, closed=closed, shapes=shapes, cargo=(cargo,), where=block.where)
 
 
 def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, float, float, float, float, float]:

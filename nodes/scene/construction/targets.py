@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from heavylift.nodes.models.commander.turn_law import traversing
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.verbs import Kind, Verb
@@ -67,9 +68,10 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
             table[f"all {plural}"] = table[plural]
     for sling in yard.slings:
         table[sling.name] = (Actor("sling", sling.loader, sling.name, loader=sling.loader),)
-    if yard.block and yard.cranes:
+    turns = yard.cranes or any(traversing(machine, hook) for machine in mechanisms for hook in machine.hooks)
+    if yard.block and turns:
         table["block"] = (Actor("block", "block", "turn"),)
-    for name in [*(["block"] if yard.block and not yard.cranes else []), *yard.scene.blocks]:
+    for name in [*(["block"] if yard.block and not turns else []), *yard.scene.blocks]:
         table[name] = (Actor("load", name, "level"),)
     for mechanism in mechanisms:
         _of_machine(table, mechanism)

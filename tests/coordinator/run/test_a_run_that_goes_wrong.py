@@ -86,7 +86,7 @@ def test_a_mistake_in_a_model_is_told_with_its_model_and_its_time(tmp_path, wher
     assert "Traceback" not in error
     said = [line for line in error.splitlines() if line.startswith("heavylift: ")]
     assert said == error.splitlines()[-1:]
-    found = re.fullmatch(r"heavylift: block\.body\.stools at \((\S+) s, 0\): (.*)", said[0])
+    found = re.fullmatch(r"heavylift: block\.block-body\.supports at \((\S+) s, 0\): (.*)", said[0])
     assert found, said
     assert (
         found[2] == "external() raised AttributeError: 'Stools' object has no attribute 'closed_' (sitecustomize.py:4)"

@@ -20,6 +20,7 @@ from heavylift.coordinator.verdict.stretches import Stretches, whole
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.signals import Signals
 from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, SampleLayout
 from heavylift.recordings.format import spool
@@ -103,9 +104,9 @@ def test_a_part_bounds_what_happens_in_it_as_the_whole_does(
     plan, history = load("lift").plan, history_of(recorded)
     n, size = len(history.t), 64
     monkeypatch.setattr(looking, "BLOCK", size)
-    thin = [(moving(plan, part), between) for part, between in looking.thinned(history)]
+    thin = [(moving(Shapes(plan), part), between) for part, between in looking.thinned(history)]
     monkeypatch.setattr(looking, "BLOCK", n)
-    ((shapes, (first, last)),) = [(moving(plan, part), between) for part, between in looking.thinned(history)]
+    ((shapes, (first, last)),) = [(moving(Shapes(plan), part), between) for part, between in looking.thinned(history)]
     assert sum(end - begin for _, (begin, end) in thin) == last - first
     block = next(i for i, s in enumerate(shapes) if s.shape.thing == "block")
     beam = next(i for i, s in enumerate(shapes) if s.shape.thing == "loader-1")

@@ -15,7 +15,7 @@ from heavylift.coordinator.verdict.moving import Moving, moving
 from heavylift.coordinator.verdict.nearest import SHARP
 from heavylift.coordinator.verdict.steps import seen
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.shapes import Solid, relation, solids, strands
+from heavylift.nodes.plan.shapes import Shapes, Solid
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 from heavylift.recordings.format.viewer_messages import Rig
@@ -45,7 +45,7 @@ def test_the_smallest_are_those_of_a_brute_search(tmp_path: Path) -> None:
     run(scene, tmp_path / RUN, in_process=True)
     history = history_of(Recording(tmp_path / RUN)).part(0, BLOCK)
     found = clearances(scene.plan, history)
-    shapes = moving(scene.plan, history)
+    shapes = moving(Shapes(scene.plan), history)
     assert len(found) == 10
     assert [c.distance for c in found] == sorted(c.distance for c in found)
     for c in (found[1], found[2], found[-1]):  # the first is to the ground
@@ -88,11 +88,12 @@ def test_nothing_is_lost_by_looking_closely_only_where_it_may_be_near(tmp_path: 
 def nothing_is_lost(plan: Plan, history: History) -> None:
     found = clearances(plan, history)
     least: dict[frozenset[str], float] = {}
-    shapes = moving(plan, history)
+    known = Shapes(plan)
+    shapes = moving(known, history)
     for a, b in combinations(shapes, 2):
         both = frozenset((a.shape.thing, b.shape.thing))
         still = all(isinstance(s.shape, Solid) and s.shape.body == "world" for s in (a, b))
-        if still or len(both) == 1 or (means := relation(plan, a.shape, b.shape)) == "joined":
+        if still or len(both) == 1 or (means := known.relation(a.shape, b.shape)) == "joined":
             continue
         balls = np.linalg.norm(a.centre - b.centre, axis=1).min() - a.reach - b.reach - a.radius - b.radius
         if balls > found[-1].distance + BETWEEN:
@@ -138,20 +139,20 @@ def test_a_hook_that_is_hoisted_into_its_switch_is_two_blocked(tmp_path: Path) -
 
 
 def test_what_is_joined_is_not_looked_at_and_what_may_be_near_only_if_it_goes_through() -> None:
-    plan = load("turnover").plan
-    shapes = {(s.thing, s.part): s for s in solids(plan)}
-    ropes = strands(plan)
+    known = Shapes(load("turnover").plan)
+    shapes = {(s.thing, s.part): s for s in known.solids}
+    ropes = known.strands
     block, beam = shapes["block", ""], shapes["loader-3", "beam"]
     leg = shapes["portal of west", "leg"]
-    assert relation(plan, block, shapes["stools", "block.lower-1"]) == "joined"
-    assert relation(plan, beam, ropes["loader-3.sling-1"]) == "joined"
-    assert relation(plan, beam, ropes["west.H3"]) == "joined"
-    assert relation(plan, leg, shapes["upper trolley of west", ""]) == "joined"
-    assert relation(plan, block, ropes["loader-3.sling-1"]) == "through"
-    assert relation(plan, beam, block) == "apart"
-    assert relation(plan, leg, block) == "apart"
-    assert relation(plan, leg, shapes["portal of east", "leg"]) == "apart"
-    assert relation(plan, beam, ropes["west.H1"]) == "apart"
+    assert known.relation(block, shapes["stools", "block.lower-1"]) == "joined"
+    assert known.relation(beam, ropes["loader-3.sling-1"]) == "joined"
+    assert known.relation(beam, ropes["west.H3"]) == "joined"
+    assert known.relation(leg, shapes["upper trolley of west", ""]) == "joined"
+    assert known.relation(block, ropes["loader-3.sling-1"]) == "through"
+    assert known.relation(beam, block) == "apart"
+    assert known.relation(leg, block) == "apart"
+    assert known.relation(leg, shapes["portal of east", "leg"]) == "apart"
+    assert known.relation(beam, ropes["west.H1"]) == "apart"
 
 
 def test_a_slack_sling_is_no_straight_line(tmp_path: Path) -> None:

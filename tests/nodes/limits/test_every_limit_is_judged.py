@@ -107,5 +107,9 @@ def test_a_rope_over_sheaves_is_judged_by_its_most_loaded_part(tmp_path) -> None
 
 def test_a_limit_that_nothing_is_judged_by_is_a_fault_of_the_scene() -> None:
     for key, value in (("clearance", "1 m"), ("off-lead along", "2 deg"), ("bridle", "50 deg")):
-        with pytest.raises(SceneError, match=f"limits.{key}: nothing is judged by it, for the scene has no cranes"):
+        with pytest.raises(SceneError, match=f"limits.{key}: nothing is judged by it, for the scene has no hooks"):
             load("gust", [f"limits={{{key}: {value}}}"])
+    with pytest.raises(
+        SceneError, match=r"limits\.off-lead along: nothing is judged by it, for no crane travels on rails"
+    ):
+        load("jib", ["limits={off-lead along: 2 deg}"])

@@ -59,7 +59,7 @@ def test_a_girder_alone_swings_at_its_frequency():
     """w^2 = (pi^4 / 2 * k / 48) / (m / 2 + sum of trolley masses * sin^2(pi y / L))."""
     plan = lift("{girder: elastic, locked: [trolleys, gantries]}", still=True).plan
     crane = plan.cranes[0]
-    s = Simulation(replace(build_one(plan, crane.name).declare(), thresholds=()))
+    s = Simulation(replace(build_one(plan, crane.name).declare(), thresholds=(), ropes=()))
     s.start()
     equilibrium(s)
     girder, shape = crane.girder, [sin(pi * t.axis.start / crane.girder.span) for t in (crane.upper, crane.lower)]

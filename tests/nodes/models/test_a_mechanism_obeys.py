@@ -73,13 +73,13 @@ def test_touching_one_support_is_not_landing() -> None:
     script = [(7.0 + i, StateEvent(name, "open", 0.0)) for i, name in enumerate(("left", "right"))]
     script += [(17.0 + i, StateEvent(name, "closed", 0.0)) for i, name in enumerate(("left", "right"))]
     yard = Yard(plan(wait, down), *script).run()
-    assert [t for t, _ in yard.said("rig.body-load.supports", Touched)] == [17.0]
+    assert [t for t, _ in yard.said("rig.load-body.supports", Touched)] == [17.0]
     assert [t for t, _ in yard.inputs(SetProfile)] == [18.0]
 
 
 def test_a_motor_stops_at_the_end_of_its_range() -> None:
     yard = Yard(plan(a.Action(orders=(move("motor", 0.1),)))).run()
-    assert yard.said("rig.joint-hinge.motor", Limit) == [(11.0, Limit("motor", "travel limit", 1.5))]
+    assert yard.said("rig.hinge-joint.motor", Limit) == [(11.0, Limit("motor", "travel limit", 1.5))]
 
 
 def test_a_tension_is_watched_by_the_mechanism() -> None:

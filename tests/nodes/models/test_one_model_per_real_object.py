@@ -91,23 +91,23 @@ def test_a_node_builds_its_own_model_only_and_the_plan_survives_the_wire() -> No
     assert plan == turnover(TURN)
     assert [m.path for m in below(build_one(plan, "loader-3"))] == [
         "loader-3",
-        "loader-3.free",
-        "loader-3.free.joint",
-        "loader-3.free.free",
-        "loader-3.upper",
-        "loader-3.upper.body",
-        "loader-3.upper.weight",
-        "loader-3.hinge",
-        "loader-3.hinge.joint",
-        "loader-3.hinge.damper",
-        "loader-3.hinge.stop",
-        "loader-3.hinge.lock",
-        "loader-3.lower",
-        "loader-3.lower.body",
-        "loader-3.lower.weight",
-        "loader-3.lower.sling-1",
-        "loader-3.lower.sling-2",
-        "loader-3.lower.load",
+        "loader-3.free-joint",
+        "loader-3.free-joint.joint",
+        "loader-3.free-joint.free",
+        "loader-3.hinge-joint",
+        "loader-3.hinge-joint.joint",
+        "loader-3.hinge-joint.hinge-lock",
+        "loader-3.hinge-joint.hinge-damper",
+        "loader-3.hinge-joint.hinge-stop",
+        "loader-3.upper-body",
+        "loader-3.upper-body.body",
+        "loader-3.upper-body.weight",
+        "loader-3.lower-body",
+        "loader-3.lower-body.body",
+        "loader-3.lower-body.weight",
+        "loader-3.lower-body.sling-1",
+        "loader-3.lower-body.sling-2",
+        "loader-3.lower-body.load",
     ]
 
 
@@ -152,7 +152,11 @@ def test_changing_a_joint_a_body_or_an_actor_changes_what_is_declared() -> None:
     model = build_one(turnover(), "west")
     before = model.declare()
     parts = {m.path: m for m in below(model)}
-    joint, drive, main = parts["west.gantry.joint"], parts["west.gantry.drive"], parts["west.main.body"]
+    joint, drive, main = (
+        parts["west.gantry-joint.joint"],
+        parts["west.gantry-joint.gantry-drive"],
+        parts["west.main-body.body"],
+    )
     assert isinstance(joint, JointAtomic)
     assert isinstance(drive, Actor)
     assert isinstance(main, BodyAtomic)
@@ -192,28 +196,28 @@ def test_a_mechanism_declares_exactly_what_was_written() -> None:
     models = [m.path for m in below(build(plan)["arm"])]
     assert models[:5] == [
         "arm",
-        "arm.joint-q1",
-        "arm.joint-q1.joint",
-        "arm.joint-q1.motor",
-        "arm.joint-q1.brake",
+        "arm.q1-joint",
+        "arm.q1-joint.joint",
+        "arm.q1-joint.motor",
+        "arm.q1-joint.brake",
     ]
     assert models[-4:] == [
-        "arm.body-mass.body",
-        "arm.body-mass.weight",
-        "arm.body-mass.rope",
-        "arm.body-mass.supports",
+        "arm.mass-body.body",
+        "arm.mass-body.weight",
+        "arm.mass-body.rope",
+        "arm.mass-body.supports",
     ]
 
 
 def test_the_tree_shows_atomics_actors_and_ports() -> None:
     lines = tree(turnover(TURN)).splitlines()
     assert lines[0] == "turnover: 10 coupled models"
-    at = lines.index("├─ loader-6  coupled: loader  [order state -> input report]")
-    assert lines[at + 7 : at + 12] == [
-        "│  ├─ hinge  joint coupled  [order state latch -> input report]",
+    at = lines.index("├─ loader-6  coupled: machine  [order state -> input report]")
+    assert lines[at + 4 : at + 9] == [
+        "│  ├─ hinge-joint  joint coupled  [order state latch-hinge-lock -> input report]",
         "│  │  ├─ joint  joint atomic: revolute, loader-6.upper to loader-6.lower",
-        "│  │  ├─ damper  actor: law of loader-6.hinge.damper",
-        "│  │  ├─ stop  actor: law of loader-6.hinge.stop",
-        "│  │  └─ lock  actor: LockActor of loader-6.hinge.lock  [order state latch -> input report]",
+        "│  │  ├─ hinge-lock  actor: LatchActor of loader-6.hinge.lock  [order state latch -> input report]",
+        "│  │  ├─ hinge-damper  actor: law of loader-6.hinge.damper",
+        "│  │  └─ hinge-stop  actor: law of loader-6.hinge.stop",
     ]
     assert lines[-1] == "      └─ attitude  actor: Inclinometer of block  [order state -> input report]"

@@ -80,7 +80,7 @@ def test_actions_follow_each_other_when_moves_are_done() -> None:
     assert yard.said(COMMANDER, Finished) == [(270.0, Finished())]
     for hook in hooks:
         crane, name = hook.split(".")
-        winch = f"{crane}.{'lower' if name == 'H3' else 'upper'}.{name}"
+        winch = f"{crane}.{'lower' if name == 'H3' else 'upper'}-body.{name}"
         assert [m.actor for m in yard.got(winch, Order)].count(hook) == 1
     assert yard.waiting_for() == ""
 

@@ -7,6 +7,7 @@ import pytest
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.commander.actuator_registry import first_lugs
 from heavylift.nodes.models.commander.turn_law import Follower, followers
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import Plan
 from yard import turnover
 
@@ -16,7 +17,7 @@ SECOND = [(90, 46.4, 37.0, 0.0, -5.6), (120, 48.4, 32.6, 7.30, -10.85), (180, 61
 
 
 def laws(plan: Plan, lugs: dict[str, str]) -> dict[str, Follower]:
-    return {f.actuator: f for f in followers(plan, lugs)}
+    return {f.actuator: f for f in followers(machines(plan), lugs)}
 
 
 def way(f: Follower, a: float, b: float) -> float:
@@ -24,7 +25,7 @@ def way(f: Follower, a: float, b: float) -> float:
 
 
 def half(lug: str) -> dict[str, str]:
-    return {sling: name.replace("B", lug) for sling, name in first_lugs(turnover()).items()}
+    return {sling: name.replace("B", lug) for sling, name in first_lugs(machines(turnover())).items()}
 
 
 @pytest.mark.parametrize(("lug", "table"), [("B", FIRST), ("B'", SECOND)])
@@ -44,13 +45,13 @@ def test_every_trolley_and_winch_follows_and_no_crane_travels() -> None:
 
 
 def test_a_winch_without_slings_stays_where_it_is() -> None:
-    found = laws(turnover(), first_lugs(turnover(hooked="A")))
+    found = laws(turnover(), first_lugs(machines(turnover(hooked="A"))))
     assert [name for name in found if "H3" in name or "lower" in name] == []
 
 
 def test_one_trolley_cannot_follow_two_places() -> None:
     lugs = half("B") | {"loader-2.sling-1": "B+16", "loader-2.sling-2": "B+20"}
-    with pytest.raises(ModelError, match=r"^the hooks of west upper trolley carry lugs at different"):
+    with pytest.raises(ModelError, match=r"^the hooks on west.upper carry lugs at different"):
         laws(turnover(), lugs)
 
 

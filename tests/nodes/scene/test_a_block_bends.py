@@ -15,7 +15,7 @@ from heavylift.coordinator.participants.pause import resting
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.multibody.flexible.modes import modes_of
 from heavylift.kernel.multibody.flexible.reduction import reduced
-from heavylift.nodes.models.parts.bending import block_body
+from heavylift.nodes.plan.bending import block_body
 from heavylift.nodes.plan.plan import Inertia
 from heavylift.nodes.scene import LoadedScene, load, parse
 

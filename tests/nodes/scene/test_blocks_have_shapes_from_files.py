@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models import system
-from heavylift.nodes.plan.shapes import around, solids
+from heavylift.nodes.plan.shapes import Shapes, around
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.text.meshes import slices, solid
 
@@ -107,7 +107,7 @@ def test_it_is_drawn_as_slices_that_hold_all_of_it(tmp_path: Path) -> None:
     assert len(boxes) == 12
     assert np.any(inside, axis=0).all()
     assert mesh.volume < sum(np.prod(edges) for _, edges in boxes) < np.prod(mesh.extents)
-    drawn = [x for x in solids(scene(tmp_path, mesh).plan) if x.kind == "block"]
+    drawn = [x for x in Shapes(scene(tmp_path, mesh).plan).solids if x.kind == "block"]
     assert len(drawn) == 12
 
 

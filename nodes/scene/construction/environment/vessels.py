@@ -17,6 +17,7 @@ from heavylift.kernel.description.mechanics import IDENTITY, WORLD, Body, Drive,
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.shapes import HULL
 from heavylift.nodes.scene.construction.yard import Yard, box
 from heavylift.nodes.scene.keys.environment import Floating, Vessel, Waves
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -41,7 +42,7 @@ def vessel_machine(yard: Yard, name: str) -> plan.Mechanism:
     except KernelError as error:
         source.fault(("vessels", name), str(error), on_key=True)
     middle = (0.0, 0.0, 0.5 * given.size[2] - given.draught)
-    shape = plan.Shape(body=name, centre=middle, size=given.size)
+    shape = plan.Shape(body=name, centre=middle, size=given.size, part=HULL)
     return plan.Mechanism(name=name, system=system, shapes=(shape,), where=source.where(("vessels", name)))
 
 

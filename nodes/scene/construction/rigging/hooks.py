@@ -9,7 +9,9 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import Reeving, Signal
+from heavylift.nodes.limits.reeving import ROLLING, drum_ends
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.mechanism import Tie
 from heavylift.nodes.scene.construction.checking import Checking
 from heavylift.nodes.scene.construction.yard import box
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -34,6 +36,7 @@ class Hung:
     actuators: list[plan.Actuator] = field(default_factory=list)
     hooks: list[plan.Hoist] = field(default_factory=list)
     shapes: list[plan.Shape] = field(default_factory=list)
+    ties: list[Tie] = field(default_factory=list)
 
 
 def hang(checks: Checking, whole: k.System, tree: Tree | None, gravity: float) -> Hung:
@@ -127,7 +130,8 @@ def _hang_one(
     found.hooks.append(
         plan.Hoist(
             rope=name, eye=k.Point(name), block_mass=hook.block, capacity=hook.capacity or 0.0, axis=axis,
-            chart=tuple(hook.chart or ()), slings=slings, where=where,
+            chart=tuple(hook.chart or ()), slings=slings, on=hook.on, falls=hook.falls,
+            drum_ends=drum_ends(hook.falls), efficiency=ROLLING, breaking=hook.fall_breaking or 0.0, where=where,
         )
     )  # fmt: skip
 
@@ -153,6 +157,7 @@ def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: T
     """The slings of a rigging, from the hook to lugs of blocks; their names."""
     assert tree is not None
     ends = tree.ropes(key)
+    found.ties += tree.ties(key)
     for sling, (i, lug, hooked) in ends.items():
         EA, length = given.sling.EA, given.lengths[i]
         eye = k.Point(name, (0.0, 0.0, -hook.height))

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from math import prod
 from typing import Any
 
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
-from heavylift.nodes.limits.standards import ISO_4308, ND_0027, ROPE_FACTORS, SLINGS, SUCCESSOR, partial_factor
+from heavylift.nodes.limits.standards import (
+    ISO_4308,
+    ND_0027,
+    ROPE_FACTORS,
+    RUNNING,
+    RUNNING_SOURCE,
+    SLINGS,
+    SUCCESSOR,
+    partial_factor,
+)
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingType
 from heavylift.nodes.scene.text.source import Path
@@ -29,6 +41,49 @@ def hook_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
             note = "" if given.capacity else "give its hook a 'capacity'"
             yield Limit(quantity="hook load", value=given.capacity, note=note, **at)  # type: ignore[arg-type]
         yield _fall(given, at)
+        winch = next((a for a in machine.actuators if a.name == hook.rope), None)
+        ends = None if winch is None or winch.lower is None or winch.upper is None else (winch.lower, winch.upper)
+        yield from _hoist(yard, given, at, ends)
+
+
+def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float] | None) -> Iterator[Limit]:
+    """How its rope may lead, its largest tension, and between which ends its winch moves."""
+    limits = yard.scene.limits
+    by = "the scene" if "off_lead" in limits.model_fields_set else "assumed"
+    most = None if limits.off_lead == "unknown" else limits.off_lead
+    note = "" if most is not None else "the machine's limit is unknown"
+    yield Limit(quantity="off-lead", value=most, note=note, **{**at, "unit": "rad", "source": by})
+    if given.fall_breaking:
+        partial = prod(RUNNING.values())
+        strength = {"value": given.fall_breaking / partial, "factor": partial, "breaking": given.fall_breaking}
+        yield Limit(quantity="rope peak", **strength, **{**at, "unit": "N", "source": RUNNING_SOURCE})  # type: ignore[arg-type]
+    yield Limit(quantity="drum pull", note="its type states none", **{**at, "unit": "N", "source": ""})
+    if given.highest is not None:
+        yield Limit(quantity="hook height", value=given.highest, **{**at, "unit": "m"})
+    if ends is not None:
+        yield Limit(quantity="rope length", between=ends, **{**at, "unit": "m"})
+
+
+def tandem_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+    """Hooks of several machines that carry one load at the start: each may carry a part only of what it could alone."""
+    lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
+    for machine in mechanisms:
+        for hook in machine.hooks:
+            for tie in ties_on(mechanisms, hook):
+                if tie.lug and tie.lower:
+                    lifting.setdefault(tie.lower.body, {}).setdefault(machine.name, []).append(hook)
+    part, seen = schema.Crane.model_fields["tandem"].default, set[str]()
+    for hooks in (hooks for hooks in lifting.values() if len(hooks) > 1):
+        for hook in (hook for each in hooks.values() for hook in each if hook.capacity or hook.chart):
+            chart = tuple((radius, part * mass) for radius, mass in hook.chart)
+            note = f"{part:.0%} of what it may carry alone, as {len(hooks)} cranes lift together"
+            if hook.rope not in seen:
+                yield Limit(
+                    subject=hook.rope, quantity="tandem load", unit="kg", elements=(hook.rope,), chart=chart,
+                    value=None if chart else part * hook.capacity, over="radius" if chart else "", note=note,
+                    source="assumed", where=hook.where,
+                )  # fmt: skip
+            seen.add(hook.rope)
 
 
 def _fall(given: Hook, at: dict[str, Any]) -> Limit:
@@ -59,6 +114,8 @@ def rigging_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
             continue
         for sling in machine.rigged[name]:
             yield from sling_limits(given.sling, sling, at["where"])
+            bent = isinstance(given, Equaliser) or bool(given.over_edges)
+            yield bridle_limit(yard, sling, at["where"], bent=bent)
             if given.shackle:
                 yield Limit(subject=sling, quantity="shackle load", value=given.shackle, elements=(sling,), **at)  # type: ignore[arg-type]
 
@@ -103,6 +160,17 @@ def _lug(yard: Yard, lug: str, most: float, slings: list[str], base: Path) -> It
             subject=lug, quantity="lug load", unit="kg", value=most, elements=tuple(slings), source="the scene",
             where=where,
         )  # fmt: skip
+
+
+def bridle_limit(yard: Yard, sling: str, where: str, *, bent: bool) -> Limit:
+    """How far a sling may stand off the vertical."""
+    limits, row = yard.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
+    if bent:
+        note = "it bends over an edge or a sheave, where no angle to the vertical counts"
+        return Limit(quantity="bridle angle", note=note, **row)  # type: ignore[arg-type]
+    source = "the scene" if limits.model_fields_set & {"bridle", "bridle_warning"} else "EN 13414-1"
+    warning = limits.bridle_warning
+    return Limit(quantity="bridle angle", value=limits.bridle, warning=warning, source=source, **row)  # type: ignore[arg-type]
 
 
 def sling_limits(given: SlingType, name: str, where: str) -> Iterator[Limit]:

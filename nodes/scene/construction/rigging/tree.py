@@ -15,6 +15,7 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.nodes.plan.mechanism import Tie
 from heavylift.nodes.scene.keys.base import End
 from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, Slings
@@ -178,6 +179,19 @@ class Tree:
         which whoever reads the action list tells."""
         ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
         return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
+
+    def ties(self, name: str) -> list[Tie]:
+        """The slings of an entry with where they begin and the lugs that they hold."""
+        given, found = self.rigging[name], list[Tie]()
+        for rope, sling in slings_of(self.scene, name).items():
+            assert not isinstance(given, Frame)
+            upper = self.upper(given.holders[sling.number])
+            if upper is not None:
+                lug, lower = sling.holds if sling.holds in self.lugs else "", self.lower(sling.holds)
+                rated = given.sling.breaking / given.sling.factor
+                held = lug if sling.hooked else ""
+                found.append(Tie(rope=rope, upper=upper, lug=held, lower=lower, rated=rated))
+        return found
 
     def carried(self, body: str) -> float:
         """The mass of the blocks that hang on a hook or frame at the start [kg]."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import Body, Matrix, Vector
-from heavylift.nodes.plan.plan import Inertia
+
+from .plan import Inertia
 
 
 def block_body(name: str, given: Inertia, flexible: Flexible | None) -> Body:

@@ -1,0 +1,38 @@
+"""How much of a machine is modelled: passes over its description, each from a machine to a machine.
+
+joints    what is locked is fixed where it starts; motion in a plane
+girders   a beam that bends, with what slides on it
+ropes     hook ropes rigid, with mass at their ends or in lumps (`lumps`); rigid slings
+supports  only those that bear at the start
+A pass reads what the plan tells of hooks, ties and girders and has no knowledge of machines; where a fidelity asks
+nothing of it, it returns the machine itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import msgspec
+from heavylift.nodes.plan.fidelity import Fidelity
+from heavylift.nodes.plan.mechanism import Mechanism
+
+from .girders import bending
+from .joints import locking, planar
+from .ropes import heavy, rigid_slings
+
+__all__ = ["modelled"]
+
+
+def modelled(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
+    """A machine as a fidelity models it."""
+    for level in (locking, planar, bending, heavy, rigid_slings, standing):
+        machine = level(machine, fidelity)
+    return machine
+
+
+def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
+    """Without the supports that bear nothing at the start."""
+    if fidelity.pads == "all" or not machine.cargo:
+        return machine
+    supports = tuple(s for s in machine.system.supports if s.name in machine.closed)
+    return msgspec.structs.replace(machine, system=replace(machine.system, supports=supports))

@@ -1,0 +1,65 @@
+"""Hook ropes and slings without stretch, and hook ropes with mass: at their ends, or as lumps.
+
+A rigid hook rope is as long as it hangs at the start; of one whose ends bear its mass the unstretched length is that
+with which it hangs so at rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import msgspec
+from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.description.mechanics import RigidRope, Rope, System
+from heavylift.nodes.plan.fidelity import Fidelity
+from heavylift.nodes.plan.mechanism import Hoist, Mechanism
+
+from .lumps import chain, pieces
+
+
+def heavy(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
+    """With its hook ropes rigid, or with mass, or both."""
+    if fidelity.ropes == "elastic" and fidelity.rope_mass == "none":
+        return machine
+    system, parts = machine.system, dict[str, dict[str, float]]()
+    for hook in (hook for hook in machine.hooks if hook.ends is not None):
+        rope = next((r for r in system.ropes if r.name == hook.rope), None)
+        if rope is None:
+            continue
+        made = _made(hook, rope, system.gravity, fidelity)
+        system = replace(
+            system,
+            bodies=system.bodies + made.bodies,
+            joints=system.joints + made.joints,
+            ropes=tuple(r for r in system.ropes if r is not rope) + made.ropes,
+            rigid_ropes=system.rigid_ropes + made.rigid_ropes,
+        )
+        if fidelity.ropes == "massive":
+            parts[rope.name] = pieces(rope.name, fidelity.lumps)
+    actuators = tuple(msgspec.structs.replace(a, pieces=parts.get(a.name, {})) for a in machine.actuators)
+    return msgspec.structs.replace(machine, system=system, actuators=actuators)
+
+
+def _made(hook: Hoist, rope: Rope, gravity: float, fidelity: Fidelity) -> System:
+    assert hook.ends is not None
+    mass = hook.line * rope.L0 if fidelity.rope_mass == "lumped" else 0.0
+    length = norm([p - q for p, q in zip(*hook.ends, strict=True)])  # under what hangs on it at the start [m]
+    if fidelity.ropes == "rigid":
+        return System(rigid_ropes=(RigidRope(rope.name, rope.lines, length, winch=True, mass=mass),))
+    if fidelity.ropes == "massive":
+        return chain(hook, rope, gravity, fidelity)
+    L0 = length / (1.0 + (hook.below + mass / 2.0) * gravity / rope.EA) if mass else rope.L0
+    return System(ropes=(replace(rope, L0=L0, mass=mass),))
+
+
+def rigid_slings(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
+    """With ties that do not stretch; those over edges do."""
+    ties = {tie.rope for tie in machine.ties}
+    if fidelity.slings == "elastic" or not ties:
+        return machine
+    system = machine.system
+    rigid = (RigidRope(r.name, r.lines, r.L0, hooked=r.hooked) for r in system.ropes if r.name in ties)
+    ropes = tuple(r for r in system.ropes if r.name not in ties)
+    return msgspec.structs.replace(
+        machine, system=replace(system, ropes=ropes, rigid_ropes=(*system.rigid_ropes, *rigid))
+    )

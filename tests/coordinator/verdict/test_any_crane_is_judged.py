@@ -1,0 +1,134 @@
+"""Cranes of all types are judged alike: by their own shapes, ropes, slings and loads, against closed forms."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from math import asin, atan2, degrees, hypot
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run.in_memory import Played, play
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.limits.telling import unjudged
+from heavylift.nodes.plan.shapes import Shapes
+from heavylift.nodes.scene import begun_with, load, parse
+from heavylift.nodes.scene.text.machine_types import library
+
+STORED = Path(__file__).parents[2] / "data" / "checks_by_type.json"
+STEEP = ["rigging.legs.length=3.9 m", "rigging.legs.slack=20 mm", "block.mass=30 t"]
+UP = 'actions=[{crawler main: "hoist 1 m/min until lifted"}, {crawler main: "hoist 6 m/min by 24 m"}]'
+
+
+@cache
+def played(name: str, *settings: str) -> Played:
+    return play(load(name, list(settings)).plan)
+
+
+def red(run: Played, kind: str) -> list[str]:
+    return [f.sentence for f in run.verdict.findings if f.severity == "red" and f.kind == kind]
+
+
+def test_a_block_that_is_hoisted_into_the_boom_is_told_with_the_boom() -> None:
+    """42 m of boom at a radius of 14 m: 24 m up, a block 6 m wide reaches 3 m towards it."""
+    run = played("crawler", "block.mass=30 t", UP, "end=300 s")
+    assert any(x.startswith("the block went") and "into crawler.boom" in x for x in red(run, "clearance"))
+    near = next(c for c in run.verdict.clearances if (c.a, c.b) == ("block", "crawler.boom"))
+    assert near.distance < -0.1
+    assert not [c for c in played("crawler").verdict.clearances if c.distance < c.limit]
+
+
+def test_slings_are_judged_by_their_angle() -> None:
+    """Lugs at +-3 m and +-2 m from the middle, slings of 3.9 m: asin(3.606 / 3.9) but for stretch."""
+    run = played("crawler", *STEEP, 'actions=[{crawler main: "hoist 1 m/min until lifted"}, {wait: 1 s}]')
+    use = next(u for u in run.uses if u.limit.quantity == "bridle angle")
+    assert degrees(use.value or 0.0) == pytest.approx(degrees(asin(hypot(3.0, 2.0) / 3.9)), abs=0.3)
+    assert len(red(run, "bridle")) == 4
+
+
+def test_a_load_that_is_picked_out_of_plumb_is_red() -> None:
+    """The hook hangs plumb at x = 14 m, the lugs lie 3 m aside: the rope leads there from the tip of the boom."""
+    lugs = {f"N{i}": [f"{x} m", f"{y} m", "1.6 m"] for i, (x, y) in enumerate([(-3, 2), (3, 2), (-3, -2), (3, -2)], 1)}
+    aside = ["block.at=[17 m, 0 m, 2 m]", f"block.lugs={json.dumps(lugs)}", "block.mass=20 t"]
+    aside.append('actions=[{crawler main: "hoist 1 m/min until lifted"}, {wait: 1 s}]')
+    use = next(u for u in load("crawler", aside).uses if u.limit.quantity == "off-lead")
+    tip = (42.0**2 - 12.5**2) ** 0.5 + 2.5  # its height [m]
+    near, far = (degrees(atan2(x, tip - 3.6)) for x in (3.0, 6.0))  # to the middle of the lugs, and to the farther two
+    assert near < degrees(use.value or 0.0) < far
+    assert len(red(played("crawler", *aside), "off-lead")) == 1
+
+
+def test_two_cranes_on_one_load_may_carry_a_part_of_what_each_could_alone() -> None:
+    """By their charts; 75 % of them is the row of the pair."""
+    crane = "{type: jib-60, at: [%s, 0 m, 0 m]}"
+    text = (
+        "heavylift: 1\nname: pair\nend: 1 s\n"
+        "block: {mass: 20 t, size: [20 m, 4 m, 2 m], at: [20 m, 0 m, 2 m], lugs: {A: [-10 m, 0, 1.1 m], "
+        "B: [10 m, 0, 1.1 m]}, supports: {height: 1 m, at: [[-8 m, 0], [8 m, 1 m], [8 m, -1 m]]}}\n"
+        f"cranes: {{one: {crane % '-10 m'}, two: {crane % '10 m'}}}\n"
+        "rigging: {a: {on: one main, to: [A], length: 20 m}, b: {on: two main, to: [B], length: 20 m}}\n"
+        "actions: [{wait: 1 s}]\n"
+    )
+    limits = {(x.subject, x.quantity): x for x in parse(text, "pair.yaml").plan.limits}
+    for hook in ("one.main", "two.main"):
+        alone, pair = limits[hook, "hook load"], limits[hook, "tandem load"]
+        assert pair.chart == tuple((radius, 0.75 * mass) for radius, mass in alone.chart)
+        assert "2 cranes lift together" in pair.note
+    assert not [x for x in load("crawler").plan.limits if x.quantity == "tandem load"]
+
+
+def test_a_load_in_the_air_is_not_unhooked() -> None:
+    up = '{crawler main: "hoist 1 m/min until lifted"}, {crawler main: "hoist 6 m/min by 2 m"}'
+    with pytest.raises(SceneError, match="no sling is taut: the block would fall"):
+        load("crawler", [f"actions=[{up}, {{stage: let go, legs: unhook}}]"])
+
+
+def test_no_crane_drags_what_stands_on_its_supports() -> None:
+    taut = '{hall main: "hoist 1 m/min until all slings taut"}, {hall main: "hoist 0.1 m/min by 2 mm"}'
+    told = r"hall would traverse while the block is on its stools and legs\.sling-\d taut"
+    with pytest.raises(SceneError, match=told):
+        load("hall", [f'actions=[{taut}, {{hall: "traverse 5 m/min by 1 m"}}]'])
+
+
+WALL = "obstacles={{wall: {{box: [1 m, 30 m, 30 m], at: [{:g} m, 20 m, 15 m]}}}}"
+
+
+@pytest.mark.parametrize("gap", [0.2, 0.8])
+def test_a_load_keeps_apart_from_an_obstacle_that_it_does_not_touch(gap: float) -> None:
+    """A block 6 m long about x = -20 m ends at -17 m, a wall 1 m thick begins so far from it."""
+    run = played("hall", WALL.format(-17.0 + gap + 0.5), 'actions=[{hall: "hoist 1 m/min until lifted"}]')
+    found = next(c for c in run.verdict.clearances if (c.a, c.b) == ("block", "wall"))
+    assert found.distance == pytest.approx(gap, abs=0.05)
+    assert bool(red(run, "clearance")) == (gap < 0.5)
+
+
+def test_an_obstacle_does_not_begin_inside_a_block() -> None:
+    with pytest.raises(SceneError, match=r"obstacles\.wall: it stands 0\.3 m inside 'block' at the start"):
+        load("hall", [WALL.format(-16.8)])
+
+
+def checks(crane: str, folder: Path) -> dict[str, str]:
+    """Of a lift by a crane of a type: each quantity of its limits with the source of its value, or why there is none;
+    and what no clearance is known of."""
+    head = "name,mass [t],size x [m],size y [m],size z [m]\n"
+    long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
+    (folder / "blocks.csv").write_text(f"{head}B,10,{long},{wide},4\n", encoding="utf-8")
+    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    plan = parse(text, str(folder / "made.yaml")).plan
+    found = {x.quantity: f"by {x.source}" for x in plan.limits if x.known}
+    found |= {line.partition(" of ")[0]: f"not judged; {line.partition('; ')[2]}" for line in unjudged(plan.limits)}
+    return (
+        found
+        | {f"clearance of {x.thing}": "judged" for x in Shapes(plan).solids}
+        | dict.fromkeys(Shapes(plan).untouched, "not judged")
+    )
+
+
+def test_each_check_of_each_type_is_a_value_or_told_as_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The matrix of bundled types and checks; what a change adds or takes away is seen in its file."""
+    monkeypatch.chdir(tmp_path)
+    found = {crane: checks(crane, tmp_path) for crane in sorted(library())}
+    assert found == json.loads(STORED.read_text(encoding="utf-8"))
+    for crane, own in found.items():
+        assert {"hook load", "sling tension", "sling peak", "bridle angle", "clearance"} <= own.keys(), crane
+        assert {x.split()[0] for x in own if x.startswith("off-lead")}, crane

@@ -1,0 +1,42 @@
+"""Sample rows of lifts on every level of fidelity, byte for byte: a change of how machines are built changes none."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator.run.in_memory import play
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.scene import load
+
+STORED = Path(__file__).parents[2] / "data" / "rows_by_level.json"
+LEVELS = (
+    "{ropes: rigid, slings: rigid}",
+    "{slings: rigid}",
+    "{girder: elastic}",
+    "{rope mass: lumped}",
+    "{ropes: rigid, rope mass: lumped, pads: standing}",
+    "{ropes: massive, lumps: 2, girder: elastic}",
+    "{ropes: massive, lumps: 3, girder: elastic, motion: across}",
+    "{locked: [hinges, gantries]}",
+)
+SCENES = ("lift", "tandem")
+
+
+def level(scene: str, fidelity: str) -> Plan:
+    """The first seconds of a bundled lift on a level."""
+    return msgspec.structs.replace(load(scene, [f"fidelity={fidelity}"]).plan, end=6.0)
+
+
+def rows(scene: str, fidelity: str) -> str:
+    run = play(level(scene, fidelity))
+    return hashlib.sha256(run.times.tobytes() + run.rows.tobytes()).hexdigest()[:16]
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_no_row_changes_on_any_level(scene: str) -> None:
+    stored = json.loads(STORED.read_text(encoding="utf-8"))[scene]
+    assert {fidelity: rows(scene, fidelity) for fidelity in LEVELS} == stored
