@@ -103,7 +103,7 @@ def test_a_load_keeps_apart_from_an_obstacle_that_it_does_not_touch(gap: float) 
 
 
 def test_an_obstacle_does_not_begin_inside_a_block() -> None:
-    with pytest.raises(SceneError, match=r"obstacles\.wall: it stands 0\.3 m inside 'block' at the start"):
+    with pytest.raises(SceneError, match=r"obstacles\.wall: 'block' begins 0\.3 m inside of 'wall'"):
         load("hall", [WALL.format(-16.8)])
 
 
