@@ -2,7 +2,6 @@
 
 What a scene is and how it becomes code, lowest layer first; each imports those above it in this list
     errors, trust, cache   the exception tree of heavylift; whose Python code may run; files of compiled code
-    user_code              modules of the user's, as they stand in their files
     on_demand              public names of a package, imported when they are first used
     version                which heavylift this is, and what to do with what another one has made
     description            bodies, joints, forces and contacts as plain data, without NumPy; the joint table

@@ -13,9 +13,9 @@ from pathlib import Path
 from weakref import WeakSet
 
 from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.kernel.description.user_code import raised
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.trust import foreign, refusal
-from heavylift.kernel.user_code import raised
 from heavylift.nodes.devs import Coupled, Model, OutPort
 from heavylift.nodes.devs.references import imported, read
 

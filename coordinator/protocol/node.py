@@ -15,8 +15,8 @@ from hashlib import blake2b
 from heapq import heappop, heappush
 
 import msgspec
+from heavylift.kernel.description.user_code import raised
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, out_of_memory
-from heavylift.kernel.user_code import raised
 from heavylift.nodes.devs import FOREVER, Event, Keepable, Result, Steppable, Tag, after, encode, succ
 
 from .distance import plus

@@ -7,7 +7,7 @@ replications        a model for many seeds, and what its results estimate
 unit                a scene as a unit of FMI that another program steps
 in_memory           the same without a file, a process or the bus; simulate: for Python, in seconds and arrays
 arguments           what people call from Python, checked; pool: processes of our own that run several side by side
-conversation        with the nodes of one run, whatever they model; joining: how they come to their hub
+conversation        with the nodes of one run, whatever they model, and how they come to their hub
 watch, progress     what a run tells while it runs, and what a user sees of it
 time_budget         the settings with which a run is as accurate as it can be in a given time
 """

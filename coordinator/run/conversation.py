@@ -1,4 +1,4 @@
-"""The conversation with the nodes of one run, whatever they model.
+"""The conversation with the nodes of one run, whatever they model, and how they come to their hub.
 
     WELCOME(config) -> HELLO(declaration) of every node -> rounds of GRANT and DONE -> STOP -> BYE
 
@@ -9,23 +9,30 @@ what the nodes declare, and says when the run is over.  `watch` hears of committ
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterable
-from contextlib import suppress
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from heavylift.coordinator.hosts.door import Door
 from heavylift.coordinator.live.audience import Audience
 from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.run_control import Tempo
+from heavylift.coordinator.participants import NODE_MODULE, PRELOAD
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import External
+from heavylift.coordinator.participants.participant import Participant
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.core import Outcome
 from heavylift.coordinator.protocol.node import kept
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.tape import Tape
 from heavylift.coordinator.stopping import whole
+from heavylift.coordinator.supervision.failover import DEADLINE_s, Succession
+from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.local_hub import LocalHub
+from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import ProtocolError, RecordingError, Stopped
 from heavylift.kernel.version import __version__
 from heavylift.nodes.devs import Event, Tag
@@ -33,8 +40,40 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .watch import Watch
 
+if TYPE_CHECKING:
+    from heavylift.coordinator.participants.recalled import Past
+
 LOOK_s = 0.2  # how often samples are taken while a node works
 KEEP_s = 5.0  # wall time between two checkpoints on record
+
+
+@contextmanager
+def joined(
+    placement: Placement,
+    in_process: bool,
+    processes: Processes | None = None,
+    door: Door | None = None,
+    deadline: float = DEADLINE_s,
+    past: Past | None = None,
+) -> Iterator[Hub | LocalHub]:
+    """The hub of the nodes of a placement, started in its order; at the end all processes are gone.
+
+    Processes of other hosts are not started here, they come in at the `door`; nor are external ones.  A process that
+    owes an answer for `deadline` [s] is probed.  `past`: of a kernel in this process, what is known of its run already.
+    """
+    if in_process:
+        with LocalHub(placement.models) as local:
+            for node, models in local.placement.nodes.items():
+                link = local.link(node)
+                participant = Participant(models, link.send, link.sample, past)
+                link.serve(participant.handle)
+                local.causes[node] = participant.cause
+            yield local
+        return
+    crew = processes or Processes(PRELOAD)
+    with crew, Succession(placement, crew, door, deadline) as hub:  # the keeper is the last to leave
+        crew.start(hub, {p: (NODE_MODULE,) for p in placement.processes if p not in placement.awaited})
+        yield hub
 
 
 class Conversation:

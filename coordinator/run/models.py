@@ -45,8 +45,7 @@ from heavylift.nodes.devs.references import importing
 from heavylift.recordings import file_path
 
 from .arguments import end_ns
-from .conversation import Conversation
-from .joining import joined
+from .conversation import Conversation, joined
 from .watch import Watch
 
 

@@ -50,8 +50,7 @@ from heavylift.recordings import Spectator, file_path
 from heavylift.recordings.write.broadcast import Broadcast
 from heavylift.recordings.write.spectator import Spectators
 
-from .conversation import Conversation
-from .joining import joined
+from .conversation import Conversation, joined
 from .watch import PATIENCE_ns, Watch
 
 if TYPE_CHECKING:

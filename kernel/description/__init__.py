@@ -8,5 +8,6 @@ signals                       scalars that can be sampled for models that listen
 points                        places that all of these are described with
 profile                       trapezoid profiles that drives, winches and masters follow
 field_types, flexible_checks  what every field must hold; what a flexible body must fulfil
-name_order, notes             the order of names; non-fatal warnings of a run
+name_order, names, notes      the order of names, what they refer to; non-fatal warnings of a run
+user_code                     modules of the user, as they stand in their files
 """

@@ -21,9 +21,9 @@ import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, is_sym
 from heavylift.kernel.description.forces import Signal, UserLaw
+from heavylift.kernel.description.user_code import imported
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.trust import foreign, namer, refusal
-from heavylift.kernel.user_code import imported
 
 from .force_law import BODY, Answer, ForceLaw, Poses, Shown, attachment, wrench
 

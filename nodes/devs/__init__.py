@@ -17,7 +17,7 @@ travelling                      a message as each receiver gets it
 execution                       the abstract simulator
 """
 
-from heavylift.kernel import user_code as user_code  # from now on it sees what is imported
+from heavylift.kernel.description import user_code as user_code  # from now on it sees what is imported
 from heavylift.nodes.devs.execution.simulator import Simulator
 from heavylift.nodes.devs.execution.transitions import Trace, Transition
 

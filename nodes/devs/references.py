@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 from types import ModuleType
 
-from heavylift.kernel import user_code
+from heavylift.kernel.description import user_code
 from heavylift.kernel.errors import HeavyliftError, ModelError
 
 _importing: list[str] = []

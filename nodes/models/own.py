@@ -15,9 +15,9 @@ lookahead of its port; a unit of FMI has its step as lookahead besides.
 from __future__ import annotations
 
 from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.description.user_code import raised
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.trust import foreign, refusal
-from heavylift.kernel.user_code import raised
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, InPort, Model, Out, OutPort
 from heavylift.nodes.devs.references import imported, read
 from heavylift.nodes.fmi import Stepped

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from typing import NoReturn
 
+from heavylift.kernel.description.user_code import raised
 from heavylift.kernel.errors import HeavyliftError, ModelError, error_text
-from heavylift.kernel.user_code import raised
 from heavylift.nodes.devs.models import Atomic
 from heavylift.nodes.devs.tags import Instant, Tag
 

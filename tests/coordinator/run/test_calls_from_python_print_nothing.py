@@ -24,8 +24,8 @@ if __name__ == "__main__":
     planned(scene, 1.0)
     limits_of_all(scene, ["mechanism.bodies.load.mass=9..10 t"])
     branch(Branch.of("run.mcap", "1 s", ["end=1.5 s"]))
-    run_models("heavylift.nodes.zoo.token_ring:ring(2, 2, 5000000)", until=10**7)
-    replicate("heavylift.nodes.zoo.multi_server_queue:mmc()", 2, until=10**10)
+    run_models("heavylift.nodes.zoo.token_ring:ring(2, 2, 5000000)", until=0.01)
+    replicate("heavylift.nodes.zoo.multi_server_queue:mmc()", 2, until=10.0)
     try:
         run(load("pendulum", ["end=1 s"]), "no/such/folder/run.mcap")
     except HeavyliftError:

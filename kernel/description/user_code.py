@@ -24,8 +24,8 @@ from pathlib import Path
 from threading import RLock
 from types import CodeType, ModuleType
 
-from .errors import error_text
-from .trust import own_file, written_by_others
+from heavylift.kernel.errors import error_text
+from heavylift.kernel.trust import own_file, written_by_others
 
 _BEGAN_ns = time.time_ns()
 _lock = RLock()
