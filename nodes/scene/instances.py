@@ -38,7 +38,7 @@ SIDE_BY_SIDE = ("cranes", "loaders", "mechanisms", "models", "interlocks")  # of
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
      "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together",
-     "master", "followers", "crane", "carries", "loader", "block", "locked")
+     "master", "followers", "crane", "carries", "loader", "block", "locked", "lugs", "rigging")
 )  # fmt: skip
 WORDS = {  # fields that hold other words
     Characteristic: ("of",),
@@ -237,6 +237,8 @@ def _renamed(value: Any, prefix: str) -> Any:
         return value if value in ("", WORLD, EVERY) else f"{prefix}{value}"
     if isinstance(value, dict):
         return {_renamed(key, prefix): _renamed(x, prefix) for key, x in value.items()}
+    if not isinstance(value, tuple):
+        return value
     return tuple(_renamed(x, prefix) for x in value)
 
 
