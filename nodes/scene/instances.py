@@ -129,7 +129,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    yard = Yard(source, scene, [*whole.cranes], limits=whole.limits, blocks=whole.blocks)
+    yard = Yard(source, scene, [*whole.cranes], [*whole.loaders], limits=whole.limits, blocks=whole.blocks)
     yard.ropes, yard.slings = [*whole.rig.hook_ropes], [*whole.rig.slings]
     yard.hooks = {rope.carries: (rope.crane, rope.hook) for rope in whole.rig.hook_ropes}
     between, listed = build_interlocks(yard, whole.mechanisms), build_actions(yard, whole.mechanisms)
