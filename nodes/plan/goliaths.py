@@ -39,14 +39,17 @@ Y: Vector = (0.0, 1.0, 0.0)
 REST6 = (0.0,) * 6
 
 
-_last: list[tuple[Plan, tuple[Mechanism, ...]]] = []  # of the plan that was asked for last
+Known = tuple[Plan, tuple[Mechanism, ...]]
+_last: list[Known] = []  # of the plan that was asked for last, which is asked for again and again
 
 
 def machines(plan: Plan) -> tuple[Mechanism, ...]:
     """All machines of a plan as parts, in the order of their nodes."""
-    if not _last or _last[0][0] is not plan:
-        _last[:] = [(plan, tuple(machine(plan, x) for x in plan.machines))]
-    return _last[0][1]
+    known = next(iter(_last), None)
+    if known is None or known[0] is not plan:
+        known = plan, tuple(machine(plan, x) for x in plan.machines)
+        _last[:] = [known]
+    return known[1]
 
 
 def levelled(plan: Plan) -> tuple[Mechanism, ...]:

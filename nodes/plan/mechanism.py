@@ -36,7 +36,7 @@ class Hoist(Item, frozen=True, kw_only=True):
     """A hook of a machine: its rope, which has all falls, and where that holds the hook block, a body of its own.
 
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
-    [kg]), `axis`: from where its radius is measured; `slings`: by the name of the rigging, those that hang on it.
+    [kg]), `axis`: from where its radius is measured.
     `on`: the body that its rope leaves; `line`: mass of all falls [kg/m]; `ends`: where the rope begins and where its
     eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg]; `falls` and `drum_ends`
     of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given.
@@ -48,7 +48,6 @@ class Hoist(Item, frozen=True, kw_only=True):
     capacity: float = 0.0
     axis: Point | None = None
     chart: tuple[tuple[float, float], ...] = ()
-    slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
     on: str = ""
     line: float = 0.0
     ends: tuple[Vector, Vector] | None = None
@@ -62,7 +61,8 @@ class Hoist(Item, frozen=True, kw_only=True):
 class Tie(Item, frozen=True, kw_only=True):
     """A rope that is hooked and taken off; `lug` is where it hangs at the start: its name on what is lifted, or "".
 
-    `lower`: its end there, if it can be hooked nowhere else; `rated`: what counts as 100 % of its use [N].
+    `lower`: its end there, if it can be hooked nowhere else; `rated`: what counts as 100 % of its use [N]; `rigging`:
+    the name by which several are ordered together.
     """
 
     rope: str
@@ -70,6 +70,7 @@ class Tie(Item, frozen=True, kw_only=True):
     lug: str = ""
     lower: Point | None = None
     rated: float = 0.0
+    rigging: str = ""
 
 
 class Cell(Item, frozen=True, kw_only=True):
@@ -138,11 +139,10 @@ class Driven(Item, frozen=True, kw_only=True):
 
 
 class Mechanism(Item, frozen=True, kw_only=True):
-    """A researcher's own multibody system, written as bodies, joints and laws; it becomes one coupled model.
+    """A machine or a researcher's own system, written as bodies, joints and laws; it becomes one coupled model.
 
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
-    supports that carry at the start.  Its parts may name bodies and joints of the lift.  `slings`: by the name of a
-    rigging that is a machine of its own, its ropes.
+    supports that carry at the start.  Its parts may name bodies and joints of other machines.
     """
 
     name: str
@@ -152,7 +152,6 @@ class Mechanism(Item, frozen=True, kw_only=True):
     closed: tuple[str, ...] = ()
     hooks: tuple[Hoist, ...] = ()
     shapes: tuple[Shape, ...] = ()
-    slings: dict[str, tuple[str, ...]] = msgspec.field(default_factory=dict)
     ties: tuple[Tie, ...] = ()
     cells: tuple[Cell, ...] = ()
     latches: tuple[Latch, ...] = ()
@@ -162,9 +161,8 @@ class Mechanism(Item, frozen=True, kw_only=True):
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:
         """Slings by the name of their rigging."""
-        return {
-            name: slings for each in (*(h.slings for h in self.hooks), self.slings) for name, slings in each.items()
-        }
+        names = dict.fromkeys(tie.rigging for tie in self.ties if tie.rigging)
+        return {name: tuple(tie.rope for tie in self.ties if tie.rigging == name) for name in names}
 
     def standing(self, body: str) -> str:
         """By which name its supports report of a body: another one of a body of the lift, whose stools report, too."""

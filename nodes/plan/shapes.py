@@ -63,16 +63,18 @@ class Shapes:
         self.plan, self.machines = plan, machines(plan)
         joints = [joint for machine in self.machines for joint in machine.system.joints]
         self._carried = {joint.child: joint for joint in reversed(joints)}
-        self._pairs = [{joint.parent, joint.child} for joint in joints]
+        self._pairs = {frozenset((joint.parent, joint.child)) for joint in joints}
         self.cargo = {cargo.body: cargo for machine in self.machines for cargo in machine.cargo}
         self.lifts = bool(self.cargo) or any(machine.hooks for machine in self.machines)
-        self._contacts: list[Contact] = [c for machine in self.machines for c in machine.system.contacts]
+        self._contacts: dict[frozenset[str], list[Contact]] = {}
+        for contact in (c for machine in self.machines for c in machine.system.contacts):
+            self._contacts.setdefault(frozenset((contact.a.body, contact.b.body)), []).append(contact)
         hooks = [hook for machine in self.machines for hook in machine.hooks]
         self.hooks = {hook.rope: hook for hook in hooks}
         self.slings = {tie.rope for machine in self.machines for tie in machine.ties}
         held = [hook.eye.body for hook in hooks] + [t.upper.body for m in self.machines for t in m.ties]
         self._hanging = {self.root(body) for body in held} - {self.root(hook.on) for hook in hooks} - {*self.cargo}
-        self._stand_on = {(s.point.body, s.on) for m in self.machines for s in m.system.supports}
+        self._stand_on = {(s.point.body, self.root(s.on)) for m in self.machines for s in m.system.supports if s.on}
 
     @cached_property
     def roots(self) -> list[str]:
@@ -157,12 +159,12 @@ class Shapes:
         return {self.root(body) for body in bodies if body != WORLD and body not in self.cargo}
 
     def _of_solids(self, a: Solid, b: Solid) -> Relation:
-        kinds, bodies = {a.kind, b.kind}, {a.body, b.body}
+        kinds, bodies = {a.kind, b.kind}, frozenset((a.body, b.body))
         if "stools" in kinds:
             return "joined" if "block" in kinds else "apart"
         if bodies in self._pairs:
             return "joined"
-        touching = bodies in [{c.a.body, c.b.body} for c in self._contacts]
+        touching = bodies in self._contacts
         if touching and kinds == {"block", "machine"}:
             return "beside"
         if touching:
@@ -171,7 +173,7 @@ class Shapes:
             return "joined" if a.kind != b.kind else "through"
         if self.root(a.body) == self.root(b.body):
             return "apart" if self._siblings(a.body, b.body) else "joined"
-        if {(a.body, self.root(b.body)), (b.body, self.root(a.body))} & {(x, self.root(y)) for x, y in self._stand_on}:
+        if {(a.body, self.root(b.body)), (b.body, self.root(a.body))} & self._stand_on:
             return "joined"
         return "joined" if self._still(a.body) and self._still(b.body) else "apart"
 
@@ -199,7 +201,7 @@ class Shapes:
 
     def by_corners(self, a: str, b: str) -> bool:
         """Whether two bodies touch by contacts of points alone, so that one may go through the other beside those."""
-        found = [c for c in self._contacts if {c.a.body, c.b.body} == {a, b}]
+        found = self._contacts.get(frozenset((a, b)), [])
         return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
 
     @cached_property

@@ -132,7 +132,7 @@ def _built(
     followed = followed or bool(scene.ask)  # what is modelled depends on it
     raise_faults(source, _impossible(source, loaded, followed))
     bent = any(block.flexible for block in scene.all_blocks.values())
-    hung = bent or any(machine.slings for machine in loaded.plan.mechanisms)
+    hung = bent or any(machine.ties and not machine.hooks for machine in loaded.plan.mechanisms)
     if (loaded.plan.lift or hung) and (first := _first_rest(loaded, followed)):
         rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, first))
         if followed:

@@ -38,7 +38,7 @@ SIDE_BY_SIDE = ("cranes", "loaders", "mechanisms", "models", "interlocks")  # of
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
      "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together",
-     "master", "followers", "crane", "carries", "loader", "block", "locked")
+     "master", "followers", "crane", "carries", "loader", "block", "locked", "lugs", "rigging")
 )  # fmt: skip
 WORDS = {  # fields that hold other words
     Characteristic: ("of",),
@@ -129,7 +129,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    yard = Yard(source, scene, [*whole.cranes], limits=whole.limits, blocks=whole.blocks)
+    yard = Yard(source, scene, [*whole.cranes], [*whole.loaders], limits=whole.limits, blocks=whole.blocks)
     yard.ropes, yard.slings = [*whole.rig.hook_ropes], [*whole.rig.slings]
     yard.hooks = {rope.carries: (rope.crane, rope.hook) for rope in whole.rig.hook_ropes}
     between, listed = build_interlocks(yard, whole.mechanisms), build_actions(yard, whole.mechanisms)
@@ -237,6 +237,8 @@ def _renamed(value: Any, prefix: str) -> Any:
         return value if value in ("", WORLD, EVERY) else f"{prefix}{value}"
     if isinstance(value, dict):
         return {_renamed(key, prefix): _renamed(x, prefix) for key, x in value.items()}
+    if not isinstance(value, tuple):
+        return value
     return tuple(_renamed(x, prefix) for x in value)
 
 

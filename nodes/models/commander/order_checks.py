@@ -83,7 +83,7 @@ class Machines:
         """A crane does not travel while what hangs on it stands on its supports."""
         hooks = [hook for machine in self.parts if machine.name == order.model for hook in machine.hooks]
         for tie in (tie for hook in hooks for tie in ties_on(self.parts, hook)):
-            held = self.lugs.get(lugs.get(tie.rope, ""))
+            held = tie.lower or self.lugs.get(lugs.get(tie.rope, ""))
             if held and picture.ropes[tie.rope] == "taut" and picture.on_ground(held.body):
                 raise Refused(
                     f"{order.model} cannot {order.verb} while {held.body} stands on its supports and "

@@ -166,16 +166,17 @@ def _spoken(x: Order) -> Violations:
 
 def _reaches(x: Order) -> Violations:
     """A sling is hooked only if it reaches."""
-    ties = {tie.rope: tie for machine in x.machines.parts for tie in machine.ties}
+    ties = {tie.rope: (tie, machine.name) for machine in x.machines.parts for tie in machine.ties}
     lengths = {rope.name: rope.L0 for machine in x.machines.parts for rope in machine.system.straight_ropes}
     for order in x.action.orders:
-        if isinstance(order, actions.Hookup) and order.sling in lengths and (tie := ties.get(order.sling)):
+        if isinstance(order, actions.Hookup) and order.sling in lengths and order.sling in ties:
+            tie, machine = ties[order.sling]
             lug = tie.lower or x.machines.lugs.get(order.lug)
             if lug is None:
                 continue
             upper, place = world(x.before, tie.upper.body, tie.upper.p), world(x.before, lug.body, lug.p)
             if message := reach(tie.rope, lengths[tie.rope], order.lug or tie.lug, upper, place):
-                yield tie.upper.body, order.where, message
+                yield machine, order.where, message
 
 
 def _hangs(x: Order) -> Violations:

@@ -15,7 +15,6 @@ from heavylift.nodes.statics.action_preview import at_rest
 from .environment.obstacles import obstacles_machine
 from .environment.vessels import afloat, check_decks, vessel_machine
 from .mechanism import build_mechanism
-from .rigging.slings import slings_of
 from .rigging.tree import Tree
 from .stools import block_machine
 from .yard import Yard
@@ -57,9 +56,7 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     for base, name in tree.own() if tree else ():
         assert tree is not None
         made = build_mechanism(source, tree.made(name, around), scene.gravity, around, base, None, scene.edges)
-        slings = tuple(slings_of(scene, name))
-        ties = tuple(tree.ties(name))
-        built.append(msgspec.structs.replace(made, slings={name: slings} if slings else {}, ties=ties))
+        built.append(msgspec.structs.replace(made, ties=tuple(tree.ties(name))))
         if source.faults:
             return tuple(built)
         around = merge([around, built[-1].system], scene.gravity)

@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.machines import GoliathParts
@@ -36,6 +37,13 @@ class Yard:
     interlocks: tuple[plan.Interlock, ...] = ()
     limits: tuple[Limit, ...] = ()  # where they are known before: of several lifts
     blocks: tuple[plan.Block, ...] = ()  # of several lifts of goliaths
+
+    @property
+    def parts(self) -> tuple[plan.Mechanism, ...]:
+        """Its cranes, loaders and blocks as machines made of parts, as far as they are built."""
+        rig = plan.Rig(hook_ropes=tuple(self.ropes), slings=tuple(self.slings))
+        own = {"cranes": tuple(self.cranes), "loaders": tuple(self.loaders), "block": self.block, "blocks": self.blocks}
+        return machines(plan.Plan(name=self.scene.name, gravity=self.scene.gravity, rig=rig, **own))  # type: ignore[arg-type]
 
     @property
     def all_blocks(self) -> tuple[plan.Block, ...]:

@@ -194,7 +194,7 @@ YARDS = {
         [("    all hooks: hoist 0.3 m/min until lifted", "    crane: travel 3 m/min by 1 m")],
         "crane: travel",
         (
-            "actions[1].crane: crane would travel while the block is on its stools and loader-1 taut:"
+            "actions[1].crane: crane would travel while the block is on its stools and loader-1.sling-1 taut:"
             " slacken or unhook the slings first"
         ),
     ),

@@ -44,7 +44,7 @@ def test_slings_keep_what_is_below_a_key() -> None:
         + f"  {two}\n  more: {{like: legs, to: [N3, N4], sling: {{EA: 50 MN}}}}\n"
         + jib[jib.index("\n\n", start) :]
     )
-    legs, more = (parse(made, passing=True).scene.rigging[name] for name in ("legs", "more"))
+    legs, more = (parse(made, passing=True, followed=False).scene.rigging[name] for name in ("legs", "more"))
     assert (more.sling.EA, more.sling.breaking, more.lengths) == (50e6, 900e3, legs.lengths)  # type: ignore[union-attr]
 
 

@@ -125,12 +125,13 @@ def _hang_one(
             speed=hook.speed, highest=hook.highest, emergency=hook.emergency, where=where,
         )
     )  # fmt: skip
-    slings = {key: _slings(found, key, given, name, hook, tree) for key, given in rigging.items()}
+    for key, given in rigging.items():
+        _slings(found, key, given, name, hook, tree)
     axis = k.Point(hook.radius_from) if hook.radius_from else None
     found.hooks.append(
         plan.Hoist(
             rope=name, eye=k.Point(name), block_mass=hook.block, capacity=hook.capacity or 0.0, axis=axis,
-            chart=tuple(hook.chart or ()), slings=slings, on=hook.on, falls=hook.falls,
+            chart=tuple(hook.chart or ()), on=hook.on, falls=hook.falls,
             drum_ends=drum_ends(hook.falls), efficiency=ROLLING, breaking=hook.fall_breaking or 0.0, where=where,
         )
     )  # fmt: skip
@@ -153,12 +154,11 @@ def _plumb(name: str, hook: Hook, tip: tuple[float, ...], tree: Tree | None) -> 
     return tip[2] - asked - hook.height
 
 
-def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: Tree | None) -> tuple[str, ...]:
-    """The slings of a rigging, from the hook to lugs of blocks; their names."""
+def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: Tree | None) -> None:
+    """The slings of a rigging, from the hook to lugs of blocks."""
     assert tree is not None
-    ends = tree.ropes(key)
     found.ties += tree.ties(key)
-    for sling, (i, lug, hooked) in ends.items():
+    for sling, (i, lug, hooked) in tree.ropes(key).items():
         EA, length = given.sling.EA, given.lengths[i]
         eye = k.Point(name, (0.0, 0.0, -hook.height))
         damping = 2.0 * given.sling.damping * sqrt(EA / length * hook.block)
@@ -166,4 +166,3 @@ def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: T
             found.reevings.append(Reeving(sling, eye, tree.edges(key, i), lug, EA, Signal(length), damping))
         else:
             found.ropes.append(k.Rope(sling, (k.Line(eye, lug),), EA, length, damping, hooked=hooked))
-    return tuple(ends)

@@ -183,14 +183,16 @@ class Tree:
     def ties(self, name: str) -> list[Tie]:
         """The slings of an entry with where they begin and the lugs that they hold."""
         given, found = self.rigging[name], list[Tie]()
+        words = {point: word for word, point in self.lugs.items()}  # the longer ones, where a lug has two
         for rope, sling in slings_of(self.scene, name).items():
             assert not isinstance(given, Frame)
             upper = self.upper(given.holders[sling.number])
-            if upper is not None:
-                lug, lower = sling.holds if sling.holds in self.lugs else "", self.lower(sling.holds)
+            lower = self.lower(sling.holds)
+            if upper is not None and lower is not None:
+                lug = words.get(lower, "")
                 rated = given.sling.breaking / given.sling.factor
                 held = lug if sling.hooked else ""
-                found.append(Tie(rope=rope, upper=upper, lug=held, lower=lower, rated=rated))
+                found.append(Tie(rope=rope, upper=upper, lug=held, lower=lower, rated=rated, rigging=name))
         return found
 
     def carried(self, body: str) -> float:

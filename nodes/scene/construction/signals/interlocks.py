@@ -98,7 +98,7 @@ class _Builder:
         """The test of each hook or sling, if it is of any; names of parts of the machine with its name in front."""
         subjects = self.conditions.subjects
         if test.of == "any hook":
-            ropes = dict.fromkeys(hook.rope for hook in subjects.hooks.values() if hook.model == machine)
+            ropes = dict.fromkeys(hook.rope for hook in subjects.hooks.values() if subjects.ropes[hook.rope] == machine)
             return [msgspec.structs.replace(test, of=rope) for rope in ropes]
         if test.of == "any sling":
             slings = [row.subject for row in subjects.ratings["tension"].values() if row.quantity == "sling tension"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
 
@@ -24,34 +23,23 @@ WIDE = 1e4  # [m] half edges of the floor
 EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as in `limits.reading`
 
 
-@dataclass(frozen=True)
-class Hooked:
-    """A hook: the model that has it, its rope, the point whose height it has; axis and chart of its radius."""
-
-    model: str
-    rope: str
-    eye: Point
-    block_mass: float
-    axis: Point | None = None
-    chart: tuple[tuple[float, float], ...] = ()
-
-
 class Subjects:
     """Everything in a scene that a signal can be of, by its name; each with the model that watches it."""
 
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.mechanisms, self.gravity = yard, mechanisms, yard.scene.gravity
-        self.hooks = {hook.rope: hook for hook in _hooks(yard, mechanisms)}
+        machines = [*yard.parts, *mechanisms]
+        self.hooks = {hook.rope: hook for m in machines for hook in m.hooks}
+        self.ropes = {rope.name: m.name for m in machines for rope in m.system.all_ropes}
         own = {loader: f"{crane}.{hook}" for loader, (crane, hook) in yard.hooks.items()}
         own |= {m.name: m.hooks[0].rope for m in mechanisms if len(m.hooks) == 1}
         self.hooks |= {name: self.hooks[rope] for name, rope in own.items() if rope in self.hooks}
         self.points = {block.name: (block.name, Point(block.name)) for block in yard.all_blocks}
         self.points |= {body.name: (m.name, Point(body.name)) for m in mechanisms for body in m.system.bodies}
-        self.points |= {name: (hook.model, hook.eye) for name, hook in self.hooks.items() if name not in self.points}
+        of = self.ropes
+        self.points |= {name: (of[x.rope], x.eye) for name, x in self.hooks.items() if name not in self.points}
         self.points |= {loader: (loader, Point(f"{loader}.upper")) for loader in yard.hooks}
-        self.ropes = {s.name: s.loader for s in yard.slings} | {r.name: r.crane for r in yard.ropes}
-        self.ropes |= {rope.name: m.name for m in mechanisms for rope in m.system.all_ropes}
-        bent = {rope.name for m in mechanisms for rope in m.system.reevings} | {s.name for s in yard.slings if s.over}
+        bent = {rope.name for m in machines for rope in m.system.reevings}
         self.straight = [rope for rope in self.ropes if rope not in bent]
         self.boxes = _boxes(yard, mechanisms)
         self.winds = [(m.name, f) for m in mechanisms for f in m.system.forces if isinstance(f, Wind)]
@@ -61,6 +49,7 @@ class Subjects:
         none."""
         kind, word = cast(Quantity, quantity), ".".join(of.split())
         hook, names = self.hooks.get(word), of.split()
+        model = self.ropes[hook.rope] if hook else ""
         match quantity:
             case "height" if word in self.points:
                 model, point = self.points[word]
@@ -69,16 +58,16 @@ class Subjects:
                 (model, point), (_, origin) = (self.points[name] for name in names)
                 return model, Signal(kind, point=point, origin=origin)
             case "load" if hook:
-                return hook.model, Signal(kind, ropes=(hook.rope,), numbers=(1.0 / self.gravity, hook.block_mass))
+                return model, Signal(kind, ropes=(hook.rope,), numbers=(1.0 / self.gravity, hook.block_mass))
             case "load" if (row := self.ratings[quantity].get(word)) and row.unit == "kg":
                 each = Signal(kind, ropes=row.elements, numbers=(1.0 / self.gravity, self._blocks(row)))
                 return self.ropes[row.elements[0]], each
             case "radius" if hook and hook.axis:
-                return hook.model, Signal(kind, point=hook.eye, origin=hook.axis)
+                return model, Signal(kind, point=hook.eye, origin=hook.axis)
             case "moment" if hook and hook.chart:
                 chart = [x for radius, mass in hook.chart for x in (radius, mass * self.gravity)]
                 numbers = EMPTY * hook.block_mass * self.gravity, *chart
-                return hook.model, Signal(kind, ropes=(hook.rope,), point=hook.eye, origin=hook.axis, numbers=numbers)
+                return model, Signal(kind, ropes=(hook.rope,), point=hook.eye, origin=hook.axis, numbers=numbers)
             case "off-lead" | "swing along" | "swing across" if (rope := hook.rope if hook else word) in self.straight:
                 return self.ropes[rope], Signal(kind, ropes=(rope,))
             case "gap" if all(name in self.boxes for name in names):
@@ -102,12 +91,11 @@ class Subjects:
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
         if row.over == "trolley":
-            rope = next(r for r in self.yard.ropes if r.name == row.elements[0])
+            hook = self.hooks[row.elements[0]]
             chart = [x for place, mass in row.chart for x in (place, mass)]
             numbers = 1.0 / self.gravity, self._blocks(row), *chart
-            return rope.crane, Signal(
-                "use by place", ropes=row.elements, point=Point(rope.lines[0].a.body), numbers=numbers
-            )
+            place = Point(hook.on)
+            return self.ropes[hook.rope], Signal("use by place", ropes=row.elements, point=place, numbers=numbers)
         if row.value is None:
             return None
         own = self.gravity * row.value, self._blocks(row) / row.value
@@ -130,18 +118,6 @@ class Subjects:
         if quantity == "load":
             return [*hooks, *(subject for subject, row in self.ratings[quantity].items() if row.unit == "kg")]
         return list(of.get(quantity, self.straight if quantity in ("off-lead", "swing along", "swing across") else ()))
-
-
-def _hooks(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> list[Hooked]:
-    eyes = {rope.name: rope.eye for rope in yard.ropes}
-    goliaths = [
-        Hooked(crane.name, hook.rope, eyes[hook.rope], hook.block_mass)
-        for crane in yard.cranes
-        for hook in crane.hooks
-        if hook.rope in eyes
-    ]
-    others = [Hooked(m.name, h.rope, h.eye, h.block_mass, h.axis, h.chart) for m in mechanisms for h in m.hooks]
-    return goliaths + others
 
 
 def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
