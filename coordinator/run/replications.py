@@ -24,7 +24,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .arguments import whole
 from .models import referred, run_models
-from .pool import Pool, cores
+from .pool import Pool, cores, submits
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,15 @@ def replicate(
     """
     if whole("--replications", count) < 1 or not 0 < confidence < 1:
         raise ModelError(f"{count} replications, confidence {confidence}: give one run or more, and 0 < confidence < 1")
-    if executor is not None and not isinstance(executor, Executor):
+    if executor is not None and not submits(executor):
         raise ModelError(f"executor={executor!r}: give one of concurrent.futures, or a client's get_executor()")
     reference, seeds = referred(build), _seeds(whole("--seed", seed), count)
     tasks = [(number, seeded(reference, own), until, stop, microsteps) for number, own in enumerate(seeds, 1)]
     runs: list[dict[str, float]] = []
     try:
         with nullcontext(executor) if executor else Pool(min(workers or cores(), count)) as pool:
-            runs += pool.map(_once, tasks)
+            begun = [pool.submit(_once, task) for task in tasks]
+            runs += [future.result() for future in begun]
     except BrokenExecutor as error:
         raise ProtocolError(
             f"the executor has lost a worker ({error}); take fewer workers if memory is short"
