@@ -124,7 +124,7 @@ def extra(package: str, missing: HeavyliftError) -> Any:
     try:
         return import_module(package)
     except Exception as error:
-        if isinstance(error, ModuleNotFoundError) and error.name == package.partition(".")[0]:
+        if isinstance(error, ModuleNotFoundError) and f"{package}.".startswith(f"{error.name}."):
             raise missing from None
         told = " ".join(str(error).split()) or type(error).__name__
         raise type(missing)(f"{package} is installed but fails ({told}); install another version of it") from None

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
-from heavylift.kernel.errors import ProtocolError, Stopped, extra
+from heavylift.kernel.errors import Stopped
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
     from heavylift.coordinator.sweeps.study import Study
 
-WORKERS_s = 30.0  # for the first worker of a scheduler to come
 TELL_s = 10.0  # between two lines where there is no terminal
 
 
@@ -35,6 +31,9 @@ def sweep(
     output: Annotated[Path, o.written_to("folder of the study")] = Path("study"),
     workers: Annotated[int, typer.Option("--workers", help="processes; default all cores")] = 0,
     scheduler: Annotated[str, typer.Option("--scheduler", help="of dask: tls://HOST:8786")] = "",
+    insecure: Annotated[
+        bool, typer.Option("--insecure-scheduler", help="it may be one without certificates and encryption, tcp://")
+    ] = False,
     keys: o.Certificates = Path("certificates"),
     keep: Annotated[str, typer.Option("--keep", help="recordings of: none, failed, all")] = "none",
     verify: Annotated[int, typer.Option("--verify", help="run so many again here and compare digests")] = 0,
@@ -50,6 +49,7 @@ def sweep(
     command goes on with a study that was stopped.
     """
     from heavylift.coordinator.run.arguments import whole
+    from heavylift.coordinator.sweeps.dask_workers import dask_workers
     from heavylift.coordinator.sweeps.page import page, told
     from heavylift.coordinator.sweeps.summary import summary
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all
@@ -58,7 +58,7 @@ def sweep(
     loaded, verify = o.scene_of(scene, sets), whole("--verify", verify)
     seconds = o.wall_s("--limit", limit)
     progress = _Progress()
-    with _engine(scheduler, keys) as executor:
+    with dask_workers(scheduler, keys, insecure) if scheduler else nullcontext() as executor:
         try:
             study = run_all(
                 loaded, vary or [], into=output, sample=sample, design=design, seed=seed, executor=executor,
@@ -129,38 +129,3 @@ class _Progress:
         counts = ", ".join(f"{n} {status}" for status, n in sorted(self._counts.items()))
         left = clock((self._left - self._done) / rate)
         return f"{self._done} of {self._left} runs, {rate:.1f} a second, {left} to go: {counts}"
-
-
-@contextmanager
-def _engine(scheduler: str, keys: Path) -> Iterator[Executor | None]:
-    """The workers of a dask scheduler, as an executor; None without one."""
-    if not scheduler:
-        yield None
-        return
-    from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
-
-    missing = "--scheduler needs dask.distributed; install heavylift[sweep]"
-    dask = extra("distributed", ProtocolError(missing))
-    secured = None
-    if scheduler.startswith("tls://"):
-        own = Credentials.load(keys, COORDINATOR)
-        secured = dask.Security(
-            tls_ca_file=str(own.authority),
-            tls_client_cert=str(own.certificate),
-            tls_client_key=str(own.key),
-            require_encryption=True,
-        )
-    try:
-        client = dask.Client(scheduler, security=secured, timeout=10)
-    except (OSError, TimeoutError, ValueError, TypeError) as error:
-        raise ProtocolError(
-            f"--scheduler '{scheduler}': nobody answers there ({error}); start `dask scheduler`"
-        ) from None
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=WORKERS_s)
-        except TimeoutError:
-            raise ProtocolError(
-                f"--scheduler '{scheduler}': it has no workers; start `dask worker {scheduler}`"
-            ) from None
-        yield client.get_executor(pure=False)

@@ -12,8 +12,8 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
+from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from multiprocessing import get_context
 from types import ModuleType, TracebackType
@@ -25,6 +25,20 @@ LOOK_s = 1.0  # between two looks whether the parent still lives
 def cores() -> int:
     """Those that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def submits(executor: object) -> bool:
+    """Whether it runs calls as an executor of concurrent.futures does; submitit's do, and are none."""
+    return callable(getattr(executor, "submit", None))
+
+
+def finished(futures: Collection[Future[Any]], patience: float) -> Collection[Future[Any]]:
+    """Those that are done, if need be after some patience [s]; futures of other libraries cannot be waited for."""
+    if all(isinstance(future, Future) for future in futures):
+        return wait(futures, timeout=patience, return_when=FIRST_COMPLETED).done
+    if not (done := [future for future in futures if future.done()]):
+        time.sleep(patience)
+    return done
 
 
 class Pool(ProcessPoolExecutor):

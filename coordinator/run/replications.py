@@ -24,7 +24,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .arguments import end_ns, whole
 from .models import referred, run_models
-from .pool import Pool, cores
+from .pool import Pool, cores, submits
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def replicate(
     """
     if whole("--replications", count) < 1 or not 0 < confidence < 1:
         raise ModelError(f"{count} replications, confidence {confidence}: give one run or more, and 0 < confidence < 1")
-    if executor is not None and not isinstance(executor, Executor):
+    if executor is not None and not submits(executor):
         raise ModelError(f"executor={executor!r}: give one of concurrent.futures, or a client's get_executor()")
     end_ns(until)  # complains before anything begins
     reference, seeds = referred(build), _seeds(whole("--seed", seed), count)
@@ -77,7 +77,8 @@ def replicate(
     runs: list[dict[str, float]] = []
     try:
         with nullcontext(executor) if executor else Pool(min(workers or cores(), count)) as pool:
-            runs += pool.map(_once, tasks)
+            begun = [pool.submit(_once, task) for task in tasks]
+            runs += [future.result() for future in begun]
     except BrokenExecutor as error:
         raise ProtocolError(
             f"the executor has lost a worker ({error}); take fewer workers if memory is short"

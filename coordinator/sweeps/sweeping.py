@@ -1,4 +1,4 @@
-"""Runs the variants of a study on any `concurrent.futures.Executor`, and writes each row as it comes.
+"""Runs the variants of a study on any executor of concurrent.futures or alike, and writes each row as it comes.
 
 A few variants more than there are workers are with the executor, so that memory does not grow with the study.  A worker
 that dies takes its pool with it: what was with the pool is run again one by one, and the variant that ends its worker
@@ -10,11 +10,11 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import BrokenExecutor, Executor, Future
 from pathlib import Path
 
 from heavylift.coordinator.run.arguments import texts, time_s, whole
-from heavylift.coordinator.run.pool import Pool, cores
+from heavylift.coordinator.run.pool import Pool, cores, finished, submits
 from heavylift.kernel.errors import ProtocolError, SceneError, Stopped
 from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.text.units import DURATION
@@ -22,7 +22,7 @@ from heavylift.nodes.scene.text.units import DURATION
 from .axes import Variant, axes_of, grid, sampled
 from .designs import DESIGNS, drawn
 from .study import Planned, Study
-from .variant import KEEP, Keep, Row, Task, played
+from .variant import KEEP, Keep, Row, Task, answered, played, received
 
 AHEAD, MOST = 3, 256  # variants with the executor for each worker; in all, if nobody says how many there are
 WAIT_s, WRITE_s = 0.2, 1.0  # for a variant to be done; between two files of rows
@@ -69,7 +69,7 @@ def sweep(
     if keep not in KEEP:
         raise SceneError(f"--keep '{keep}': keep {', '.join(KEEP)}")
     workers, limit = whole("--workers", workers), time_s("--limit", limit, DURATION)
-    if executor is not None and not isinstance(executor, Executor):
+    if executor is not None and not submits(executor):
         raise SceneError(f"executor={executor!r}: give one of concurrent.futures, or a client's get_executor()")
     plan = planned(scene, vary, sample, design, seed)
     with Study(into, plan, Task.of(plan.scene, limit, keep, judged)) as study:
@@ -116,7 +116,7 @@ def _with(
 
     `suspects` were with a pool that broke: one of them alone is with the next one.
     """
-    running: dict[Future[Row], Variant] = {}
+    running: dict[Future[bytes], Variant] = {}
     alone = False
     rows: list[Row] = []
     written = time.monotonic()
@@ -125,20 +125,22 @@ def _with(
             while (waiting or suspects) and len(running) < (1 if suspects or (alone and running) else most):
                 alone, variant = bool(suspects), (suspects or waiting)[0]
                 try:
-                    future = pool.submit(played, study.task, variant)
+                    future = pool.submit(answered, study.task, variant)
                 except BrokenExecutor as error:
                     suspects.extend(running.values())
                     return str(error)
                 (suspects or waiting).popleft()
                 running[future] = variant
-            done, _ = wait(running, timeout=WAIT_s, return_when=FIRST_COMPLETED)
             broken: dict[Variant, BaseException] = {}
-            for future in done:
+            for future in finished(running, WAIT_s):
                 variant, why = running.pop(future), future.exception()
                 if isinstance(why, BrokenExecutor):
                     broken[variant] = why
                     continue
-                rows.append(_lost(variant, f"{type(why).__name__}: {why}") if why else future.result())
+                try:
+                    rows.append(_lost(variant, _told(why)) if why else received(future.result(), variant))
+                except ProtocolError as error:
+                    rows.append(_lost(variant, str(error)))
                 watch(study, rows[-1])
             if broken:
                 told = str(next(iter(broken.values())))
@@ -156,6 +158,13 @@ def _with(
         for future in running:
             future.cancel()
         study.append(rows)
+
+
+def _told(why: BaseException) -> str:
+    """Why there is no row; what a worker of dask has pickled stays unread."""
+    if why.args and isinstance(why.args[0], bytes):
+        return "its worker died, or answered with code, which is not run here"
+    return f"{type(why).__name__}: {why}"
 
 
 def _lost(variant: Variant, sentence: str) -> Row:

@@ -1,7 +1,8 @@
 """One variant of a scene as a row of numbers: what a worker of a sweep does, wherever it is.
 
-A worker is told everything by its arguments and returns plain data, so it may be a process of a pool, a thread, or one
-of dask's on another host.  The row has the digest that `heavylift run` has with the same settings.
+A worker is told everything by its arguments and answers with bytes of MessagePack, whatever happens, so it may be a
+process of a pool, a thread, or one of dask's on another host; no answer is a pickle.  The row has the digest that
+`heavylift run` has with the same settings.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+import msgspec
 import numpy as np
 from heavylift.coordinator.run.in_memory import CUT, Played, play
 from heavylift.coordinator.verdict.limits import signals_of_run
-from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
 from heavylift.nodes.limits.rope_signals import rope_direction, rope_of
 from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Use
@@ -27,6 +29,7 @@ from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scenes import bundled
+from heavylift.recordings.format.text import shown
 
 from .axes import Variant
 
@@ -34,6 +37,18 @@ Keep = Literal["none", "failed", "all"]
 KEEP: tuple[Keep, ...] = ("none", "failed", "all")
 PLACES = ("hook height", "rope length", "rails", "girder")  # limits that say how far something may go
 FAILED = ("red", "refused", "failed", "cut", "lost")
+STATUSES = ("done", *FAILED)
+TEXTS = (
+    "status",
+    "sentence",
+    "digest",
+    "verdict",
+    "unfinished",
+    "limit",
+    "limit stage",
+    "host",
+)  # other columns: numbers
+MOST_COLUMNS, MOST_TEXT, MOST_BYTES = 20_000, 100_000, 1 << 30  # of an answer
 Row = dict[str, Any]
 
 
@@ -56,6 +71,41 @@ class Task:
         if "extends" in read(scene.text, name).data:  # files that a worker elsewhere has not
             return cls(scene.merged, name, (), limit_s, keep, judged)
         return cls(scene.text, name, scene.settings, limit_s, keep, judged)
+
+
+def answered(task: Task, variant: Variant) -> bytes:
+    """What a worker answers: the row of the variant, or one that tells what went wrong."""
+    try:
+        row = played(task, variant)
+    except Exception as error:
+        row = {"number": variant.number, "status": "lost", "sentence": f"{type(error).__name__}: {error}"}
+    return msgspec.msgpack.encode(row, enc_hook=lambda number: number.item())
+
+
+def received(answer: object, variant: Variant) -> Row:
+    """The row in the answer of a worker, whoever that is; ProtocolError if it is none of this variant."""
+    if not isinstance(answer, bytes) or len(answer) > MOST_BYTES:
+        raise ProtocolError("its worker did not answer with the bytes of a row")
+    try:
+        row = msgspec.msgpack.decode(answer, type=dict[str, Any])  # each column is checked below
+    except UNREADABLE:
+        raise ProtocolError("its worker answered with bytes that are no row") from None
+    recording = row.pop("recording", b"")
+    wrong = [name for name, x in row.items() if name.startswith("input/") or not _fits(name, x)]
+    if row.get("number") != variant.number or row.get("status") not in STATUSES or "sentence" not in row:
+        raise ProtocolError("its worker answered with the row of something else")
+    if wrong or len(row) > MOST_COLUMNS or not isinstance(recording, bytes):
+        told = f": {printable(wrong[0], 80)}" if wrong else ""
+        raise ProtocolError(f"its worker answered with a row that no run has{told}")
+    sentence = printable(str(row["sentence"]), keep=f"\n{SPACES}")
+    return shown(row) | {"sentence": sentence} | ({"recording": recording} if recording else {})
+
+
+def _fits(name: str, x: str | bytes | float | None) -> bool:
+    """Whether a column holds what it may."""
+    if name in TEXTS:
+        return isinstance(x, str) and len(x) <= MOST_TEXT
+    return len(name) <= MOST_TEXT and (x is None or isinstance(x, float) or (isinstance(x, int) and abs(x) < 1 << 63))
 
 
 def played(task: Task, variant: Variant) -> Row:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from heavylift.recordings.format.text import cell
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 
@@ -118,7 +119,7 @@ def _csv(measured: Measured) -> str:
     head += [column for q in measured.ask for column in (f"{q} error", f"{q} passes")]
     head += [f"places [{measured.unit}]", "energy error", "constraint drift [m]", "runs", "spread of CPU", "failed"]
     table = csv.writer(out, lineterminator="\n")
-    table.writerow(head)
+    table.writerow(map(cell, head))
     for row in measured.rows:
         known = _row(row, measured.limit)
         times = ("waits_s", "start_s", "wall_s", "cpu_s", "real_time_factor")
@@ -126,6 +127,6 @@ def _csv(measured: Measured) -> str:
         for q in measured.ask:
             passes = known["passes"].get(q)
             cells += [known["errors"].get(q), "" if passes is None else "yes" if passes else "no"]
-        table.writerow([*cells, *(known[k] for k in ("position", "energy", "constraint_drift_m", "runs", "spread")),
-                        row.reason])  # fmt: skip
+        cells += [known[k] for k in ("position", "energy", "constraint_drift_m", "runs", "spread")]
+        table.writerow(map(cell, [*cells, row.reason]))
     return out.getvalue()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from zipfile import ZipFile
 
 from heavylift.kernel.errors import RecordingError, extra
@@ -33,8 +33,8 @@ def workbook(title: str, told: str, tables: Sequence[Table]) -> bytes:
     for table in tables:
         sheet, first = book.create_sheet(table.title[:31]), 1
         if table is tables[0]:
-            sheet.append([_text(title)])
-            sheet.append([_text(told)])
+            for row, line in enumerate((title, told), 1):
+                _write(sheet.cell(row, 1), line)
             first = 4
         _fill(sheet, table, first)
     out = io.BytesIO()
@@ -53,13 +53,12 @@ def _fill(sheet: Worksheet, table: Table, first: int) -> None:
         for column, content in enumerate(cells, 1):
             text, bad = content if isinstance(content, tuple) else (content, False)
             value, form = number(text)
-            place = sheet.cell(row, column, _text(value) if isinstance(value, str) else value)
+            place = sheet.cell(row, column)
+            _write(place, value)
             place.number_format = form
-            place.data_type = "s" if isinstance(value, str) else "n"  # no text is a formula
             place.font = Font(bold=row == first or bad, color="FFA3182B" if bad else None)
     for row, line in enumerate(table.told, first + len(table.rows) + 2):
-        place = sheet.cell(row, 1, _text(line))
-        place.data_type = "s"
+        _write(sheet.cell(row, 1), line)
     for column in range(len(table.head)):
         longest = max(len(_plain(row[column])) for row in [table.head, *table.rows] if column < len(row))
         sheet.column_dimensions[get_column_letter(column + 1)].width = min(WIDEST, longest + 2)
@@ -85,5 +84,7 @@ def _plain(cell: Cell) -> str:
     return cell if isinstance(cell, str) else cell[0]
 
 
-def _text(text: str) -> str:
-    return FORBIDDEN.sub(" ", text)
+def _write(place: Any, value: str | float) -> None:
+    """Put a number, or a text that is no formula, into a cell of a sheet."""
+    place.value = FORBIDDEN.sub(" ", value) if isinstance(value, str) else value
+    place.data_type = "s" if isinstance(value, str) else "n"

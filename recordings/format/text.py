@@ -10,6 +10,7 @@ from heavylift.kernel.errors import SPACES, printable
 
 GENERATOR = "heavylift"  # by which a file says who made it
 T = TypeVar("T")
+FORMULAS = tuple("=+-@\t\r\uff1d\uff0b\uff0d\uff20")  # how they begin, in wide letters, too
 MOST = 30  # names in a sentence
 
 
@@ -40,6 +41,13 @@ def shown(data: T) -> T:
     elif isinstance(data, list | tuple):
         made = [shown(each) for each in data]
     return made  # type: ignore[no-any-return]
+
+
+def cell(value: object) -> object:
+    """A cell of a CSV file: one line, and with an apostrophe where a spreadsheet would run a text as a formula."""
+    if not isinstance(value, str):
+        return value
+    return f"'{shown(value)}" if value.lstrip()[:1] in FORMULAS else shown(value)
 
 
 def meant(name: str, names: Sequence[str]) -> str:

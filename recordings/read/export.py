@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError, SignalError, extra
-from heavylift.recordings.format.text import GENERATOR, meant
+from heavylift.recordings.format.text import GENERATOR, cell, meant
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import PartFile
 from numpy.typing import NDArray
@@ -58,8 +58,8 @@ def _csv(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
 def _csv_rows(stream: BinaryIO, heads: list[str], rows: Iterable[Sequence[object]]) -> None:
     text = io.TextIOWrapper(stream, "utf-8", newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(heads)
-    writer.writerows(rows)
+    writer.writerow(map(cell, heads))
+    writer.writerows(map(cell, row) for row in rows)
     text.detach()
 
 

@@ -1,17 +1,41 @@
 """The Foxglove websocket of a run that goes on: samples, poses, ropes, boxes and events for Foxglove and Lichtblick.
 
-The server is foxglove-sdk's, an extra; its threads send, and drop what a slow viewer does not take.
+It is on this machine only, its address holds a random word, and a page of the web is heard only if it is one of these
+viewers: any site that a browser shows may knock at such a port.  What is sent is the protocol `foxglove.sdk.v1`, of
+which viewers here need four messages.  A viewer that is slow misses what is older; it never makes the run wait.
 """
 
 from __future__ import annotations
 
-from typing import Any, Self
+import base64
+import hmac
+import json
+import queue
+import re
+import secrets
+import struct
+import threading
+from contextlib import suppress
+from typing import Any, NamedTuple, Self
 
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError, extra
 from heavylift.recordings.format.schema import file_descriptor_set
 
-PORT = 8765  # the one that viewers propose
+HOST, PORT = "127.0.0.1", 8765  # the port that viewers propose
+PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+ORIGINS = re.compile(
+    r"https?://(localhost|127\.0\.0\.1)(:\d+)?|file://|https://(app|studio)\.foxglove\.dev"
+    r"|https://lichtblick-suite\.github\.io"
+)
+VIEWERS, BACKLOG = 16, 1024  # at a time; messages that wait for one of them
+LARGEST = 1 << 16  # message of a viewer [bytes]
+MESSAGE = struct.Struct("<BIQ")  # 1, the number of the subscription, time [ns]; then the message itself
+
+
+class _Viewer(NamedTuple):
+    waiting: queue.Queue[str | bytes]
+    numbers: dict[int, int]  # of subscriptions, by channel
 
 
 class FoxgloveServer:
@@ -19,33 +43,108 @@ class FoxgloveServer:
 
     def __init__(self, name: str, port: int = PORT) -> None:
         """RecordingError if the package is missing or the port is taken."""
-        missing = "--foxglove needs the package foxglove-sdk: pip install 'heavylift[foxglove]'"
-        self._sdk = extra("foxglove", RecordingError(missing))
-        self._context, self._channels = self._sdk.Context(), dict[str, Any]()
+        missing = "--foxglove needs the package websockets: pip install 'heavylift[foxglove]'"
+        server = extra("websockets.sync.server", RecordingError(missing))
+        self._hello = json.dumps({"op": "serverInfo", "name": name, "capabilities": [], "metadata": {}})
+        self._word = secrets.token_urlsafe(24)
+        self._channels: dict[str, dict[str, Any]] = {}
+        self._viewers: list[_Viewer] = []
+        self._lock = threading.Lock()
         try:
-            self._server = self._sdk.start_server(name=name, port=port, context=self._context)
-        except (OSError, RuntimeError) as error:
+            self._server = server.serve(
+                self._serve, HOST, port, process_request=self._refused, select_subprotocol=_chosen,
+                compression=None, max_size=LARGEST, server_header=None,
+            )  # fmt: skip
+        except (OSError, OverflowError) as error:
             raise RecordingError(f"--foxglove: port {port} cannot be served ({error}); end what uses it") from None
-        self.url = f"ws://127.0.0.1:{self._server.port}"
+        self.url = f"ws://{HOST}:{self._server.socket.getsockname()[1]}/{self._word}"
         """Where viewers find it."""
+        threading.Thread(target=self._server.serve_forever, name="foxglove", daemon=True).start()
 
     def announce(self, topic: str, descriptor: Descriptor) -> None:
         """There will be messages of this kind on the topic."""
-        schema = self._sdk.Schema(name=descriptor.full_name, encoding="protobuf", data=file_descriptor_set(descriptor))
-        self._channels[topic] = self._sdk.Channel(
-            topic, schema=schema, message_encoding="protobuf", context=self._context
-        )
+        schema = base64.b64encode(file_descriptor_set(descriptor)).decode()
+        about = {"topic": topic, "encoding": "protobuf", "schemaName": descriptor.full_name, "schema": schema}
+        with self._lock:
+            self._channels[topic] = {"id": len(self._channels) + 1, **about, "schemaEncoding": "protobuf"}
+            for viewer in self._viewers:
+                _put(viewer, json.dumps({"op": "advertise", "channels": [self._channels[topic]]}))
 
     def listens(self) -> bool:
         """Whether a viewer has subscribed to one of them."""
-        return any(channel.has_sinks() for channel in self._channels.values())
+        return any(viewer.numbers for viewer in self._viewers)
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
         """A message of this simulation time."""
-        self._channels[topic].log(data, log_time=t_ns)
+        with self._lock:
+            channel = self._channels[topic]["id"]
+            for viewer in self._viewers:
+                if channel in viewer.numbers:
+                    _put(viewer, MESSAGE.pack(1, viewer.numbers[channel], t_ns) + data)
+
+    def _refused(self, connection: Any, request: Any) -> Any:
+        """The answer to a request that is not served; None to one that is."""
+        headers = request.headers
+        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        names = [f"{name}:{self._server.socket.getsockname()[1]}" for name in (HOST, "localhost")]
+        if len(hosts) != 1 or hosts[0] not in names or any(not ORIGINS.fullmatch(origin) for origin in origins):
+            return connection.respond(403, "this run is not served to other sites\n")
+        if not hmac.compare_digest(request.path.encode(), f"/{self._word}".encode()):
+            return connection.respond(404, "no such run; copy the whole address\n")
+        if len(self._viewers) >= VIEWERS:
+            return connection.respond(503, "too many viewers look already\n")
+        return None
+
+    def _serve(self, connection: Any) -> None:
+        """A viewer from its coming to its end."""
+        viewer = _Viewer(queue.Queue(BACKLOG), {})
+        with self._lock:
+            _put(viewer, self._hello)
+            _put(viewer, json.dumps({"op": "advertise", "channels": list(self._channels.values())}))
+            self._viewers.append(viewer)
+        threading.Thread(target=_send, args=(connection, viewer), daemon=True).start()
+        try:
+            for message in connection:
+                with suppress(ValueError, KeyError, TypeError, RecursionError):
+                    self._hear(viewer, json.loads(message))
+        finally:
+            with self._lock:
+                self._viewers.remove(viewer)
+            _put(viewer, "")
+
+    def _hear(self, viewer: _Viewer, told: dict[str, Any]) -> None:
+        known = {channel["id"] for channel in self._channels.values()}
+        with self._lock:
+            if told["op"] == "subscribe":
+                found = {int(x["channelId"]): int(x["id"]) & 0xFFFFFFFF for x in told["subscriptions"]}
+                viewer.numbers.update({channel: number for channel, number in found.items() if channel in known})
+            elif told["op"] == "unsubscribe":
+                for channel in [c for c, number in viewer.numbers.items() if number in told["subscriptionIds"]]:
+                    del viewer.numbers[channel]
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._server.stop()
+        self._server.shutdown()
+
+
+def _chosen(connection: Any, offered: Any) -> Any:
+    """The protocol to be spoken with a viewer that offers these; None without one."""
+    return next((name for name in PROTOCOLS if name in offered), None)
+
+
+def _put(viewer: _Viewer, message: str | bytes) -> None:
+    while True:
+        try:
+            return viewer.waiting.put_nowait(message)
+        except queue.Full:
+            with suppress(queue.Empty):
+                viewer.waiting.get_nowait()
+
+
+def _send(connection: Any, viewer: _Viewer) -> None:
+    """What waits for a viewer, until it leaves."""
+    with suppress(Exception):  # it may leave in any way
+        while message := viewer.waiting.get():
+            connection.send(message)

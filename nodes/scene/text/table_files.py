@@ -19,8 +19,9 @@ from .units import NUMBER
 AXES = ("x", "y", "z")
 HEAD = re.compile(r"(?P<key>[^\[\]]*?)(?:[ .](?P<axis>[xyz]))?\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 CELL = re.compile(rf"({NUMBER}(?:,\d+)*)(.*)")
-MOST_ROWS, MOST_COLUMNS = 5000, 100
+MOST_ROWS, MOST_COLUMNS, MOST_PARTS = 5000, 100, 1000
 UNPACKED = 1 << 26  # of a workbook [bytes]
+MARKS = {"xl/worksheets/": 2_000_000, "xl/sharedStrings": 500_000, "": 50_000}  # most that begin in such a part, "<"
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,18 @@ def _separated(data: bytes, file: str) -> Iterator[list[Cell]]:
         yield row
 
 
+def _weigh(workbook: zipfile.ZipFile, file: str) -> None:
+    """SceneError for a workbook that unpacks to more bytes, parts, cells or texts than a table has."""
+    parts = workbook.infolist()
+    if sum(part.file_size for part in parts) > UNPACKED or len(parts) > MOST_PARTS:
+        raise SceneError(f"the table '{file}' has more than {UNPACKED} bytes or {MOST_PARTS} parts unpacked")
+    for part in parts:
+        most = next(count for begin, count in MARKS.items() if part.filename.lstrip("/").startswith(begin))
+        if workbook.read(part).count(b"<") > most:
+            told = "has more cells, texts or formats than a table of {} rows and {} columns"
+            raise SceneError(f"the table '{file}' {told.format(MOST_ROWS, MOST_COLUMNS)}")
+
+
 def _workbook(data: bytes, file: str) -> Iterator[list[Cell]]:
     """The first sheet."""
     try:
@@ -126,8 +139,7 @@ def _workbook(data: bytes, file: str) -> Iterator[list[Cell]]:
     except ImportError:
         raise SceneError("a table .xlsx needs openpyxl: pip install 'heavylift[xlsx]'; or save it as .csv") from None
     try:
-        if sum(part.file_size for part in zipfile.ZipFile(io.BytesIO(data)).infolist()) > UNPACKED:
-            raise SceneError(f"the table '{file}' has more than {UNPACKED} bytes unpacked")
+        _weigh(zipfile.ZipFile(io.BytesIO(data)), file)
         sheet = load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets[0]
         found = list(sheet.iter_rows(max_row=MOST_ROWS, max_col=MOST_COLUMNS, values_only=True))
     except SceneError:

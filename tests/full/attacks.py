@@ -1,0 +1,294 @@
+"""What strangers do to one's own processes, on this machine: texts for terminals, cells, workbooks, viewers, workers.
+
+An attack yields, for each of its tries, what was tried and whether it ended as SECURITY.md promises.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import pickle
+import shlex
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+
+from heavylift.coordinator.commands.common.app import app
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.scene.text.table_files import row_names
+from heavylift.nodes.scenes import bundled
+from heavylift.recordings.documents.tables import Table
+from heavylift.recordings.documents.workbook import workbook
+from heavylift.recordings.format.text import FORMULAS
+from heavylift.recordings.read.export import _csv_rows
+from heavylift.recordings.render.foxglove import FoxgloveServer
+from typer.main import get_command_name
+
+Tries = Iterator[tuple[str, bool]]
+HEAVYLIFT = str(Path(sys.executable).with_name("heavylift"))
+PATIENCE_s = 120.0
+STEERS = ("\x1b[2J", "\x1b]0;owned\x07", "\x9b31m", "\u202e", "\u2066", "\u200b", "\r", "\n", "\x85", "\u2028", "\x08")
+FORGED = "verdict: green: forged"
+NASTY = "".join(STEERS) + f"[green]x[/green]\n{FORGED}"
+
+LINES = {  # of each command, about SCENE and RUN, or one that ends in a sentence
+    "run": "SCENE -o again.mcap --in-process", "check": "SCENE", "tree": "SCENE", "equations": "SCENE",
+    "statics": "SCENE", "modes": "SCENE", "tradeoff": "SCENE --budget 1s", "new": "SCENE", "types": "SCENE",
+    "gallery": "SCENE -o gallery", "schema": "", "export-fmu": "SCENE -o a.fmu", "devs": "SCENE", "trust": "",
+    "sweep": "SCENE --vary x=1", "limits": "SCENE --of nothing", "plan": "SCENE", "watch": "SCENE",
+    "tell": "SCENE stop", "pause": "SCENE", "step": "SCENE", "continue": "SCENE", "stop": "SCENE",
+    "command": "SCENE x", "info": "RUN", "plot": "RUN -o a.png", "view": "RUN -o a.html", "report": "RUN -o a.html",
+    "compare": "RUN RUN", "export": "RUN -o a.csv", "recover": "RUN", "trace": "RUN", "layout": "RUN -o a.json",
+    "replay": "RUN --speed 1000", "resume": "RUN", "branch": "RUN --at 1", "measured": "RUN SCENE",
+    "sensitivities": "SCENE", "certificates": "keys a", "join": "a --at tls/127.0.0.1:1", "doctor": "",
+}  # fmt: skip
+
+
+def commands() -> list[str]:
+    """The names of all commands."""
+    import heavylift.coordinator.commands  # noqa: F401 - makes them known
+
+    return [x.name or get_command_name(getattr(x.callback, "__name__", "")) for x in app.registered_commands]
+
+
+def steers(said: str) -> bool:
+    """Whether lines that were printed steer a terminal, or hold a line that is not ours."""
+    return not said.replace("\n", "").replace("\u00a0", "").isprintable() or FORGED in [
+        x.strip() for x in said.split("\n")
+    ]
+
+
+def nasty_scene(folder: Path) -> Path:
+    """A pendulum whose names and texts steer terminals."""
+    quoted = "".join(f"\\u{ord(c):04x}" if not c.isprintable() else c for c in NASTY)
+    text = bundled()["pendulum"].read_text().replace("end: 320 s", "end: 1 s")
+    for name in ("load", "pendulum"):
+        text = text.replace(f"name: {name}", f'name: "{name}{quoted}"').replace(f" {name}:", f' "{name}{quoted}":')
+        text = text.replace(f"child: {name}", f'child: "{name}{quoted}"').replace(
+            f"parent: {name}", f'parent: "{name}{quoted}"'
+        )
+    path = folder / "nasty.yaml"
+    path.write_text(text)
+    return path
+
+
+def said(folder: Path, line: str) -> str:
+    """All that a command prints where no terminal is."""
+    done = subprocess.run(
+        [HEAVYLIFT, *shlex.split(line)], cwd=folder, capture_output=True, timeout=PATIENCE_s, check=False
+    )
+    return (done.stdout + done.stderr).decode(errors="surrogateescape")
+
+
+def terminal(folder: Path, short: bool) -> Tries:
+    """Every command hears of a scene, a recording and files whose names steer terminals."""
+    scene = nasty_scene(folder)
+    yield (
+        "run a scene of nasty names",
+        not steers(said(folder, f"run {scene} --set 'end=1 s' -o run.mcap --in-process")),
+    )
+    nastier = folder / "x\x1b[2J\u202e.yaml"
+    nastier.write_text(scene.read_text().replace("mass:", "moss:", 1))
+    yield "check a file of nasty name", not steers(said(folder, f"check {shlex.quote(str(nastier))}"))
+    twofold = folder / f"x\n{FORGED}\n.mcap"
+    twofold.write_bytes(b"no recording")
+    yield "info of a file of two lines", not steers(said(folder, f"info {shlex.quote(str(twofold))}"))
+    for name in ["check", "info"] if short else commands():
+        line = LINES.get(name, "SCENE").replace("SCENE", str(scene)).replace("RUN", "run.mcap")
+        yield name, not steers(said(folder, f"{name} {line}"))
+
+
+def cells(folder: Path, short: bool) -> Tries:
+    """Texts that a spreadsheet would run, in CSV and XLSX."""
+    from openpyxl import load_workbook
+
+    random = Random(1)
+    for _ in range(50 if short else 2000):
+        begin = random.choice(["", " ", "\t", "\n"]) + random.choice(FORMULAS)
+        text = begin + random.choice(["cmd|' /C calc'!A0", 'HYPERLINK("x";"y")', "1+1", "SUM(1,2)", "2;=3", '"'])
+        out = io.BytesIO()
+        _csv_rows(out, [text, "b"], [[text, 1.0], ["a", text]])
+        rows = csv.reader(io.StringIO(out.getvalue().decode(), newline=""))
+        found = [x for row in rows for x in row]
+        yield f"CSV {text!r}", len(found) == 6 and not any(x.lstrip()[:1] in FORMULAS for x in found)
+    nasty = [f"{begin}1+1" for begin in FORMULAS]
+    made = workbook("=1+1", "=1+1", [Table("a", nasty, [nasty, nasty], told=nasty)])
+    for row in load_workbook(io.BytesIO(made)).worksheets[0].iter_rows():
+        for place in row:
+            yield f"XLSX {place.value!r}", place.data_type != "f"
+
+
+def workbooks(folder: Path, short: bool) -> Tries:
+    """Small workbooks that unpack to very much, and some that are none."""
+    from openpyxl import Workbook
+
+    book, out = Workbook(), io.BytesIO()
+    book.active.append(["block", "mass [t]"])
+    book.active.append(["B1", 3])
+    book.save(out)
+    entity = "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10 if i else "ha"}">' for i in range(12))
+    bombs = {
+        "texts": ("xl/sharedStrings.xml", "<sst>" + "<si/>" * 4_000_000 + "</sst>"),
+        "long texts": ("xl/sharedStrings.xml", "<sst>" + "<si><t>abc</t></si>" * 2_000_000 + "</sst>"),
+        "cells": ("xl/worksheets/sheet1.xml", "<worksheet><sheetData><row>" + "<c/>" * 3_000_000),
+        "formats": ("xl/styles.xml", "<styleSheet><cellXfs>" + "<xf/>" * 500_000),
+        "bytes": ("xl/worksheets/sheet1.xml", " " * (80 << 20)),
+        "entities": ("xl/worksheets/sheet1.xml", f"<!DOCTYPE x [{entity}]><worksheet>&a11;</worksheet>"),
+        "parts": ("", ""),
+        "nothing": ("xl/workbook.xml", "<"),
+    }
+    for kind, (part, text) in bombs.items():
+        made = io.BytesIO()
+        with (
+            zipfile.ZipFile(io.BytesIO(out.getvalue())) as old,
+            zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new,
+        ):
+            for name in old.namelist():
+                if name != part:
+                    new.writestr(name, old.read(name))
+            if part:
+                new.writestr(part, text)
+            for number in range(0 if part else 2000):
+                new.writestr(f"x{number}", "")
+        data = made.getvalue()
+        yield f"workbook of many {kind}", _refused(folder, data) if len(data) < 1 << 19 else True
+
+
+def _refused(folder: Path, data: bytes) -> bool:
+    (folder / "bomb.xlsx").write_bytes(data)
+    try:
+        row_names(folder, "bomb.xlsx")
+    except HeavyliftError as error:
+        return str(error).count("\n") == 0
+    return False
+
+
+def viewers(folder: Path, short: bool) -> Tries:
+    """Pages of the web and others knock at the websocket for viewers."""
+    from websockets.exceptions import WebSocketException
+    from websockets.sync.client import connect
+
+    def served(url: str, origin: str | None, **headers: str) -> bool:
+        try:
+            with connect(url, origin=origin, subprotocols=["foxglove.sdk.v1"], additional_headers=headers) as line:  # type: ignore[arg-type, list-item]
+                return "serverInfo" in str(line.recv(timeout=10))
+        except WebSocketException:
+            return False
+
+    with FoxgloveServer("lift", 0) as server:
+        address, _, word = server.url.rpartition("/")
+        for origin in (None, "https://app.foxglove.dev", "http://localhost:8080", "file://"):
+            yield f"origin {origin}", served(server.url, origin)
+            for wrong in ("", "x", word[:-1], word + "x", f"../{word}", f"{word}/"):
+                yield f"word {wrong!r} from {origin}", not served(f"{address}/{wrong}", origin)
+        evil = [
+            "https://evil.example",
+            "null",
+            "http://localhost.evil.example",
+            "https://app.foxglove.dev.evil.example",
+        ]
+        for origin in [*evil, "http://127.0.0.1@evil.example", "https://xapp.foxglove.dev", ""]:
+            yield f"origin {origin}", not served(server.url, origin) if origin else True
+        port = server.url.split(":")[2].split("/")[0]
+        yield "another address of this machine", not _open("127.0.0.2", int(port))
+
+
+def _open(host: str, port: int) -> bool:
+    with socket.socket() as line:
+        return line.connect_ex((host, port)) == 0
+
+
+WORKER = """
+import os, pickle
+from heavylift.coordinator.sweeps import variant
+honest = variant.answered
+class Code:
+    def __init__(self, base=object): pass
+    def __reduce__(self):
+        return eval, ("open('MARK' + str(__import__('os').getpid()), 'w').close()",)
+class Bad(Exception):
+    __reduce__ = Code.__reduce__
+def answered(task, one):
+    from distributed import get_worker
+    match one.number:
+        case 0: return Code()
+        case 1: raise Bad("x")
+        case 2:
+            evil = pickle.dumps(Code())
+            get_worker().log_event("warn", {"message": evil, "category": evil})
+            get_worker().batched_send({"op": "log-event", "topic": "warn", "msg": {"message": evil}})
+        case 3: return b"\\xc1"
+        case 4: return honest(task, one).replace(b"number\\x04", b"number\\x00")
+        case 5: return [Code()]
+    return honest(task, one)
+variant.answered = answered
+"""
+
+
+def workers(folder: Path, short: bool) -> Tries:
+    """A worker of dask answers with code, in a result, an error, a warning; with bytes; with the row of another."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    sweep = f"sweep pendulum --set 'end=1 s' --vary 'gravity=1..6 m/s2 by 1 m/s2' --scheduler {address}"
+    for scheduler in (address, address.removeprefix("tcp://"), address.replace("tcp", "ws")):
+        told = said(folder, f"{sweep.replace(address, scheduler)} -o refused")
+        yield f"{scheduler[:4]} without a word", "is not encrypted" in told and not (folder / "refused").exists()
+    (folder / "worker.py").write_text(WORKER.replace("MARK", str(folder / "mark-")))
+    dask = [sys.executable, "-m", "dask"]
+    port, quiet = address.rpartition(":")[2], {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    engine = [
+        subprocess.Popen([*dask, "scheduler", "--host", "tcp://127.0.0.1", "--port", port, "--no-dashboard"], **quiet)
+    ]  # type: ignore[call-overload]
+    plain = ["--no-nanny", "--nthreads", "1", "--no-dashboard", "--preload", str(folder / "worker.py")]
+    engine.append(subprocess.Popen([*dask, "worker", address, *plain], cwd=folder, **quiet))  # type: ignore[call-overload]
+    try:
+        while not _open("127.0.0.1", int(port)):
+            time.sleep(0.1)
+        line = [HEAVYLIFT, *shlex.split(sweep), "--insecure-scheduler", "-o", "study"]
+        sweeper = subprocess.Popen(line, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        told = sweeper.communicate(timeout=PATIENCE_s)[0].decode()
+    finally:
+        for process in engine:
+            process.terminate()
+        for process in engine:
+            process.wait(PATIENCE_s)
+    marks = [x.name for x in folder.glob("mark-*")]
+    for kind in ("result", "error", "warning", "list"):
+        yield f"code as {kind}", f"mark-{sweeper.pid}" not in marks
+    from pyarrow import parquet
+
+    rows = (
+        parquet.read_table(folder / "study/rows.parquet").to_pylist()
+        if (folder / "study/rows.parquet").exists()
+        else []
+    )
+    states = {row["number"]: row["status"] for row in rows}
+    yield (
+        f"the other rows are kept: {states} {told[-200:] if not states else ''}",
+        states.get(2) == "done" and len(states) == 6,
+    )
+    yield "bytes that are no row", states.get(3) == "lost"
+    yield "the row of another", states.get(4) == "lost"
+
+
+def pickles(folder: Path, short: bool) -> Tries:
+    """Random pickles of callables are loaded where rows of workers come in."""
+    from heavylift.coordinator.sweeps.dask_workers import no_code
+
+    for call in (os.system, os.getpid, eval, exec, subprocess.run, print, Path, tempfile.mkdtemp, open, __import__):
+        for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+            data = pickle.dumps(call, protocol)
+            with no_code:
+                try:
+                    pickle.loads(data)
+                    yield f"{call}, protocol {protocol}", False
+                except AttributeError:
+                    yield f"{call}, protocol {protocol}", True
