@@ -25,7 +25,8 @@ from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
 from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, StateEvent
-from heavylift.nodes.plan.plan import HookRope, Plan, Sling, encode
+from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.plan import Plan, encode
 from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.format.samples import Batch, decode_batch
@@ -277,8 +278,7 @@ def _asked(scene: LoadedScene) -> dict[str, object]:
 
 def supports(plan: Plan) -> list[dict[str, object]]:
     """Where bodies can stand: name, body, point of it, height of the pad [m]."""
-    found = [pad.support for block in plan.all_blocks for pad in block.pads]
-    found += [support for mechanism in plan.mechanisms for support in mechanism.system.supports]
+    found = [support for machine in machines(plan) for support in machine.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
 
 
@@ -287,6 +287,7 @@ ROPES = ("rope tension", "sling tension")  # limits of one rope at rest
 
 def rated(plan: Plan) -> dict[str, float]:
     """Tension that counts as 100 % of use, per rope [N]; ropes without one are left out."""
-    ropes: list[HookRope | Sling] = [*plan.rig.hook_ropes, *plan.rig.slings]
+    hooks = {rope.name: rope.rated for rope in plan.rig.hook_ropes if rope.rated}
+    slings = {tie.rope: tie.rated for machine in machines(plan) for tie in machine.ties if tie.rated}
     most = {q: {x.subject: x.value for x in plan.limits if x.quantity == q and x.value} for q in ROPES}
-    return most["rope tension"] | {r.name: r.rated for r in ropes if r.rated} | most["sling tension"]
+    return most["rope tension"] | hooks | slings | most["sling tension"]

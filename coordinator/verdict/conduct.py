@@ -87,7 +87,7 @@ def conduct_of(rec: Recording) -> Conduct:
 
 def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
     """All of it, in no order."""
-    lift = plan.block is not None
+    lift = any(machine.cargo for machine in machines(plan))
     yield from _stops(plan, said)
     yield from _interlocks(plan, said)
     yield from _at_once(plan, said)

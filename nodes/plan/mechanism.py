@@ -170,14 +170,17 @@ class Mechanism(Item, frozen=True, kw_only=True):
 
 
 def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
-    """The ties that hang on a hook, or on what is joined to it."""
-    joined, before = {hook.eye.body}, 0
-    joints = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]
+    """The ties that hang on a hook, on what is joined to it, and on frames below."""
+    joined, before, ties = {hook.eye.body}, 0, [tie for machine in machines for tie in machine.ties]
+    loads = {cargo.body for machine in machines for cargo in machine.cargo}
+    pairs = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]
+    frames = [(tie.upper.body, tie.lower.body) for tie in ties if tie.lower and tie.lower.body not in loads]
     while len(joined) > before:
         before = len(joined)
-        for ends in joints:
+        for ends in pairs:
             joined |= ends if ends & joined else set()
-    return (tie for machine in machines for tie in machine.ties if tie.upper.body in joined)
+        joined |= {lower for upper, lower in frames if upper in joined}
+    return (tie for tie in ties if tie.upper.body in joined)
 
 
 def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:

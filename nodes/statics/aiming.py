@@ -11,6 +11,7 @@ from heavylift.kernel.description.mechanics import Joint, System, Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
+from heavylift.nodes.plan.goliaths import machines
 
 from .action_preview import at_rest
 from .state import StaticState
@@ -67,8 +68,7 @@ def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> lis
     while len(carried) > before:
         before = len(carried)
         carried |= {x.child for x in whole.joints if x.parent in carried and JOINTS[x.kind].n_v < 6}
-    hooks = {hook.rope for machine in built.mechanisms for hook in machine.hooks}
-    hooks |= {rope.name for rope in built.rig.hook_ropes}
+    hooks = {hook.rope for machine in machines(built) for hook in machine.hooks}
     ends = (line.a for rope in whole.straight_ropes if rope.name in hooks for line in rope.lines[:2])
     return [_world(state, end.body, end.p) for end in ends if end.body in carried]
 

@@ -83,6 +83,12 @@ def test_a_load_in_the_air_is_not_unhooked() -> None:
         load("crawler", [f"actions=[{up}, {{stage: let go, legs: unhook}}]"])
 
 
+def test_nor_from_a_frame_between_hooks_and_load() -> None:
+    up = '{all hooks: "hoist 0.5 m/min until lifted"}, {all hooks: "hoist 3 m/min by 2 m"}'
+    with pytest.raises(SceneError, match="no sling is taut: the block would fall"):
+        load("spreader", [f"actions=[{up}, {{stage: let go, front: unhook, rear: unhook}}]"])
+
+
 def test_no_crane_drags_what_stands_on_its_supports() -> None:
     taut = '{hall main: "hoist 1 m/min until all slings taut"}, {hall main: "hoist 0.1 m/min by 2 mm"}'
     told = r"hall would traverse while the block is on its stools and legs\.sling-\d taut"
