@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +20,8 @@ from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
 from heavylift.kernel.errors import ProtocolError, extra
 
 WORKERS_s = 30.0  # for the first worker of a scheduler to come
+FETCH_s = 30.0  # for an answer that a worker says it has; dask itself would ask for ever
+SILENCE_s = 900.0  # without an answer of anybody, after which none is waited for
 HARMLESS = {("builtins", "bytes")}  # what dask says of the type of a row
 
 
@@ -50,6 +53,41 @@ no_code = _Guard()
 """A context in which nothing that is unpickled in this process runs code."""
 
 
+class _Answer:
+    """A future of dask, as a study asks for it; the answer is fetched once, and not waited for without end."""
+
+    def __init__(self, future: Any, workers: _Workers) -> None:
+        self.cancel, self._future, self._workers = future.cancel, future, workers
+
+    def done(self) -> bool:
+        """Whether there is an answer, or none is to be expected."""
+        return self._future.done() or time.monotonic() - self._workers.heard > SILENCE_s
+
+    def exception(self) -> BaseException | None:
+        """Why there is no answer."""
+        if not self._future.done():
+            return ProtocolError(f"no worker has answered for {SILENCE_s:g} s")
+        try:
+            self._answer = self._future.result(timeout=FETCH_s)
+            self._workers.heard = time.monotonic()
+        except Exception as error:
+            return error
+        return None
+
+    def result(self) -> object:
+        """The answer, if there is one."""
+        return self._answer
+
+
+class _Workers(Executor):
+    def __init__(self, client: Any) -> None:
+        self._client, self.heard = client, time.monotonic()
+
+    def submit(self, call: Callable[..., Any], /, *args: Any, **named: Any) -> Any:
+        """As an executor's."""
+        return _Answer(self._client.submit(call, *args, **named, pure=False), self)
+
+
 @contextmanager
 def dask_workers(scheduler: str, keys: Path, insecure: bool = False) -> Iterator[Executor]:
     """The workers of the scheduler at `tls://HOST:PORT`; `keys`: the directory of the yard's certificates.
@@ -63,7 +101,7 @@ def dask_workers(scheduler: str, keys: Path, insecure: bool = False) -> Iterator
             "tls://HOST:PORT with certificates, or say --insecure-scheduler"
         )
     dask = extra("distributed", ProtocolError("--scheduler needs dask.distributed; install heavylift[sweep]"))
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    logging.disable(logging.CRITICAL)  # dask quotes at length what it could not read
     secured = None
     if secret:
         own = Credentials.load(keys, COORDINATOR)
@@ -87,4 +125,4 @@ def dask_workers(scheduler: str, keys: Path, insecure: bool = False) -> Iterator
                 raise ProtocolError(
                     f"--scheduler '{scheduler}': it has no workers; start `dask worker {scheduler}`"
                 ) from None
-            yield client.get_executor(pure=False)
+            yield _Workers(client)
