@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import sys
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -20,6 +21,7 @@ from heavylift.kernel.errors import ProtocolError, extra
 
 WORKERS_s = 30.0  # for the first worker of a scheduler to come
 FETCH_s = 30.0  # for an answer that a worker says it has; dask itself would ask for ever
+SILENCE_s = 900.0  # without an answer of anybody, after which none is waited for
 HARMLESS = {("builtins", "bytes")}  # what dask says of the type of a row
 
 
@@ -54,13 +56,20 @@ no_code = _Guard()
 class _Answer:
     """A future of dask, as a study asks for it; the answer is fetched once, and not waited for without end."""
 
-    def __init__(self, future: Any) -> None:
-        self.done, self.cancel, self._future = future.done, future.cancel, future
+    def __init__(self, future: Any, workers: _Workers) -> None:
+        self.cancel, self._future, self._workers = future.cancel, future, workers
+
+    def done(self) -> bool:
+        """Whether there is an answer, or none is to be expected."""
+        return self._future.done() or time.monotonic() - self._workers.heard > SILENCE_s
 
     def exception(self) -> BaseException | None:
         """Why there is no answer."""
+        if not self._future.done():
+            return ProtocolError(f"no worker has answered for {SILENCE_s:g} s")
         try:
             self._answer = self._future.result(timeout=FETCH_s)
+            self._workers.heard = time.monotonic()
         except Exception as error:
             return error
         return None
@@ -72,11 +81,11 @@ class _Answer:
 
 class _Workers(Executor):
     def __init__(self, client: Any) -> None:
-        self._client = client
+        self._client, self.heard = client, time.monotonic()
 
     def submit(self, call: Callable[..., Any], /, *args: Any, **named: Any) -> Any:
         """As an executor's."""
-        return _Answer(self._client.submit(call, *args, **named, pure=False))
+        return _Answer(self._client.submit(call, *args, **named, pure=False), self)
 
 
 @contextmanager
@@ -92,7 +101,7 @@ def dask_workers(scheduler: str, keys: Path, insecure: bool = False) -> Iterator
             "tls://HOST:PORT with certificates, or say --insecure-scheduler"
         )
     dask = extra("distributed", ProtocolError("--scheduler needs dask.distributed; install heavylift[sweep]"))
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    logging.disable(logging.CRITICAL)  # dask quotes at length what it could not read
     secured = None
     if secret:
         own = Credentials.load(keys, COORDINATOR)

@@ -101,7 +101,7 @@ def received(answer: object, variant: Variant) -> Row:
     return shown(row) | {"sentence": sentence} | ({"recording": recording} if recording else {})
 
 
-def _fits(name: str, x: str | bytes | float | None) -> bool:
+def _fits(name: str, x: object) -> bool:
     """Whether a column holds what it may."""
     if name in TEXTS:
         return isinstance(x, str) and len(x) <= MOST_TEXT
