@@ -76,7 +76,7 @@ class Tally:
 def stories(places: list[str], short: bool) -> Iterator[tuple[str, bool]]:
     """The tests at these places, as tries."""
     tally = Tally()
-    quiet = ["-n", "0", "-p", "no:terminal", "-p", "no:cacheprovider", *(["--quick"] if short else [])]
+    quiet = ["-o", "addopts=", "-p", "no:terminal", "-p", "no:cacheprovider", *(["--quick"] if short else [])]
     code = pytest.main([*quiet, *(str(TESTS / place) for place in places)], plugins=[tally])
     yield from tally.ended.items()
     if code not in (0, 1) or not tally.ended:
