@@ -1,5 +1,6 @@
 """What strangers write steers no terminal, runs in no spreadsheet, unpacks to no millions, and is no code here."""
 
+import json
 import sys
 from pathlib import Path
 from random import Random
@@ -38,7 +39,7 @@ def test_each_character_that_is_none_is_shown_and_json_stays_json() -> None:
         assert shown == chr(code) or shown.isascii()
         assert shown.isprintable() or shown in SPACES
         if shown != chr(code):
-            assert msgspec.json.decode(f'"{shown}"', type=str).encode("utf-16", "surrogatepass")
+            assert json.loads(f'"{shown}"') == chr(code)
 
 
 def test_a_row_of_a_stranger_is_one_or_is_refused() -> None:
@@ -54,8 +55,7 @@ def test_a_row_of_a_stranger_is_one_or_is_refused() -> None:
             data[random.randrange(len(data))] = random.randrange(256)
         try:
             found = received(bytes(data), variant)
-        except ProtocolError as error:
-            assert str(error).isprintable()
+        except ProtocolError:
             continue
         right += 1
         assert found["number"] == 3
