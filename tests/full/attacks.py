@@ -9,6 +9,7 @@ import csv
 import io
 import os
 import pickle
+import re
 import shlex
 import socket
 import subprocess
@@ -39,6 +40,7 @@ PATIENCE_s = 120.0
 STEERS = ("\x1b[2J", "\x1b]0;owned\x07", "\x9b31m", "\u202e", "\u2066", "\u200b", "\r", "\n", "\x85", "\u2028", "\x08")
 FORGED = "verdict: green: forged"
 NASTY = "".join(STEERS) + f"[green]x[/green]\n{FORGED}"
+QUOTED = '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in NASTY) + '"'
 
 LINES = {  # of each command, about SCENE and RUN, or one that ends in a sentence
     "run": "SCENE -o again.mcap --in-process",
@@ -81,15 +83,11 @@ def steers(said: str) -> bool:
 
 
 def nasty_scene(folder: Path) -> Path:
-    """A pendulum whose names and texts steer terminals."""
-    quoted = "".join(f"\\u{ord(c):04x}" if not c.isprintable() else c for c in NASTY)
-    text = bundled()["pendulum"].read_text().replace("end: 320 s", "end: 1 s")
-    for name in ("load", "pendulum"):
-        text = text.replace(f"name: {name}", f'name: "{name}{quoted}"').replace(f" {name}:", f' "{name}{quoted}":')
-        for key in ("child", "parent"):
-            text = text.replace(f"{key}: {name}", f'{key}: "{name}{quoted}"')
+    """A lift with stages whose names steer terminals."""
     path = folder / "nasty.yaml"
-    path.write_text(text)
+    path.write_text(
+        re.sub("stage: [a-z]+( [a-z]+)*", lambda _: f"stage: {QUOTED}", bundled()["lift"].read_text(), count=1)
+    )
     return path
 
 
@@ -102,9 +100,11 @@ def said(folder: Path, line: str) -> str:
 
 def terminal(folder: Path, short: bool) -> Tries:
     """Every command hears of a scene, a recording and files whose names steer terminals."""
-    scene = nasty_scene(folder)
-    told = said(folder, f"run {scene} --set 'end=1 s' -o run.mcap --in-process")
-    yield f"run a scene of nasty names: {told}", "wrote run.mcap" in told and not steers(told)
+    scene, named = nasty_scene(folder), folder / "named.yaml"
+    named.write_text(scene.read_text().replace("crane: {type", f"{QUOTED}: {{type"))
+    yield "check names", not steers(said(folder, f"check {named}"))
+    told = said(folder, f"run {scene} --set 'end=12 s' -o run.mcap --in-process")
+    yield f"run a scene of nasty stages: {told}", "wrote run.mcap" in told and not steers(told)
     nastier = folder / "x\x1b[2J\u202e.yaml"
     nastier.write_text(scene.read_text().replace("mass:", "moss:", 1))
     yield "check a file of nasty name", not steers(said(folder, f"check {shlex.quote(str(nastier))}"))
@@ -230,7 +230,6 @@ def answered(task, one):
         case 2:
             evil = pickle.dumps(Code())
             get_worker().log_event("warn", {"message": evil, "category": evil})
-            get_worker().batched_send({"op": "log-event", "topic": "warn", "msg": {"message": evil}})
         case 3: return b"\\xc1"
         case 4: return honest(task, one).replace(b"number\\x04", b"number\\x02")
         case 5: return [Code()]
@@ -245,7 +244,7 @@ def workers(folder: Path, short: bool) -> Tries:
         free.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
     line = f"sweep pendulum --set 'end=1 s' --vary 'gravity=1..6 m/s2 by 1 m/s2' --scheduler {address}"
-    for scheduler in (address, address.removeprefix("tcp://"), address.replace("tcp", "ws")):
+    for scheduler in [address, address.removeprefix("tcp://"), address.replace("tcp", "ws")][: 1 if short else 3]:
         told = said(folder, f"{line.replace(address, scheduler)} -o refused")
         yield f"{scheduler[:4]} without a word", "is not encrypted" in told and not (folder / "refused").exists()
     if short:
@@ -265,9 +264,8 @@ def workers(folder: Path, short: bool) -> Tries:
             study = sweep(scene, ["gravity=1..6 m/s2 by 1 m/s2"], into=folder / "study", executor=crowd)
     finally:
         for process in engine:
-            process.terminate()
-        for process in engine:
-            process.wait(PATIENCE_s)
+            process.kill()
+            process.wait()
     marks = [x.name for x in folder.glob("mark-*")]
     for kind in ("result", "error", "warning", "list"):
         yield f"code as {kind}", f"mark-{os.getpid()}" not in marks

@@ -47,7 +47,7 @@ BASES = {
     "/dev/zero": "is neither a file .yaml nor the name of a bundled scene",
     "pipe.yaml": "cannot be read: it is a pipe or a device, no file",
     "below": "is neither a file .yaml",
-    "nul\\0.yaml": "this is no path of a file",
+    "nul\\0.yaml": r"nul\x00.yaml",
 }
 
 
