@@ -86,6 +86,25 @@ def test_every_engine_tells_the_same(tmp_path: Path) -> None:
     assert digests(found) == digests(studied(tmp_path / "at once"))
 
 
+def test_what_only_submits_is_an_executor_too(tmp_path: Path) -> None:
+    """As those of submitit, whose jobs are no futures of Python's."""
+
+    class Job:
+        def __init__(self, call, words) -> None:
+            self.exception, self.result = lambda: None, lambda: call(*words)
+            self._asked = 0
+
+        def done(self) -> bool:
+            self._asked += 1
+            return self._asked > 1
+
+    class Cluster:
+        def submit(self, call, *words):
+            return Job(call, words)
+
+    assert digests(studied(tmp_path / "cluster", Cluster())) == digests(studied(tmp_path / "at once"))
+
+
 def test_a_stopped_study_goes_on_and_runs_nothing_twice(tmp_path: Path) -> None:
     first, second = AtOnce(), AtOnce()
 
