@@ -30,7 +30,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 METHODS = {"semi-implicit-euler": 2.0, "rk4": 2.0 * sqrt(2.0), "radau5": None}
-COLOURS = dict(zip(METHODS, ("#b5541c", "#1f5fa8", "#3d8f4f", "#7a3fa0"), strict=True))
+COLOURS = dict(zip(METHODS, ("#b5541c", "#1f5fa8", "#7a3fa0"), strict=True))
 STEPS = 40 if SHORT else 400  # of a trial
 GROWN, LONGEST = 3.0, 3.0  # how much may be a beat of two modes; steps [s] tried at most
 HALVINGS = 1 if SHORT else 8  # of the ratio between a stable and an unstable step: 2 % in the end
