@@ -45,7 +45,7 @@ def watch(
             stage, value = lines.of(event)
             told = {"number": number, "t_ns": event.t, "microstep": event.k, "stage": stage}
             told |= {"source": event.source, "port": event.port, "index": event.index, "type": event.type}
-            typer.echo(msgspec.json.encode({**told, "value": value}))
+            typer.echo(msgspec.json.encode({**told, "value": value}).decode())
         else:
             typer.echo(lines.text(event))
     ended = observer.ended

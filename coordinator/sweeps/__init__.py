@@ -1,7 +1,7 @@
 """Many runs of one scene: what is varied, on which engine, and what comes of it.
 
 axes, designs       `--vary` and `--sample`: values of paths, grids, Sobol and Latin hypercube designs, their indices
-variant             one run as a row of numbers, in any worker
+variant             one run as a row of numbers, in any worker; dask_workers: those of a scheduler, who are not trusted
 study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Executor
 limiting, motions   how far a number may go before the verdict turns red, speeds of all moves of a kind too; limits_page
 planning            the shortest timing of an action list within its limits

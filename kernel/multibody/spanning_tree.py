@@ -3,7 +3,8 @@
 The tree grows from the ground, one body at a time (Prim 1957).  A body should be carried by a joint on which a spring,
 stop, brake or drive acts or which something measures (its coordinates must be states), else by that with the fewest
 freedoms, so that the joints left over have the fewest rows; joints that carry their body so come first, then those near
-the ground, then those with start values, then by their geometry: names decide only where joints are equal in all that.
+the ground, then those whose parent has no mass, which may not end a branch, then those with start values, then by their
+geometry: names decide only where joints are equal in all that.
 A joint left over closes a loop.  Where only a joint's child is within reach,
 the joint is turned round: one along a single axis is the same joint, coordinate by coordinate, with the axis reversed.
 """
@@ -37,13 +38,18 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
     def rank(j: Joint) -> tuple[bool, int]:
         return j.name not in acted, JOINTS[j.kind].n_v
 
+    massive = {WORLD} | {b.name for b in system.bodies if b.mass > 0.0}
+
+    def own(j: Joint) -> tuple[object, ...]:
+        return _own(j, massive)
+
     first: dict[str, Joint] = {}  # the joint that should carry a body, once its parent is reached
     for j in waiting:
-        if j.child not in first or (rank(j), _own(j)) < (rank(first[j.child]), _own(first[j.child])):
+        if j.child not in first or (rank(j), own(j)) < (rank(first[j.child]), own(first[j.child])):
             first[j.child] = j
 
     def order(j: Joint) -> tuple[object, ...]:
-        return j is not first[j.child], *rank(j), depth[j.parent], _own(j)
+        return j is not first[j.child], *rank(j), depth[j.parent], own(j)
 
     flexible = {b.name for b in system.bodies if b.flexible}
     while True:
@@ -52,7 +58,7 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
             behind = [j for j in waiting if j.child in depth and j.parent not in depth]
             if not behind:
                 break
-            best = min(behind, key=lambda j: (*rank(j), _own(j)))
+            best = min(behind, key=lambda j: (*rank(j), own(j)))
             waiting[waiting.index(best)] = first[best.parent] = _turned_round(best, flexible)
             continue
         best = min(ready, key=order)
@@ -65,9 +71,23 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
     return carrier | lost, loops
 
 
-def _own(j: Joint) -> tuple[object, ...]:
+def _own(j: Joint, massive: Collection[str]) -> tuple[object, ...]:
     """What orders joints of one rank whatever their names are."""
-    return not (j.q0 or j.v0), j.p_PJ, j.p_CJ, j.kind, j.axis, j.second, j.R_PJ, j.R_CJ, j.q0, j.v0, j.parent, j.child
+    return (
+        j.parent in massive,
+        not (j.q0 or j.v0),
+        j.p_PJ,
+        j.p_CJ,
+        j.kind,
+        j.axis,
+        j.second,
+        j.R_PJ,
+        j.R_CJ,
+        j.q0,
+        j.v0,
+        j.parent,
+        j.child,
+    )
 
 
 def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:

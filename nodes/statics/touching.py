@@ -8,7 +8,8 @@ from __future__ import annotations
 from math import ceil, inf
 
 import numpy as np
-from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.arrays import times
+from heavylift.kernel.algebra.dense import norm, product
 from heavylift.kernel.constraints.contact.pairs import Pose, gap
 from heavylift.kernel.description.contacts import Ball, Box, Contact, Shape
 from heavylift.kernel.description.mechanics import WORLD
@@ -54,7 +55,8 @@ def _near(contact: Contact, ends: tuple[Poses, Poses], parts: NDArray[np.float64
     late = parts[:, None] > 0.5
     middles, reach = [], np.zeros((1, 3))
     for shape, (a, Q), (b, R) in zip((contact.a, contact.b), *ends, strict=True):
-        middles.append(a + parts[:, None] * (b - a) + np.where(late, R @ shape.p, Q @ shape.p))
+        turned = (np.array(product(frame.tolist(), shape.p)) for frame in (R, Q))
+        middles.append(a + parts[:, None] * (b - a) + np.where(late, *turned))
         reach = reach + np.where(late, _reach(shape, R), _reach(shape, Q))
     found: NDArray[np.bool_] = (np.abs(middles[0] - middles[1]) <= reach).all(axis=1)
     return found
@@ -63,7 +65,7 @@ def _near(contact: Contact, ends: tuple[Poses, Poses], parts: NDArray[np.float64
 def _reach(shape: Shape, R: NDArray[np.float64]) -> NDArray[np.float64]:
     """(3,) half edges of the box around a shape of a body turned by R [m]."""
     if isinstance(shape, Box):
-        found: NDArray[np.float64] = np.abs(R @ shape.R) @ shape.size / 2
+        found: NDArray[np.float64] = np.array(product(np.abs(times(R, np.array(shape.R))).tolist(), shape.size)) / 2
         return found
     return np.full(3, shape.radius if isinstance(shape, Ball) else inf)
 

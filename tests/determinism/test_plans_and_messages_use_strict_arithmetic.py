@@ -65,6 +65,7 @@ KERNEL = {
     "kernel/forces/springs.py": "whether the matrices of a bushing can be",
     "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
     "kernel/compiler/llvm_function.py": "writes code",
+    "kernel/islands/dense_output.py": "values between samples; nothing follows from them",
 }
 SYMBOLS = "equations on symbols, or on objects whose products are summed in order"
 BODIES, ALGEBRA = "kernel/multibody/flexible", ("arrays.py", "eigenvalues.py", "polynomials.py")

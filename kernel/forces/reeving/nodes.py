@@ -9,7 +9,7 @@ from math import pi
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
-from heavylift.kernel.algebra.spatial import exact
+from heavylift.kernel.algebra.spatial import cross, exact
 from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.forces import Reeving, Sheave
 from heavylift.kernel.forces.force_law import Poses, attachment
@@ -130,17 +130,16 @@ def _check_places(f: Reeving, nodes: list[Node], demand: Demand) -> None:
         if a.radius is not None and b.radius is not None:
             demand(f"part {i}", abs(float(a.axis @ b.axis)) > PARALLEL, "joins sheaves whose axes are not parallel")
             if f.edges:
-                sine = norm(np.cross(*np.array([a.axis, b.axis], float)).tolist())
+                sine = norm(cross(a.axis, b.axis).tolist())
                 demand(f"part {i}", sine < ALIGNED, "joins edges that are not parallel; name parallel ones only")
 
 
 def _divide(node: Node, before: Part, after: Part) -> tuple[Array, float]:
     """The middle of an arc, in world axes, and the wrap [rad] at the start."""
-    axis = np.array(node.axis, float)  # what was traced is of objects
-    first, last = (np.cross(np.array(x.plane, float), axis) for x in (before, after))
-    wrap = float(atan2(float(axis @ np.cross(first, last)), float(first @ last))) % (2.0 * pi)
+    first, last = (cross(x.plane, node.axis) for x in (before, after))
+    wrap = float(atan2(float(node.axis @ cross(first, last)), float(first @ last))) % (2.0 * pi)
     half = 0.5 * wrap
-    return cos(half) * first + sin(half) * np.cross(axis, first), wrap
+    return cos(half) * first + sin(half) * cross(node.axis, first), wrap
 
 
 def _body(R: Array, p: Array) -> Array:

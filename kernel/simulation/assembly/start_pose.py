@@ -10,11 +10,12 @@ of the linkage, or a pose far away, and is refused.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from math import atan2, degrees, inf
+from math import degrees, inf
 from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values
+from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.constraints.loop_closures import closed_coordinates, near
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Joint

@@ -137,7 +137,8 @@ def _read(source: Source, file: str) -> list[Triangle]:
         raise SceneError(f"the surface in '{file}' is not closed: mend it where it was drawn")
     turned: list[Triangle] = [(_up(a, kind), _up(b, kind), _up(c, kind)) for a, b, c in faces]
     volume = solid(turned).volume
-    if not abs(volume) > FLAT * max(b - a for a, b in zip(*_bounds(turned), strict=True)) ** 3:
+    size = max(b - a for a, b in zip(*_bounds(turned), strict=True))
+    if not abs(volume) > FLAT * size * size * size:
         raise SceneError(f"the surface in '{file}' has no inside: draw it as a solid with walls, or give 'size'")
     return turned if volume > 0.0 else [(a, c, b) for a, b, c in turned]
 

@@ -17,11 +17,11 @@ STARTED = """
 import os, signal, subprocess, sys, tempfile
 from pathlib import Path
 from heavylift.coordinator import cli
-from heavylift.coordinator.run import joining, models
+from heavylift.coordinator.run import conversation, models
 from heavylift.coordinator.supervision import processes, failover as succession
 from heavylift.coordinator.transport import exchange, hub, liveness as lookout, session
 
-OURS = exchange, hub, joining, lookout, processes, session, succession
+OURS = exchange, hub, conversation, lookout, processes, session, succession
 LOOKED_AT = {module.__file__ for module in (*OURS, subprocess, tempfile)}
 number, point = int(sys.argv[1]), sys.argv[2]
 seen = {}  # lines, in the order in which they are reached

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 from unittest import mock
 
-from heavylift.coordinator.run import joining
+from heavylift.coordinator.run import conversation
 from heavylift.coordinator.run.models import ModelRun, run_models
 from heavylift.coordinator.run.watch import Watch
 from heavylift.coordinator.supervision import failover as succession
@@ -90,7 +90,7 @@ def both(*acts: Act) -> Act:
 def trouble(plan: dict[int, Act], deadline: float | None = None, **settings: float) -> Iterator[None]:
     """Runs inside meet this trouble; `settings` of `succession` may be others."""
     with (
-        mock.patch.object(joining, "Succession", Troubled),
+        mock.patch.object(conversation, "Succession", Troubled),
         mock.patch.multiple(Troubled, plan=plan, deadline=deadline),
         mock.patch.multiple(succession, **{"KEEP_s": succession.KEEP_s, **settings}),
     ):

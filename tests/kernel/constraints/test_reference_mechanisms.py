@@ -75,7 +75,7 @@ def car_axis():
     joints = (
         Joint("road", "prismatic", WORLD, "lift", axis=Z, q0=(BUMP * sin(RUN_UP),)),
         Joint("slide", "prismatic", "lift", "wheel", axis=X, q0=(1.0,)),
-        Joint("pin", "revolute", "wheel", "rod", axis=Y, p_CJ=X),
+        Joint("pin", "revolute", "wheel", "rod", axis=Y, p_CJ=X, q0=(0.0,)),
         Joint("normal", "prismatic", "rod", "left", axis=Z, q0=(0.5,)),
         Joint("mount", "revolute", "left", "axle", axis=Y),
         Joint("origin", "revolute", WORLD, "rod", axis=Y),

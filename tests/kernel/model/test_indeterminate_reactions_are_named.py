@@ -24,6 +24,7 @@ def door(heights=LEVERS, kinds=("revolute",) * 3, mass=MASS):
     at = [(0.0, 0.0, z) for z in heights]
     pairs = enumerate(zip(at, kinds, strict=False))
     joints = [Joint(f"h{i}", kind, WORLD, "door", p, p_CJ=p) for i, (p, kind) in pairs]
+    joints[0] = replace(joints[0], q0=(0.0,) if kinds[0] == "revolute" else ())  # a start value: it carries the door
     return System((Body("door", mass, (OUT, 0.0, 0.0), cube(1e3)),), tuple(joints), gravity=G)
 
 

@@ -202,7 +202,7 @@ def test_samples_are_what_guards_see():
         (Signal("off-lead", ropes=("nylon",)), "there is no rope 'nylon'"),
         (Signal("off-lead"), "an off-lead needs a rope"),
         (Signal("gap", point=Point("cart"), origin=Point("world")), "a gap needs 6 numbers, not 0"),
-        (Signal("wind", of="breeze"), "there is no wind 'breeze'"),
+        (Signal("wind", of="breeze"), "there is no wind or other force 'breeze'"),
         (Signal("moment", ropes=("fall",), point=Point("load"), origin=Point("world")), "a moment needs a chart"),
         (Signal("use", ropes=("fall",)), "a use needs a number for each of 1 ropes, not 0"),
         (Signal("use by place", ropes=("fall",), point=Point("load"), numbers=(1.0, 0.0, 2.0, 0.0)), "needs a chart"),

@@ -66,7 +66,7 @@ def test_the_report_shows_each_row_and_no_raw_message(overloaded: Path, tmp_path
         "<td>rope factor</td><td>crane.H3 (of 3)</td>",
         "2 drum ends (assumed), sheave efficiency 0.98 (assumed): lead part 1.093 of the mean",
         "was 743 kN, 101 % of its limit",
-        "Verdict: red: the tension of the sling loader-3.sling-1 was 743 kN",
+        "Verdict, as recorded: red: the tension of the sling loader-3.sling-1 was 743 kN",
         "1.05 foreseen (0027/ND rev 11.2, table 5-1, onshore)",
         "HC1 1.051, HC2 1.102, HC3 1.153, HC4 1.203",
         "wind of all: not judged; no wind is modelled",
