@@ -19,12 +19,13 @@ from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.tangent_stiffness import Tangent
 
+from . import dips
 from .peaks import FLAGS, POINTS, climb, slope
 from .row_functions import halted, kick, kicking, projection, survey, surveying
 from .sample_row import columns, row_layout
-from .steps import Row, bisect, close, commit, complete, look, refresh, sample, step
+from .steps import Row, bisect, close, commit, complete, dive, look, refresh, sample, step
 
-RARE = "sample", "look", "refresh", "slope", "climb"  # between steps
+RARE = "sample", "look", "refresh", "slope", "climb", "dive"  # between steps
 
 
 class Stepping:
@@ -42,11 +43,21 @@ class Stepping:
         blind = p.contacts.bounded and not isinstance(control, ErrorControl)
         beside += ["passing"] if blind else []
         beside += FLAGS if climbs else []
+        dipping = n_guards > 0 and method.native
+        beside += dips.FLAG if dipping else []
         scalars = dict.fromkeys([*SCALARS, *method.scalars, *beside])
         rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
         pushed = rows["gap"] if p.contacts.sites else 0
         surveyed = {"delassus": pushed * pushed, "speed": pushed, "free": pushed, "impulse": pushed}
-        sizes = {**scalars, **states, **ropes, "G": n_guards, **rows, **(surveyed if pushed else {})}
+        sizes = {
+            **scalars,
+            **states,
+            **ropes,
+            "G": n_guards,
+            **dict.fromkeys(dips.ENDS if dipping else (), n_guards),
+            **rows,
+            **(surveyed if pushed else {}),
+        }
         self.layout = Layout(sizes, frozenset(states))
         self.plain = Layout(sizes)
         n_p = len(p.parameters.initial)
@@ -116,7 +127,12 @@ class Stepping:
             peaks = While("sloping", at["steep"], (f["slope"],)), f["climbing"]
         sampling = While("sampling", at["due"], (*ready, f["sample"]))
         locating = While("locating", at["locate"], (*ready, f["bisect"]))
-        self.advance: Parts = While("advance", at["run"], (f["commit"], *peaks, sampling, f["step"], locating))
+        searching: tuple[While, ...] = ()
+        if dipping:
+            f["dive"] = self._on_block("dive", lambda s, rate, row: dive(s, rate, method))
+            searching = (While("diving", at["dip"], (*ready, f["dive"])),)
+        looking = *searching, locating
+        self.advance: Parts = While("advance", at["run"], (f["commit"], *peaks, sampling, f["step"], *looking))
         if not method.native:
             del f["step"]
             f |= {"sampling": sampling, "locating": locating}

@@ -12,8 +12,8 @@ import numpy as np
 from heavylift.kernel.algebra.dense import inverse
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select
-from heavylift.kernel.methods.method import Method, combine, inside
-from heavylift.kernel.methods.step_state import Rate, StepState
+from heavylift.kernel.methods.method import Method, combine
+from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 
 POINTS = ("Ta", "Tb", "top")  # (n_ropes,) at the starts of the last two steps; highest so far
 FLAGS = ("ta", "steep", "hilly", "searched")  # start of the step before the last one; what that calls for; searches
@@ -25,10 +25,9 @@ POWERS = inverse([[u**j for j in range(len(NODES))] for u in NODES])
 ROUNDS = 4  # of Newton, from the highest node
 
 
-def begin(s: StepState, rate: Rate) -> None:
-    """At the start of a stretch: a point before it, on the tangent."""
-    ahead = rate(s.t + NEAR, inside(s), s.y + NEAR * s.f).T
-    s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead
+def begin(s: StepState, ahead: Evaluated) -> None:
+    """At the start of a stretch: a point before it, on the tangent to the one `ahead`."""
+    s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0
 
 

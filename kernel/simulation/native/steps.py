@@ -18,7 +18,8 @@ from heavylift.kernel.methods.method import Method, fallen_in, inside, length
 from heavylift.kernel.methods.small_motions import scale_of, still_below
 from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 
-from .peaks import begin, remember, watch
+from . import dips
+from .peaks import NEAR, begin, remember, watch
 from .sample_row import kept
 
 RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # why a native call returned
@@ -36,6 +37,8 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
     h, last = length(s)
     if hasattr(s, "top"):
         remember(s)
+    if hasattr(s, "dip"):
+        dips.remember(s)
     a = method.attempt(s, rate, h, inside(s))
     below, earliest = False, 1.0
     for c, fell in sorted(a.seen, key=lambda x: x[0]):
@@ -58,12 +61,25 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
     s.doubt = select(ended, 0.0, 1.0)
     s.lo, s.hi = 0.0, select(ended, 1.0, earliest)
     s.G = a.r.G
+    if hasattr(s, "dip"):
+        dips.watch(s, ok & (s.forced < 0.5) & (s.locate < 0.5))
     s.budget = s.budget - 1.0
     s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
     if hasattr(s, "passing"):
         s.passing = passing(s, a.r)
     s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
-    go_on(s, select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm))
+    go_on(s, fallen_status(s, fallen))
+
+
+def fallen_status(s: StepState, fallen: Value) -> Value:
+    """Why the call returns if a guard has fallen, or has not."""
+    return select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm)
+
+
+def dive(s: StepState, rate: Rate, method: Method) -> None:
+    """Look for a dip of a guard in the last step."""
+    dips.dive(s, rate, method)
+    go_on(s, fallen_status(s, s.locate > 0.5))
 
 
 def bounded(h: Value, r: Evaluated) -> Value:
@@ -144,8 +160,12 @@ def refresh(s: StepState, rate: Rate, method: Method) -> None:
     s.f, s.T, s.G, s.h = r.dy, r.T, r.G, bounded(s.h, r)
     if hasattr(s, "passing"):
         s.passing = passing(s, r)
-    if hasattr(s, "top"):
-        begin(s, rate)
+    if hasattr(s, "top") or hasattr(s, "dip"):
+        ahead = rate(s.t + NEAR, inside(s), s.y + NEAR * s.f)
+        if hasattr(s, "top"):
+            begin(s, ahead)
+        if hasattr(s, "dip"):
+            dips.begin(s, ahead)
     for name, value in method.forgotten().items():
         setattr(s, name, value)
     s.tentative = 0.0

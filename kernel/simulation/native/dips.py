@@ -1,0 +1,63 @@
+"""Dips of guards between the ends of steps, as text: a guard that falls and recovers within one step, unseen by stages.
+
+As with the tops of tensions (`peaks`), guards at the ends of the last two accepted steps bound how low one may be in
+the last step.  Only where that is below zero, and by more than the tolerance, guards are evaluated in the dense output;
+the lowest place of a polynomial through them is where the location of an event begins.
+"""
+
+from __future__ import annotations
+
+from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select
+from heavylift.kernel.methods.method import Method
+from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
+
+from .peaks import NEAR, NODES, SEEN, SLIGHT, TOP
+
+ENDS = ("Ga", "Gb")  # (n_guards,) at the starts of the last two steps
+FLAG = ("tg", "dip")  # start of the step before the last one; whether a dip is looked for
+
+
+def begin(s: StepState, ahead: Evaluated) -> None:
+    """At the start of a stretch: a point before it, on the tangent to the one `ahead`."""
+    s.tg, s.t0, s.Gb, s.Ga, s.dip = s.t - NEAR, s.t, s.G, 2.0 * s.G - ahead.G, 0.0
+
+
+def remember(s: StepState) -> None:
+    """Before an attempt: the last step, if it was taken, becomes the one before it."""
+    taken = s.t > s.t0
+    s.tg, s.Ga, s.Gb = select(taken, s.t0, s.tg), select(taken, s.Gb, s.Ga), select(taken, s.G, s.Gb)
+
+
+def watch(s: StepState, taken: Value) -> None:
+    """After a step, if it was taken and no guard was seen below zero: whether one may have been."""
+    end = select(taken, s.t, s.t0 + 1.0)
+    h, over, twice, whole = end - s.t0, 1.0 / (end - s.t0), 1.0 / (s.t0 - s.tg), SEEN / (end - s.tg)
+    low = []
+    for a, b, c in zip(s.Ga, s.Gb, s.G, strict=True):
+        rise = (c - b) * over
+        bend = (rise - (b - a) * twice) * whole
+        bent = bend * h
+        above = bend * (0.5 * (b + c) + _shallow(s, b, c))
+        low.append((bent > abs(rise)) & (above < 0.25 * (bent * bent + rise * rise)))
+    s.dip = select(taken & any_of(low), 1.0, 0.0)
+
+
+def _shallow(s: StepState, b: Value, c: Value) -> Value:
+    """How deep a dip may be that is not looked for."""
+    return minimum(s.tol, SLIGHT) * maximum(abs(b), abs(c))
+
+
+def dive(s: StepState, rate: Rate, method: Method) -> None:
+    """Begin the location of an event where a guard is lowest in the last step, if it is below zero there."""
+    among = s.t0 + 0.5 * s.h0
+    parts = [(u - NODES[0]) / (NODES[-1] - NODES[0]) for u in NODES]
+    inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).G for x in parts[1:-1]]
+    found, at = [], 1.0
+    for guard in zip(s.Gb, *inner, s.G, strict=True):
+        top = TOP(V=[-g for g in guard])
+        below = top.T[0] > _shallow(s, guard[0], guard[-1])
+        at = minimum(at, select(below, (top.u[0] - NODES[0]) / (NODES[-1] - NODES[0]), 1.0))
+        found.append(below)
+    fell = any_of(found) & (at > 0.0) & (at < 1.0)
+    s.locate, s.doubt = select(fell, 1.0, 0.0), select(fell, 1.0, s.doubt)
+    s.hi, s.dip = select(fell, at, s.hi), 0.0

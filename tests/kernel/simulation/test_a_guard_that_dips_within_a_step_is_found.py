@@ -1,0 +1,48 @@
+"""A condition that one step passes twice begins its stage: beside roots of polynomials by NumPy, with any method."""
+
+import json
+from random import Random
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run.in_memory import play
+from heavylift.nodes.scene import parse
+
+CLOSE = 2e-2  # [s] at a tolerance of 1e-2, of methods that a cubic is not exact for
+METHODS = ("dopri5", "dop853", "radau5")
+
+
+def stages(start: float, speed: float, force: tuple[float, float], level: float, method: str, tolerance: float):
+    """When x >= level begins, of 1 kg at a force that is linear in time over 12 s."""
+    cart = {"type": "prismatic", "child": "cart", "axis": [1, 0, 0], "start": f"{start} m", "speed": f"{speed} m/s"}
+    push = {"type": "load", "body": "cart", "force": ["1 N", 0, 0], "history": [["0 s", force[0]], ["12 s", force[1]]]}
+    scene = {
+        **{
+            "heavylift": 1,
+            "name": "graze",
+            "end": "12 s",
+            "samples": "0.25 Hz",
+            "method": method,
+            "tolerance": tolerance,
+        },
+        "mechanism": {"bodies": {"cart": {"mass": "1 kg"}}, "joints": {"rail": cart}, "forces": {"push": push}},
+        "actions": [{"stage": "A", "when": f"position of rail >= {level!r} m"}, "wait 20 s"],
+    }
+    events = play(parse(json.dumps(scene)).plan).events
+    return [e.tag.t * 1e-9 for e in events if e.port == "stage" and e.value.name == "A"]
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.large(beyond=4)
+def test_a_crest_above_the_level_is_not_missed(method: str, tolerance: float) -> None:
+    random = Random(f"{method} {tolerance}")
+    for _ in range(3):
+        roots = sorted(random.uniform(1.0, 11.0) for _ in range(3))
+        x = np.poly1d(roots, r=True)
+        crest = min(x.deriv().roots.real)
+        level = round(float(x(crest)) - random.uniform(0.005, 0.2) * max(1.0, abs(float(x(crest)))), 6)
+        first = min(r.real for r in (x - level).roots if abs(r.imag) < 1e-9 and r.real > 0.0)
+        force = (float(x.deriv(2)(0.0)), float(x.deriv(2)(12.0)))
+        (found,) = stages(float(x(0.0)), float(x.deriv()(0.0)), force, level, method, tolerance)
+        assert found == pytest.approx(first, abs=CLOSE)
