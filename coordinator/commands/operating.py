@@ -34,7 +34,9 @@ def watch(
     if ticket:
         from heavylift.coordinator.transport.session import observer_config
 
-        typer.echo(msgspec.json.format(msgspec.json.encode(observer_config(found.directory, found.notice.run))))
+        typer.echo(
+            msgspec.json.format(msgspec.json.encode(observer_config(found.directory, found.notice.run)).decode())
+        )
         return
     lines, observer = Lines(found.notice), observe(found)
     for number, event in observer:
@@ -50,7 +52,7 @@ def watch(
             typer.echo(lines.text(event))
     ended = observer.ended
     if as_json:
-        typer.echo(msgspec.json.encode({"ended": ended}))
+        typer.echo(msgspec.json.encode({"ended": ended}).decode())
     elif ended.status == "finished":
         typer.echo(f"finished at {ended.sim_s:.6f} s")
     if ended.status != "finished":
