@@ -6,6 +6,6 @@ row_functions                 rows: projection onto them, their matrix, impulses
 native_state, options         state X, parameters P and the table of samples; with what a scene is simulated
 sample_row, samples           the table of columns of a sample; channels with units
 signals                       scalars read from a sample row
-peaks                         tops of tensions between the ends of steps
+peaks, dips                   tops of tensions, and guards that fall and recover, between the ends of steps
 oracle                        the same functions interpreted on floats
 """
