@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -65,13 +66,13 @@ def evaluated(
     if x.quantity == "wind":
         columns = {x.of: _strongest(_winds(plan, x.of), signals.t)}
     places = [place(signals, point) for point in own or points(x, system)]
-    values = [columns.get(name) for name in names(x)]
-    known_places, known = [p.T for p in places if p is not None], [v for v in values if v is not None]
-    if len(known_places) < len(places) or len(known) < len(values):
+    values: list[Any] = [columns.get(name) for name in names(x)]
+    if any(x is None for x in (*places, *values)):
         return None
+    each: list[Any] = [p.T for p in places if p is not None]
     shares = tuple(line.share for line in lines) or numbers(x, system)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(scalar(x, known_places, shares, known))
+        return np.asarray(scalar(x, each, shares, values))
 
 
 # by the signals that limits name
