@@ -5,3 +5,7 @@ scene               the run of a scene: facts, samples, pictures, the energy bal
 drawing, shapes     what viewers draw
 energy, budget      the balance of energy; where the wall time went
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.on_demand import on_demand
+from heavylift.kernel.on_demand import face, on_demand
 from heavylift.nodes.plan.limit import Finding, Limit, Use
 
 if TYPE_CHECKING:
@@ -36,3 +36,5 @@ __all__ = [
 ]  # fmt: skip
 SIGNALS = dict.fromkeys(("Signals", "signals_of"), ".signals")
 __getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | {"rows": ".telling"})
+
+face(__name__)

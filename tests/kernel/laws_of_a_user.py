@@ -4,7 +4,8 @@ import math
 import random
 
 import numpy as np
-from heavylift.kernel.forces.mathematics import cos, maximum, select, sin, sqrt
+from heavylift.kernel.algebra import cos, sin
+from heavylift.kernel.compiler import maximum, select, sqrt
 
 
 def van_der_pol(x):
