@@ -18,6 +18,7 @@ import msgspec
 from heavylift.coordinator.record.scene import Result, rated
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
+from heavylift.nodes.limits.checks import WARNED
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
@@ -167,10 +168,23 @@ def tell_verdict(verdict: Judged) -> None:
         stage = f" ({f.stage})" if f.stage else ""
         told = f"{f.severity}: {f.sentence}{at}{stage}" + (f" [{f.where}]" if f.where else "")
         _tell(told, styles[f.severity])
+    _open_checks(verdict)
     if verdict.clearances and not verdict.red:
         c = verdict.clearances[0]
         _tell(f"smallest clearance: {c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}")
-    _tell(f"verdict: {verdict.line}", "bold red" if verdict.red else "bold green")
+    styles = {"red": "bold red", "undecided": "bold yellow", "amber": "yellow"}
+    _tell(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
+
+
+def _open_checks(verdict: Judged) -> None:
+    """The rows that are undecided or amber, with what would decide them."""
+    grouped: dict[tuple[str, str], list[str]] = {}
+    for check in verdict.checks:
+        if check.state in ("undecided", "amber") and check.why != WARNED:
+            grouped.setdefault((check.why or check.state, check.quantity), []).append(check.sentence)
+    for (why, _), told in grouped.items():
+        more = f"; likewise {len(told) - 1} more" if len(told) > 1 else ""
+        _tell(f"{why}: {told[0]}{more}", "yellow")
 
 
 def _tell(text: str, style: str | None = None) -> None:

@@ -43,6 +43,7 @@ TEXTS = (
     "sentence",
     "digest",
     "verdict",
+    "state",
     "unfinished",
     "limit",
     "limit stage",
@@ -143,7 +144,7 @@ def _numbers(run: Played, judged: bool) -> Row:
     row["off-lead [deg]"] = _off_lead(run)
     if judged:
         verdict, found = run.judging(smallest=1)
-        row |= {"verdict": verdict.line, "status": "red" if verdict.red else "done"}
+        row |= {"verdict": verdict.line, "state": verdict.state, "status": "red" if verdict.red else "done"}
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
         uses = judged_uses(found)
         row |= {f"use/{name}": x.use for name, x in uses.items()}
