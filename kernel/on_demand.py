@@ -35,7 +35,7 @@ def face(package: str) -> None:
         except AttributeError:
             pass
         hidden = name.startswith("_") or (folder / f"{name}.py").exists()  # of a package's module, not of its face
-        if not hidden and len(found := _definitions(folder).get(name, ())) == 1:
+        if not hidden and len(found := _definitions(folder).get(name, [])) == 1:
             return getattr(import_module(f".{found[0]}", package), name)
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 

@@ -4,8 +4,7 @@ import math
 import random
 
 import numpy as np
-from heavylift.kernel.algebra import cos, sin
-from heavylift.kernel.compiler import maximum, select, sqrt
+from heavylift.kernel.forces.mathematics import cos, maximum, select, sin, sqrt
 
 
 def van_der_pol(x):

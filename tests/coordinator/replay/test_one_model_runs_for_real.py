@@ -68,7 +68,7 @@ def test_a_model_that_fails_names_itself_and_the_time(recorded: RecordedRun, mon
     monkeypatch.setattr(DriveActor, "run", broken)
     with pytest.raises(
         ModelError,
-        match=r"^crane\.lower-body\.H3 at \(0 s, 0\): \w+\(\) raised ZeroDivisionError: speed \(test_one_\w+\.py:67\)$",
+        match=r"^crane\.lower-body\.H3 at \(0 s, 0\): \w+\(\) raised ZeroDivisionError: speed \(test_one_\w+\.py:",
     ):
         single(recorded, "crane")
 
