@@ -14,6 +14,7 @@ from functools import cached_property
 from itertools import groupby
 from math import inf
 from random import Random
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -131,7 +132,7 @@ class Played:
         """The verdict, and the worst of each limit."""
         return self.judging()
 
-    def judging(self, **options: int) -> tuple[Judged, Sequence[Use]]:
+    def judging(self, **options: Any) -> tuple[Judged, Sequence[Use]]:
         """The same, with options of `judged_with_uses`."""
         from heavylift.coordinator.verdict.judging import judged_with_uses
 

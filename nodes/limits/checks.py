@@ -29,6 +29,7 @@ FAMILIES = {
 }  # of what a quantity follows; of all others the tensions of ropes
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
 NOT_CHECKED, ASSUMED, UNKNOWN, WARNED = "not checked", "assumed", "error unknown", "warning"
+IN_A_RUN = "in a run"  # of what nothing is known at rest
 COUNTED = (NOT_CHECKED, ASSUMED, UNKNOWN, WARNED)  # kinds of amber, as the line counts them
 
 
@@ -51,7 +52,7 @@ def checks_of(
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     limit = use.limit
     error = 0.0 if errors is None else error_of(use, errors)
-    state, why, told = _judged(use, error, plan.accepts_assumed)
+    state, why, told = _judged(use, error, plan.accepts_assumed, at_rest=errors is None)
     finding = finding_of(plan, use, dynamic=errors is not None) if state == "red" else None
     basis = "; ".join(part for part in (limit.source, limit.note) if part)
     return Check(
@@ -62,7 +63,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     )  # fmt: skip
 
 
-def _judged(use: Use, error: float | None, accepted: bool) -> tuple[State, str, str]:
+def _judged(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
     """State of a limit, which amber it is, and a sentence."""
     limit = use.limit
     name = f"{limit.quantity} of {limit.subject}"
@@ -70,7 +71,11 @@ def _judged(use: Use, error: float | None, accepted: bool) -> tuple[State, str, 
         told = f"{name}: {limit.note or 'no limit is known'}"
         return ("none", "", told) if limit.quantity == "wind" and not limit.elements else ("amber", NOT_CHECKED, told)
     if use.value is None:
-        return "none", "", f"{name}: it did not occur"  # in a run; at rest there is nothing to be read
+        return (
+            "none",
+            IN_A_RUN if at_rest else "",
+            f"{name}: a run checks it" if at_rest else f"{name}: it did not occur",
+        )
     if use.beyond and (error is None or use.excess > error):
         return "red", "", ""
     if error is None:
@@ -137,7 +142,7 @@ def _row(group: list[Check]) -> tuple[str, ...]:
     many = len({check.subject for check in group})
     subject = worst.subject if many == 1 else f"{worst.subject} (of {many})"
     at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
-    state = "" if worst.state == "none" else worst.why or worst.state
+    state = worst.why if worst.state == "none" else worst.why or worst.state
     used = "" if worst.use is None or " to " in worst.allowed else percent(worst.use)
     basis = worst.basis or worst.sentence
     return state, worst.quantity, subject, worst.shown, at, worst.allowed, used, basis
