@@ -13,6 +13,7 @@ from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
+from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan, decode
@@ -45,7 +46,6 @@ class Bench:
     smallest: int = SMALLEST
     mechanics: System | None = None
     uses: Sequence[Use] = ()
-    of_limits: list[Finding] = field(default_factory=list)  # findings that are in rows of limits
     shapeless: tuple[str, ...] = ()
 
 
@@ -68,8 +68,6 @@ def _limits(bench: Bench) -> None:
         for part in blocks(shown)
     )  # fmt: skip
     bench.uses = uses_of(plan, signals)
-    bench.of_limits = [_placed(f, said) for f in limits_judged(plan, bench.uses, dynamic=True)]
-    bench.findings += bench.of_limits
 
 
 def _clearances(bench: Bench) -> None:
@@ -98,7 +96,7 @@ def _bending(bench: Bench) -> None:
 
 def _conduct(bench: Bench) -> None:
     """Whether it went as the action list means it."""
-    told = {(f.kind, f.subject) for f in bench.findings}  # a hook beyond its height was seen there as well
+    told = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in bench.uses if use.beyond}
     bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
 
@@ -140,11 +138,14 @@ def judged_with_uses(
     bench = Bench(plan, history, conduct, smallest=smallest, mechanics=mechanics)
     for one in JUDGES:
         one(bench)
-    findings = [_placed(f, conduct) for f in _in_order(bench.findings)]
-    others = [f for f in findings if f not in bench.of_limits]
+    others = _in_order(_placed(f, conduct) for f in bench.findings)
     checks = checks_of(plan, [*bench.uses, *_smallest(bench)], others, errors, bench.shapeless)
+    red = {(c.quantity, c.subject) for c in checks if c.state == "red"}
+    certain = [use for use in bench.uses if not use.beyond or (use.limit.quantity, use.limit.subject) in red]
+    of_limits = [_placed(f, conduct) for f in limits_judged(plan, certain, dynamic=True)]
+    findings = _in_order([*others, *of_limits])
     verdict = Judged(
-        red=any(c.state == "red" for c in checks),
+        red=bool(red),
         state=state_of(checks),
         line=line_of(checks),
         head=HEAD,
@@ -180,7 +181,7 @@ def verdict_of(rec: Recording) -> Judged | None:
     except UNREADABLE:
         return None
     with rec.reading():
-        errors = msgspec.convert(rec.run.get("errors", {}), dict[str, float])
+        errors = msgspec.convert(rec.fact("errors", {}), dict[str, float])
         return judge(plan, history_of(rec), conduct_of(rec), errors)
 
 

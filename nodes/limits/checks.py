@@ -36,7 +36,7 @@ COUNTED = (NOT_CHECKED, ASSUMED, UNKNOWN, WARNED)  # kinds of amber, as the line
 def checks_of(
     plan: Plan, uses: Sequence[Use], others: Iterable[Finding], errors: Errors | None, shapeless: Iterable[str]
 ) -> list[Check]:
-    """All checks, worst first.
+    """All checks, worst first, those of a state from hook to ground as the table of limits has them.
 
     `uses` are the worst of each limit, `others` what was found besides them; `errors` those of a run (None: of a path
     at rest, which has none); `shapeless`: what has no shape, so that no clearance is known of it.
@@ -46,7 +46,7 @@ def checks_of(
     found += [
         Check(quantity="clearance", subject="", state="amber", why=NOT_CHECKED, sentence=what) for what in shapeless
     ]
-    return sorted(found, key=lambda check: (STATES.index(check.state), -check.use if check.use is not None else 0.0))
+    return sorted(found, key=lambda check: STATES.index(check.state))
 
 
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
@@ -111,7 +111,7 @@ def _of_finding(f: Finding) -> Check:
 
 def state_of(checks: Iterable[Check]) -> State:
     """The worst state; what cannot occur does not count."""
-    return min((c.state for c in checks), key=STATES.index, default="amber")
+    return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
 
 
 def line_of(checks: Sequence[Check]) -> str:
@@ -122,7 +122,9 @@ def line_of(checks: Sequence[Check]) -> str:
         if (many := sum(c.why == why for c in checks)) or why in (NOT_CHECKED, ASSUMED):
             counts.append(f"{many} {why}{'s' * (why == WARNED and many > 1)}")
     worst = next((c.sentence for c in checks if c.state in ("red", "undecided")), "")
-    return f"{state_of(checks).upper()}: {', '.join(counts)}{f'; worst: {worst}' * bool(worst)}"
+    told = "" if any(c.basis for c in checks) else "; the scene has no limits to check"
+    told = f"; worst: {worst}" if worst else told
+    return f"{state_of(checks).upper()}: {', '.join(counts)}{told}"
 
 
 def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...]]:
@@ -144,7 +146,7 @@ def _row(group: list[Check]) -> tuple[str, ...]:
     at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
     state = worst.why if worst.state == "none" else worst.why or worst.state
     used = "" if worst.use is None or " to " in worst.allowed else percent(worst.use)
-    basis = worst.basis or worst.sentence
+    basis = worst.sentence.partition(": ")[2] if worst.state == "none" else worst.basis or worst.sentence
     return state, worst.quantity, subject, worst.shown, at, worst.allowed, used, basis
 
 
