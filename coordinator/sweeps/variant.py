@@ -22,7 +22,6 @@ import numpy as np
 from heavylift.coordinator.run.in_memory import CUT, Played, play
 from heavylift.coordinator.verdict.limits import signals_of_run
 from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
-from heavylift.nodes.limits.checks import Errors
 from heavylift.nodes.limits.rope_signals import rope_direction, rope_of
 from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Use
@@ -118,12 +117,12 @@ def played(task: Task, variant: Variant) -> Row:
     try:
         scene = parse(task.text, task.name, settings, passing=True, followed=task.judged)
         try:
-            run = play(scene.plan, task.limit_s)
+            run = play(scene.plan, task.limit_s, errors=scene.errors if task.judged else None)
         except HeavyliftError:
             if not task.judged:
                 parse(task.text, task.name, settings, passing=True)  # which may know better why
             raise
-        row |= _numbers(run, scene.errors if task.judged else None)
+        row |= _numbers(run, task.judged)
     except SceneError as error:
         row |= {"status": "refused", "sentence": str(error)}
     except HeavyliftError as error:
@@ -134,9 +133,8 @@ def played(task: Task, variant: Variant) -> Row:
     return row | {"cpu_s": time.thread_time() - cpu, "wall_s": time.perf_counter() - began}
 
 
-def _numbers(run: Played, errors: Errors | None) -> Row:
-    """All that a row tells of a run that came to its end, judged if there are `errors`; SI units, in the names of the
-    columns."""
+def _numbers(run: Played, judged: bool) -> Row:
+    """All that a row tells of a run that came to its end; SI units, in the names of the columns."""
     row: Row = {"digest": run.digest, "simulated [s]": run.end_ns / 1e9, "unfinished": run.unfinished}
     row |= {f"peak/{rope} [N]": peak.tension for rope, peak in run.peaks.items()}
     row |= {f"peak time/{rope} [s]": peak.time for rope, peak in run.peaks.items()}
@@ -144,8 +142,8 @@ def _numbers(run: Played, errors: Errors | None) -> Row:
     ends = [t for _, t in stages[1:]] + [run.end_ns / 1e9]
     row |= {f"stage/{name} [s]": end - t for (name, t), end in zip(stages, ends, strict=False)}
     row["off-lead [deg]"] = _off_lead(run)
-    if errors is not None:
-        verdict, found = run.judging(smallest=1, errors=errors)
+    if judged:
+        verdict, found = run.judging(smallest=1)
         row |= {"verdict": verdict.line, "state": verdict.state, "status": "red" if verdict.red else "done"}
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
         uses = judged_uses(found)
