@@ -208,7 +208,7 @@ def resume(
 
 def _exit(result: Result, strict: bool, fail_on: str) -> None:
     """With exit code 1 where the verdict is as bad as is named."""
-    if result.verdict is not None and o.fails(result.verdict.state, strict, fail_on):
+    if (strict or fail_on) and result.verdict is not None and o.fails(result.verdict.state, strict, fail_on):
         raise typer.Exit(1)
 
 
