@@ -245,6 +245,4 @@ def test_a_forged_verdict_is_told_as_recorded(lift: Path, tmp_path: Path) -> Non
     line = next(line for line in info(path).splitlines() if "all ropes break" in line)
     assert "as recorded" in line
     (other,) = verify(RecordedRun(path)).others
-    assert other.startswith(
-        "result.verdict: red: all ropes break in forged.mcap, RED: 0 passed, 1 red"
-    )
+    assert other.startswith("result.verdict: red: all ropes break in forged.mcap, RED: 0 passed, 1 red")
