@@ -11,9 +11,12 @@ method             method and tolerance by cost (STEPS.md)
 verdict, own       the report, and what is not guaranteed; what the fidelity of a scene leaves out
 """
 
+from heavylift.kernel.on_demand import face
 from heavylift.nodes.plan.fidelity import ASKABLE, Question
 
 from .choose import choose, unpromised
 from .verdict import Verdict
 
 __all__ = ["ASKABLE", "Question", "Verdict", "choose", "unpromised"]
+
+face(__name__)

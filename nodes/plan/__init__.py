@@ -13,3 +13,7 @@ fidelity, planar  how much is modelled, and for what a scene asks; what a planar
 limit             a row of the table of limits; something that was found
 shapes            what collides and what is drawn
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

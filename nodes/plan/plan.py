@@ -253,6 +253,7 @@ class Plan(Item, frozen=True, kw_only=True):
     rig: Rig = Rig()
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
+    accepts_assumed: bool = False  # limits that heavylift assumes count as the scene's own
     models: tuple[Own, ...] = ()
     interlocks: tuple[Interlock, ...] = ()
     actions: tuple[Action, ...] = ()

@@ -12,8 +12,12 @@ state, static_state         a point of the path; the same as the rules of a lift
 findings                    what the path tells besides loads
 """
 
+from heavylift.kernel.on_demand import face
+
 from .action_preview import Followed, follow
 from .state import Acted, StaticState
 from .static_state import Following, State, Step, following, goal_states
 
 __all__ = ["Acted", "Followed", "Following", "State", "StaticState", "Step", "follow", "following", "goal_states"]
+
+face(__name__)
