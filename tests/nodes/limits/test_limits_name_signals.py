@@ -4,12 +4,10 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Point, Quantity
+from heavylift.kernel.description import Point, Quantity
 from heavylift.kernel.description.signals import Signal
-from heavylift.kernel.model.quantities import ROWS, scalar
-from heavylift.nodes.limits.named import KINDS, signal_of
-from heavylift.nodes.limits.reading import READERS
-from heavylift.nodes.limits.rope_signals import hooks_of
+from heavylift.kernel.model import ROWS, scalar
+from heavylift.nodes.limits import KINDS, READERS, hooks_of, signal_of
 from heavylift.nodes.scene import load
 
 PLACES = {"height": 1, "height difference": 2, "radius": 2, "moment": 2, "use by place": 1, "gap": 8}

@@ -163,5 +163,6 @@ def bridle_limit(yard: Yard, sling: str, where: str, *, bent: bool) -> Limit:
 
 def sling_limits(given: SlingType, name: str, where: str) -> Iterator[Limit]:
     """A sling, at rest and at its peak."""
-    own = {key: getattr(given, key) for key in ("factor", "partial_factor") if key in given.model_fields_set}
+    own = {"partial_factor": given.partial_factor}
+    own |= {"factor": given.factor} if "factor" in given.model_fields_set else {}
     yield from strength_limits("sling", name, given.breaking, where, own)
