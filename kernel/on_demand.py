@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from importlib import import_module
+TYPE_CHECKING = False  # as type checkers read it; `typing` takes a command 2 ms in which Ctrl-C is not heard
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
 
 
 def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], object]:
@@ -12,6 +13,8 @@ def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], objec
     def attribute(name: str) -> object:
         if name not in modules:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        from importlib import import_module
+
         return getattr(import_module(modules[name], package), name)
 
     return attribute

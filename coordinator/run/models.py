@@ -1,6 +1,6 @@
 """A run of any DEVS model: each child of a coupled model becomes a node, couplings between children the protocol's.
 
-    from heavylift.coordinator import run_models
+    from heavylift import run_models
 
     if __name__ == "__main__":
         run = run_models("my_models:build", until=10.0, output="ring.mcap")

@@ -18,7 +18,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.run import conversation, run
 from heavylift.coordinator.run.watch import Watch
 from heavylift.kernel.errors import Stopped

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.run.watch import Watch
 from heavylift.kernel.errors import OutputError

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.supervision.of_the_system import LIMITS
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, Simulator, ms
