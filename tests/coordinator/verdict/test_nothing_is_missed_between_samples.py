@@ -11,8 +11,9 @@ from heavylift.coordinator.verdict.coarse import Coarse
 from heavylift.coordinator.verdict.distance import Placed, exactly
 from heavylift.coordinator.verdict.history import history_of
 from heavylift.coordinator.verdict.moving import Frame, Moving
-from heavylift.coordinator.verdict.nearest import SHARP, Known, nearest, search
+from heavylift.coordinator.verdict.nearest import SHARP, Known, search
 from heavylift.coordinator.verdict.speeds import strays, twists
+from heavylift.coordinator.verdict.steps import Minimum
 from heavylift.coordinator.verdict.stretches import Stretches, whole
 from heavylift.kernel.description.points import Vector
 from heavylift.nodes.models import system
@@ -43,6 +44,15 @@ def fixed(t: Floats, centre: Floats, turn: Floats | None = None) -> tuple[Frame,
 def stretches(shapes: list[Moving], pairs: list[tuple[int, int]], groups: range | None = None) -> Stretches:
     n = len(shapes[0].t)
     return whole(Coarse(shapes, np.zeros((n, 2)), (0, n - 1)), pairs, groups)
+
+
+def nearest(shapes: list[Moving], start: Stretches, most: float = np.inf) -> Minimum | None:
+    """The minimum over stretches of one group; None if they stay farther apart than `most` [m]."""
+    known = Known(0, 0.0)
+    known.groups(np.array([most]))
+    search(shapes, start, known)
+    (found,) = known.take()
+    return found if found is not None and found.least < most else None
 
 
 def minimum(a: Moving, b: Moving) -> tuple[float, float]:
