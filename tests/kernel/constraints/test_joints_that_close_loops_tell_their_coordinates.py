@@ -5,11 +5,10 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.kernel.constraints.loop_closures import CLOSURES, closed_coordinates, closed_rates
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.multibody.motion import rates
+from heavylift.kernel.constraints import CLOSURES, closed_coordinates, closed_rates
+from heavylift.kernel.description import JOINTS, WORLD, Body, Joint, System
+from heavylift.kernel.model import evaluate
+from heavylift.kernel.multibody import rates
 from linkages import looped
 from scipy.spatial.transform import Rotation
 from small_scenes import started
