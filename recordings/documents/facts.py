@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import REEVING, reeved
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
@@ -90,38 +89,43 @@ class Facts:
     portals: list[Borne]
 
 
-@guarded
 def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
     """The tables of a recording; whatever it has no samples of stays empty.  `verdict`: else the recorded one."""
-    if "model" in rec.run:
-        raise RecordingError(f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` tells its results")
-    plan = _plan(rec)
-    borne = loads_of(rec, plan)  # the first, for its pass through the file reads tensions, too
-    tension = _tensions(rec)
-    rated: dict[str, float] = rec.fact("rated", {})
-    spans = _stages(rec, tension.t[-1] if len(tension.t) else 0.0)
-    hooks = {c["name"]: _hooks(plan, c["name"], tension.names) for c in plan.get("cranes", [])}
-    loads = {crane: tension.values[:, columns].sum(axis=1) for crane, columns in hooks.items() if columns}
-    ropes = []
-    for name, peak in recorded_peaks(rec).items():
-        stage = next((s for s, a, b in spans if a <= peak.time <= b), "")
-        ropes.append(RopeUse(name, peak.tension, peak.time, stage, rated.get(name)))
-    gravity = float(plan.get("gravity", 9.80665))
-    cranes = [
-        _largest(crane["name"], tension.t, loads[crane["name"]], gravity, crane["hooks"], crane["capacity"])
-        for crane in plan.get("cranes", [])
-        if crane["name"] in loads and len(tension.t)
-    ]
-    if len(cranes) > 1:
-        every, total = [h for c in plan["cranes"] for h in c["hooks"]], np.sum([loads[c.name] for c in cranes], axis=0)
-        cranes.append(_largest("all together", tension.t, total, gravity, every, sum(c.capacity for c in cranes)))
-    dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
-    stages = [_of_block(_stage(span, tension, rated, loads, dead), borne) for span in spans]
-    found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
-    tables = stages, ropes, cranes, found, _hook_uses(plan, tension, gravity)
-    lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
-    told = scene_table(rec, plan), float(lifted), rec.notes(), block_table(plan)
-    return Facts(*tables, *told, borne.slings, borne.lugs, borne.stools, borne.portals)
+    with rec.reading():
+        if "model" in rec.run:
+            raise RecordingError(
+                f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` tells its results"
+            )
+        plan = _plan(rec)
+        borne = loads_of(rec, plan)  # the first, for its pass through the file reads tensions, too
+        tension = _tensions(rec)
+        rated: dict[str, float] = rec.fact("rated", {})
+        spans = _stages(rec, tension.t[-1] if len(tension.t) else 0.0)
+        hooks = {c["name"]: _hooks(plan, c["name"], tension.names) for c in plan.get("cranes", [])}
+        loads = {crane: tension.values[:, columns].sum(axis=1) for crane, columns in hooks.items() if columns}
+        ropes = []
+        for name, peak in recorded_peaks(rec).items():
+            stage = next((s for s, a, b in spans if a <= peak.time <= b), "")
+            ropes.append(RopeUse(name, peak.tension, peak.time, stage, rated.get(name)))
+        gravity = float(plan.get("gravity", 9.80665))
+        cranes = [
+            _largest(crane["name"], tension.t, loads[crane["name"]], gravity, crane["hooks"], crane["capacity"])
+            for crane in plan.get("cranes", [])
+            if crane["name"] in loads and len(tension.t)
+        ]
+        if len(cranes) > 1:
+            every, total = (
+                [h for c in plan["cranes"] for h in c["hooks"]],
+                np.sum([loads[c.name] for c in cranes], axis=0),
+            )
+            cranes.append(_largest("all together", tension.t, total, gravity, every, sum(c.capacity for c in cranes)))
+        dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
+        stages = [_of_block(_stage(span, tension, rated, loads, dead), borne) for span in spans]
+        found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
+        tables = stages, ropes, cranes, found, _hook_uses(plan, tension, gravity)
+        lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
+        told = scene_table(rec, plan), float(lifted), rec.notes(), block_table(plan)
+        return Facts(*tables, *told, borne.slings, borne.lugs, borne.stools, borne.portals)
 
 
 def _tensions(rec: Recording) -> Signal:
