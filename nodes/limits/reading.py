@@ -79,8 +79,12 @@ def evaluated(
 
 
 def _named(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """The signal of a limit; of ropes those that are on record, with the exact peak of one, or of all together."""
-    if KINDS[limit.quantity] in ("load", "tension"):
+    """The signal of a limit; of its ropes those that are on record, with the exact peak of one, or of all together.
+
+    Of a signal that the scene itself limits all must be on record.
+    """
+    watched = KINDS.get(limit.quantity) in ("load", "tension")
+    if watched:
         on_record = tuple(name for name in limit.elements if name in signals.tensions)
         if not on_record:
             return None
@@ -89,15 +93,8 @@ def _named(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     values = evaluated(plan, x, signals) if x else None
     if x is None or values is None:
         return None
-    peak = _peak(limit, signals) if x.quantity in ("load", "tension") else None
+    peak = _peak(limit, signals) if watched else None
     return Reading(values, (float(scalar(x, (), x.numbers, (peak[0],))), peak[1]) if peak else None)
-
-
-def _signal(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """A signal that the scene itself limits; of a rope that is on no record nothing."""
-    assert limit.signal is not None
-    values = evaluated(plan, limit.signal, signals)
-    return None if values is None else Reading(values)
 
 
 def _peak(limit: Limit, signals: Signals) -> tuple[float, float] | None:
@@ -256,7 +253,7 @@ def _strongest(winds: list[forces.Signal], t: Column) -> Column:
 
 
 READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
-    **dict.fromkeys(KINDS, _named),
+    **dict.fromkeys(("signal", *KINDS), _named),
     **dict.fromkeys(LOADS, _load),
     "lug load": _lug_load,
     "rope factor": _factor,
@@ -270,7 +267,6 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "rails": _coordinate(ALONG),
     "girder": _coordinate(ACROSS),
     "wind": _wind,
-    "signal": _signal,
 }
 
 
