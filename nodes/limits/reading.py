@@ -59,8 +59,9 @@ def evaluated(
 ) -> Column | None:
     """A signal at each instant (n,), in its unit of SI; None if something that it is of is on no record.  `lines`: of
     its rope, else all of them; `given`: values (n,), else those of the record."""
-    ropes = tuple(rope for machine in machines(plan) for rope in machine.system.ropes)
-    system = System(ropes=ropes)
+    systems = [machine.system for machine in machines(plan)]
+    rigid = tuple(rope for s in systems for rope in s.rigid_ropes)
+    system = System(ropes=tuple(rope for s in systems for rope in s.ropes), rigid_ropes=rigid)
     own = [end for line in lines for end in (line.a, line.b)]
     columns = given or (signals.lengths if x.quantity == "length" else signals.tensions)
     if x.quantity == "wind":
