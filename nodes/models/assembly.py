@@ -246,8 +246,6 @@ def _built(
 
 def as_modelled(plan: Plan, machine: Crane | Loader | Block | Mechanism) -> Mechanism:
     """A machine as parts, as far as it is modelled."""
-    if isinstance(machine, Mechanism):
-        return machine  # it is modelled as it is written
     lift = next((each for each in plan.lists if machine.name in each.machines), None)
     own = of_lift(plan, lift) if lift else plan
     return modelled(as_parts(own, machine), own.fidelity)
