@@ -26,6 +26,7 @@ from heavylift.nodes.scene.construction.machines import build_fidelity, build_ma
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
+from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.nodes import placement_faults
@@ -143,7 +144,7 @@ def _built(
         if bent:
             rests = replace(rests, plan=settled(rests.plan))
         loaded = rests
-    return _pruned(loaded)
+    return _pruned(replace(loaded, plan=weighed(loaded.plan)))
 
 
 def _side_by_side(

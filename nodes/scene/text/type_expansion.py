@@ -12,7 +12,7 @@ from .source import Data, Path, Source
 HEADER = {"machine type", "family", "name", "about", "capacity", "source", "parameters", "interlocks"}
 NAMED = (  # sections whose keys are names of parts
     *("bodies", "joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts"),
-    "hooks",
+    *("hooks", "elastic"),
 )
 BODIES, JOINTS = ("parent", "child", "body", "on", "radius from"), ("joint",)  # keys whose values name a body, a joint
 AXES = {"x": 0, "y": 1, "z": 2}

@@ -1,0 +1,117 @@
+"""Bodies of machines that bend as beams, such as booms.
+
+They start bent by their own weight and by what hangs on them, and are cambered: what they carry is where it was on a
+rigid body, so that nothing swings before something moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+import msgspec
+from heavylift.kernel.algebra.dense import cross, dot, product
+from heavylift.kernel.description.mechanics import Body, Joint, Matrix, Point, Vector
+from heavylift.nodes.plan.fidelity import Fidelity
+from heavylift.nodes.plan.mechanism import Bend, Load, Mechanism
+from heavylift.nodes.plan.planar import times
+
+SETTLES = 40  # steps in which what compression adds to a deflection dies away, as far from buckling as booms are
+Modes = Any  # of the kernel, which needs NumPy, as a process that only declares does not
+
+
+def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
+    """With the bodies that can bend as beams."""
+    if fidelity.girder == "rigid" or not machine.bends:
+        return machine
+    from heavylift.kernel.multibody.flexible.modes import modes_of
+
+    system, heavy = machine.system, fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
+    lengths = {rope.name: rope.L0 for rope in system.all_ropes}
+    more = {x.rope: x.line * (lengths[x.rope] - x.lead) / x.below for x in machine.heavy if heavy and not x.why}
+    for row in machine.bends:
+        modes = modes_of(row.body, row.flexible)
+        start = _rest(row, modes, [_scaled(load, 1.0 + more.get(load.rope, 0.0)) for load in row.loads])
+        bodies = tuple(_bending(body, row, start) if body.name == row.body else body for body in system.bodies)
+        system = replace(_moved(system, row.body, lambda p, m=modes, s=start: _cambered(m, s, p)), bodies=bodies)
+    return msgspec.structs.replace(machine, system=system, bends=())
+
+
+def _scaled(load: Load, by: float) -> Load:
+    x, y, z = (by * f for f in load.force)
+    return msgspec.structs.replace(load, force=(x, y, z))
+
+
+def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
+    """A body with that part of its mass which bends as a beam along its x."""
+    beam, left = row.flexible.beam, body.mass - row.mass
+    assert beam is not None
+    middle = (beam.start + beam.length / 2.0, 0.0, 0.0)
+    com = body.com
+    if left > 0.0:
+        x, y, z = ((body.mass * c - row.mass * m) / left for c, m in zip(body.com, middle, strict=True))
+        com = (x, y, z)
+    part = left / body.mass
+    a, b, c = ((part * x, part * y, part * z) for x, y, z in body.inertia)
+    return replace(body, mass=left, com=com, inertia=(a, b, c), flexible=replace(row.flexible, start=start))
+
+
+def _rest(row: Bend, modes: Modes, loads: list[Load]) -> tuple[float, ...]:
+    """Coordinates of its modes under these loads and its own weight, with what compression adds."""
+    n, beam = len(modes.mass), row.flexible.beam
+    assert beam is not None
+    pieces = beam.elements
+    weight = row.mass / pieces
+    x, y, z = (weight * g for g in row.gravity)
+    places = [beam.start + beam.length * (i + 0.5) / pieces for i in range(pieces)]
+    whole = [*loads, *(Load(x=at, p=(at, 0.0, 0.0), force=(x, y, z)) for at in places)]
+    pull, soft = [0.0] * n, [[0.0] * n for _ in range(n)]
+    for load in whole:
+        shapes, g = modes.at(load.x).T.tolist(), modes.shortening(load.x).tolist()
+        wrench = (*load.force, *cross([load.p[0] - load.x, *load.p[1:]], load.force))
+        pull = [q + dot(shape, wrench) for q, shape in zip(pull, shapes, strict=True)]
+        soft = [[s + load.force[0] * x for s, x in zip(*rows, strict=True)] for rows in zip(soft, g, strict=True)]
+    bent = [0.0] * n
+    for _ in range(SETTLES):
+        bent = [(q - s) / k for q, s, k in zip(pull, product(soft, bent), modes.stiffness.tolist(), strict=True)]
+    return tuple(bent)
+
+
+def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector, Matrix]:
+    """Where on the straight beam a point is that lies at p when it is bent, and how it is turned against that."""
+    station, X = modes.station(p)
+    moved = product(modes.at(station).tolist(), start)
+    turned = moved[3:]
+    part = 1.0 / (1.0 + dot(turned, turned) / 4.0)
+    columns = [cross(turned, [float(i == j) for i in range(3)]) for j in range(3)]
+    skew = [list(row) for row in zip(*columns, strict=True)]
+    square = [[dot(row, column) for column in columns] for row in skew]
+    a, b, c = ([float(i == j) + part * (square[j][i] / 2.0 + skew[j][i]) for j in range(3)] for i in range(3))
+    back: Matrix = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))  # transposed
+    arm = [q - x - d for q, x, d in zip(p, X.tolist(), moved, strict=False)]
+    _, y, z = product(back, arm)
+    return (p[0], X.tolist()[1] + y, X.tolist()[2] + z), back
+
+
+def _moved(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix]]) -> Any:
+    """A description with the points and joints of a body elsewhere on it."""
+    if isinstance(x, Point):
+        return replace(x, p=at(x.p)[0]) if x.body == body else x
+    if isinstance(x, Joint):
+        if x.parent != body or x.kind == "slider":
+            return x
+        p, back = at(x.p_PJ)
+        return replace(x, p_PJ=p, R_PJ=times(back, x.R_PJ))
+    if isinstance(x, tuple):
+        return tuple(_moved(each, body, at) for each in x)
+    if is_dataclass(x) and not isinstance(x, type | Body):
+        return replace(x, **dict(_fields(x, body, at)))
+    return x
+
+
+def _fields(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix]]) -> Iterator[tuple[str, Any]]:
+    for field in fields(x):
+        value = getattr(x, field.name)
+        if isinstance(value, tuple) or is_dataclass(value):
+            yield field.name, _moved(value, body, at)
