@@ -133,12 +133,13 @@ class Heavy(Item, frozen=True, kw_only=True):
 
 class Load(Item, frozen=True, kw_only=True):
     """A force on a beam at the start, in its body's frame [N]: at a station x, with its point [m]; `rope`: whose it is,
-    "": a weight."""
+    by a line with that `share`, "": a weight."""
 
     x: float
     p: Vector
     force: Vector
     rope: str = ""
+    share: float = 0.0
 
 
 class Bend(Item, frozen=True, kw_only=True):

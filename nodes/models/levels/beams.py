@@ -1,7 +1,7 @@
 """Bodies of machines that bend as beams, such as booms.
 
 They start bent by their own weight and by what hangs on them, and are cambered: what they carry is where it was on a
-rigid body, so that nothing swings before something moves.
+rigid body, so that nothing swings before something moves, and ropes are longer by what a bent beam is shorter.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import msgspec
-from heavylift.kernel.algebra.dense import cross, dot, product
+from heavylift.kernel.algebra.dense import cross, dot, norm, product
 from heavylift.kernel.description.mechanics import Body, Joint, Matrix, Point, Vector
 from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Bend, Load, Mechanism
@@ -30,12 +30,19 @@ def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     system, heavy = machine.system, fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
     lengths = {rope.name: rope.L0 for rope in system.all_ropes}
     more = {x.rope: x.line * (lengths[x.rope] - x.lead) / x.below for x in machine.heavy if heavy and not x.why}
+    longer = dict[str, float]()
     for row in machine.bends:
         modes = modes_of(row.body, row.flexible)
         start = _rest(row, modes, [_scaled(load, 1.0 + more.get(load.rope, 0.0)) for load in row.loads])
         bodies = tuple(_bending(body, row, start) if body.name == row.body else body for body in system.bodies)
-        system = replace(_moved(system, row.body, lambda p, m=modes, s=start: _cambered(m, s, p)), bodies=bodies)
-    return msgspec.structs.replace(machine, system=system, bends=())
+        moved = _moved(system, row.body, lambda p, m=modes, s=start: _cambered(m, s, p)[:2])
+        for load in row.loads:
+            way, size = _cambered(modes, start, load.p)[2], norm(load.force)
+            longer[load.rope] = longer.get(load.rope, 0.0) - load.share * dot(way, load.force) / (size or 1.0)
+        system = replace(moved, bodies=bodies)
+    ropes = tuple(replace(x, L0=x.L0 + longer[x.name]) if x.name in longer else x for x in system.ropes)
+    hang = tuple(msgspec.structs.replace(x, lead=x.lead + longer.get(x.rope, 0.0)) for x in machine.heavy)
+    return msgspec.structs.replace(machine, system=replace(system, ropes=ropes), heavy=hang, bends=())
 
 
 def _scaled(load: Load, by: float) -> Load:
@@ -78,8 +85,9 @@ def _rest(row: Bend, modes: Modes, loads: list[Load]) -> tuple[float, ...]:
     return tuple(bent)
 
 
-def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector, Matrix]:
-    """Where on the straight beam a point is that lies at p when it is bent, and how it is turned against that."""
+def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector, Matrix, Vector]:
+    """Where on the straight beam a point is that lies at p when it is bent, how it is turned against that, and by how
+    much it misses p, since a bent beam is shorter."""
     station, X = modes.station(p)
     moved = product(modes.at(station).tolist(), start)
     turned = moved[3:]
@@ -90,8 +98,10 @@ def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector
     a, b, c = ([float(i == j) + part * (square[j][i] / 2.0 + skew[j][i]) for j in range(3)] for i in range(3))
     back: Matrix = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))  # transposed
     arm = [q - x - d for q, x, d in zip(p, X.tolist(), moved, strict=False)]
-    _, y, z = product(back, arm)
-    return (p[0], X.tolist()[1] + y, X.tolist()[2] + z), back
+    along, y, z = product(back, arm)
+    shorter = dot(start, product(modes.shortening(station).tolist(), start)) / 2.0
+    u, v, w = (-along * row[0] for row in zip(*back, strict=True))  # what no arm can lie along the beam
+    return (p[0], X.tolist()[1] + y, X.tolist()[2] + z), back, (u - shorter, v, w)
 
 
 def _moved(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix]]) -> Any:

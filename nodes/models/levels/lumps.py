@@ -14,7 +14,6 @@ from math import pi
 
 from heavylift.kernel.algebra.elementary import cos
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, Rope, System, Vector
-from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Heavy
 
 X: Vector = (1.0, 0.0, 0.0)
@@ -54,14 +53,14 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
     return {name: b - a for name, (a, b) in zip(names, pairwise(places), strict=True)}
 
 
-def chain(row: Heavy, rope: Rope, gravity: float, fidelity: Fidelity) -> System:
+def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
     """A rope as its pieces with lumps between them, at rest under what hangs on it at the start.
 
     What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass.
     """
     (x, y, top), (_, _, eye) = row.ends
-    parts, falls = pieces(rope.name, fidelity.lumps), rope.lines[: len(row.beside)]
-    masses = [w * row.line * (rope.L0 - row.lead) for _, w in gauss(fidelity.lumps)]
+    parts, falls = pieces(rope.name, lumps), rope.lines[: len(row.beside)]
+    masses = [w * row.line * (rope.L0 - row.lead) for _, w in gauss(lumps)]
     shares = [line.share for line in falls]
     bodies, joints, ropes = [], [], []
     above, z = [line.a for line in falls], top
@@ -72,7 +71,7 @@ def chain(row: Heavy, rope: Rope, gravity: float, fidelity: Fidelity) -> System:
         here = f"{rope.name}.lump-{i + 1}"
         ends = [line.b if last else Point(here, p) for line, p in zip(falls, row.beside, strict=True)]
         if not last:
-            lump, moved = _lump(here, masses[i], row.beside, shares, (x, y, z), fidelity.motion)
+            lump, moved = _lump(here, masses[i], row.beside, shares, (x, y, z), motion)
             bodies += lump
             joints += moved
         lines = tuple(Line(a, b, share) for a, b, share in zip(above, ends, shares, strict=True))

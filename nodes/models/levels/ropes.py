@@ -1,7 +1,8 @@
 """Hook ropes and slings without stretch, and hook ropes with mass: at their ends, or as lumps.
 
 A rigid hook rope is as long as it hangs at the start; of one whose ends bear its mass the unstretched length is that
-with which it hangs so at rest.
+with which it hangs so at rest.  Where a part leads on to a drum, the falls have one lump in their middle instead, and
+rigid ones no mass.
 """
 
 from __future__ import annotations
@@ -34,19 +35,22 @@ def heavy(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
             ropes=tuple(r for r in system.ropes if r is not rope) + made.ropes,
             rigid_ropes=system.rigid_ropes + made.rigid_ropes,
         )
-        if fidelity.ropes == "massive":
-            parts[rope.name] = pieces(rope.name, fidelity.lumps)
+        if made.bodies:
+            parts[rope.name] = pieces(rope.name, len(made.ropes) - 1)
     heavy = tuple(row for row in machine.heavy if row.why)  # the others have what there is to be had
     return msgspec.structs.replace(machine, system=system, heavy=heavy, pieces=machine.pieces | parts)
 
 
 def _made(row: Heavy, rope: Rope, gravity: float, fidelity: Fidelity) -> System:
-    mass = row.line * (rope.L0 - row.lead) if fidelity.rope_mass == "lumped" else 0.0
+    lumped, leads = fidelity.rope_mass == "lumped", len(rope.lines) > len(row.beside)
+    mass = row.line * rope.L0 if lumped and not leads else 0.0
     length = norm([p - q for p, q in zip(*row.ends, strict=True)]) + row.lead  # under what hangs on it at the start [m]
     if fidelity.ropes == "rigid":
         return System(rigid_ropes=(RigidRope(rope.name, rope.lines, length, rope.winch, rope.hooked, mass),))
     if fidelity.ropes == "massive":
-        return chain(row, rope, gravity, fidelity)
+        return chain(row, rope, gravity, fidelity.lumps, fidelity.motion)
+    if lumped and leads:
+        return chain(row, rope, gravity, 1, fidelity.motion)
     L0 = length / (1.0 + (row.below + mass / 2.0) * gravity / rope.EA) if mass else rope.L0
     return System(ropes=(replace(rope, L0=L0, mass=mass),))
 

@@ -113,7 +113,7 @@ class _Start:
                     size = T * line.share / norm(way)
                     p, joint = self._within(row.body, (place - origin).tolist()), on[here.body]
                     force = self._within(row.body, [size * x for x in way])
-                    yield Load(x=joint.p_PJ[0] if joint else here.p[0], p=p, force=force, rope=rope.name)
+                    yield Load(x=joint.p_PJ[0] if joint else here.p[0], p=p, force=force, rope=rope.name, share=line.share)
 
     def _within(self, body: str, way: list[float]) -> Vector:
         """A direction of the world in the frame of a body."""

@@ -89,7 +89,7 @@ class Expansion:
         if not isinstance(made, dict) or not isinstance(given, dict):
             return given
         for key, value in given.items():
-            if key not in made and len(path) == 1 and path[0] in NAMED:
+            if key not in made and len(path) == 1 and path[0] in NAMED and path != ("elastic",):
                 told = f"the type {self.kind.name} makes no '{key}'"
                 self.source.fault((*self.base, *path, key), told, closest(key, made), on_key=True)
             else:
