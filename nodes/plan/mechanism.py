@@ -37,8 +37,8 @@ class Hoist(Item, frozen=True, kw_only=True):
 
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
     [kg]), `axis`: from where its radius is measured.
-    `on`: the body that its rope leaves; `line`: mass of all falls, as limits count it [kg/m]; `falls` and `drum_ends` of
-    the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given.
+    `on`: the body that its rope leaves; `line`: mass of all falls, as limits count it [kg/m]; `falls` and `drum_ends`
+    of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given.
     """
 
     rope: str
@@ -116,9 +116,9 @@ class Girder(Item, frozen=True, kw_only=True):
 class Heavy(Item, frozen=True, kw_only=True):
     """A rope that has a mass where a level models it: `line` of all its falls, which are the first of its lines [kg/m].
 
-    At the start, in the world: `ends`, the middles of the falls above and below, `beside`, where each is from there, and
-    `lead`, what of the rope's length is in its other lines [m]; `below`: what hangs on it [kg]; `on`: the body that it
-    leaves; `why` it cannot have a mass, which is said, or "".
+    At the start, in the world: `ends`, the middles of the falls above and below, `beside`, where each is from there,
+    `lead`, what of the rope's length is in its other lines [m], and `below`, what hangs on it [kg]; `on`: the body that
+    it leaves; `why` it can have no mass, or "".
     """
 
     rope: str

@@ -6,8 +6,8 @@ rigid body, so that nothing swings before something moves, and ropes are longer 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -115,13 +115,7 @@ def _moved(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix]]) -> 
         return replace(x, p_PJ=p, R_PJ=times(back, x.R_PJ))
     if isinstance(x, tuple):
         return tuple(_moved(each, body, at) for each in x)
-    if is_dataclass(x) and not isinstance(x, type | Body):
-        return replace(x, **dict(_fields(x, body, at)))
-    return x
+    from heavylift.kernel.description.field_types import field_names
 
-
-def _fields(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix]]) -> Iterator[tuple[str, Any]]:
-    for field in fields(x):
-        value = getattr(x, field.name)
-        if isinstance(value, tuple) or is_dataclass(value):
-            yield field.name, _moved(value, body, at)
+    names = () if isinstance(x, Body) else field_names(type(x))
+    return type(x)(**{name: _moved(getattr(x, name), body, at) for name in names}) if names else x

@@ -67,7 +67,7 @@ class _Start:
         shares = abs(sum(line.share for line in falls) - 1.0)
         whys = {
             "it is slack at the start": T <= 0.0 or self.g <= 0.0,
-            "it does not hang plumb from its start at the start": max(abs(x) for x in way[:2]) > PLUMB * length or way[2] <= 0.0,
+            "it does not hang plumb from its start": max(*map(abs, way[:2]), -way[2]) > PLUMB * length,
             "its falls are not parallel, or do not share its length": apart > PLUMB * length or shares > PLUMB,
         }  # fmt: skip
         return msgspec.structs.replace(
@@ -113,7 +113,8 @@ class _Start:
                     size = T * line.share / norm(way)
                     p, joint = self._within(row.body, (place - origin).tolist()), on[here.body]
                     force = self._within(row.body, [size * x for x in way])
-                    yield Load(x=joint.p_PJ[0] if joint else here.p[0], p=p, force=force, rope=rope.name, share=line.share)
+                    x = joint.p_PJ[0] if joint else here.p[0]
+                    yield Load(x=x, p=p, force=force, rope=rope.name, share=line.share)
 
     def _within(self, body: str, way: list[float]) -> Vector:
         """A direction of the world in the frame of a body."""

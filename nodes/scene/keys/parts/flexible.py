@@ -80,7 +80,7 @@ class Beam(Stiffness):
 
 
 class Elastic(Base):
-    """A body that bends where the fidelity has `girder: elastic`, as a uniform beam along its x from its frame on: alike
+    """A body that bends where the fidelity has `girder: elastic`: a uniform beam along its x from its frame on, alike
     about y and z; `length` left out: that of its box, `mass` left out: all of it."""
 
     EI: u.Rigidity
