@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -35,7 +36,7 @@ def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
         modes = modes_of(row.body, row.flexible)
         start = _rest(row, modes, [_scaled(load, 1.0 + more.get(load.rope, 0.0)) for load in row.loads])
         bodies = tuple(_bending(body, row, start) if body.name == row.body else body for body in system.bodies)
-        moved = _moved(system, row.body, lambda p, m=modes, s=start: _cambered(m, s, p)[:2])
+        moved = _moved(system, row.body, partial(_cambered, modes, start))
         for load in row.loads:
             way, size = _cambered(modes, start, load.p)[2], norm(load.force)
             longer[load.rope] = longer.get(load.rope, 0.0) - load.share * dot(way, load.force) / (size or 1.0)
@@ -104,18 +105,18 @@ def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector
     return (p[0], X.tolist()[1] + y, X.tolist()[2] + z), back, (u - shorter, v, w)
 
 
-def _moved(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix]]) -> Any:
+def _moved(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix, Vector]]) -> Any:
     """A description with the points and joints of a body elsewhere on it."""
     if isinstance(x, Point):
         return replace(x, p=at(x.p)[0]) if x.body == body else x
     if isinstance(x, Joint):
         if x.parent != body or x.kind == "slider":
             return x
-        p, back = at(x.p_PJ)
+        p, back, _ = at(x.p_PJ)
         return replace(x, p_PJ=p, R_PJ=times(back, x.R_PJ))
     if isinstance(x, tuple):
         return tuple(_moved(each, body, at) for each in x)
     from heavylift.kernel.description.field_types import field_names
 
-    names = () if isinstance(x, Body) else field_names(type(x))
+    names = () if isinstance(x, Body) else field_names(x.__class__)
     return type(x)(**{name: _moved(getattr(x, name), body, at) for name in names}) if names else x

@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
+from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import IDENTITY, Joint, Vector
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.plan.fidelity import Fidelity, held_by
@@ -26,7 +27,8 @@ ONE = ("prismatic", "revolute")  # what can be locked
 def locking(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     """With locked joints fixed; their drives refuse orders."""
     system = machine.system
-    known = {joint.name: joint for joint in system.joints if joint.name in fidelity.locked and joint.kind != "fixed"}
+    moving = (joint for joint in system.joints if joint.kind != "fixed" and joint.q0)  # what closes a loop follows it
+    known = {joint.name: joint for joint in moving if joint.name in fidelity.locked}
     if not known:
         return machine
     if other := next((joint for joint in known.values() if joint.kind not in ONE), None):
@@ -46,7 +48,7 @@ def locking(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 def _fixed(joint: Joint) -> Joint:
     if joint.kind == "revolute":
-        R = times(joint.R_PJ, turn(joint.axis, joint.q0[0])) if joint.q0 and joint.q0[0] else joint.R_PJ
+        R = times(joint.R_PJ, turn(joint.axis, joint.q0[0])) if joint.q0[0] else joint.R_PJ
         return Joint(joint.name, "fixed", joint.parent, joint.child, joint.p_PJ, R, p_CJ=joint.p_CJ, R_CJ=joint.R_CJ)
     way = product(joint.R_PJ, [joint.q0[0] * a for a in joint.axis])
     x, y, z = (p + d for p, d in zip(joint.p_PJ, way, strict=True))
@@ -67,7 +69,7 @@ def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 def _planar(joint: Joint, motion: str) -> Joint:
     """A free joint whose child stays in its plane, turned out of it or not."""
     normal, first = PLANE[motion]
-    x, y, z, *q = joint.q0
+    x, y, z, *q = joint.q0 or JOINTS[joint.kind].rest
     turned = sum(a * b for a, b in zip(normal, q[:3], strict=True))
     angle, own = 2.0 * atan2(turned, q[3]), IDENTITY
     if any(abs(c - turned * n) > LEVEL for c, n in zip(q[:3], normal, strict=True)):

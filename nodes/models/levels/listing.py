@@ -103,8 +103,8 @@ def _still(plan: Plan, machine: Mechanism) -> Iterator[str]:
         return
     named = msgspec.json.encode((plan.actions, plan.models, plan.interlocks, plan.limits)).decode()
     system = machine.system
-    acting = [x.joint for x in (*system.springs, *system.stops, *system.brakes, *system.locks)]
-    acting += [force.along[0] for force in system.forces if force.along] + [x.of for x in system.measured]
+    acting = [law.along[0] for law in system.laws if law.along] + [x.joint for x in system.locks]
+    acting += [x.of for x in system.measured]
     children = [joint.child for each in machines(plan) for joint in each.system.joints]
     driven = {drive.joint: drive for drive in system.drives if drive.kind == "prescribed" and not drive.wave}
     for joint in (joint for joint in system.joints if joint.name in driven and joint.kind in ("prismatic", "revolute")):

@@ -134,10 +134,10 @@ class _Assembly(Checking):
 
     def _heavy(self, ropes: Mapping[str, mechanics.Rope]) -> Iterator[Heavy]:
         for name, rope in ropes.items():
-            lines = rope.lines or [rope]
-            if rope.mass_per_length and lines[0].start:
-                beside = ((0.0, 0.0, 0.0),) * len(lines)
-                yield Heavy(rope=name, line=rope.mass_per_length, on=lines[0].start.body, beside=beside)
+            start = rope.lines[0].start if rope.lines else rope.start
+            if rope.mass_per_length and start:
+                beside = ((0.0, 0.0, 0.0),) * max(1, len(rope.lines) or len(rope.over) + 1)
+                yield Heavy(rope=name, line=rope.mass_per_length, on=start.body, beside=beside)
 
     def _bends(self, bodies: tuple[k.Body, ...]) -> Iterator[Bend]:
         """Bodies that can bend, with what of their mass does."""

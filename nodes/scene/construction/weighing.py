@@ -60,8 +60,8 @@ class _Start:
             return msgspec.structs.replace(row, why=why)
         falls = rope.lines[: len(row.beside)]
         a, b = ([kinematics.place(getattr(line, end), self.at) for line in falls] for end in "ab")
-        top, eye = (sum(places) / len(places) for places in (a, b))
-        way = (top - eye).tolist()
+        top, eye = (np.array([sum(x) / len(falls) for x in zip(*places, strict=True)]) for places in (a, b))
+        way: list[float] = (top - eye).tolist()
         apart = max(norm((p - top - q + eye).tolist()) for p, q in zip(a, b, strict=True))
         length, T = norm(way), self.pull(rope)
         shares = abs(sum(line.share for line in falls) - 1.0)
