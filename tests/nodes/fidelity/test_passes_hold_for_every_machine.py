@@ -1,4 +1,4 @@
-"""Levels are passes over the description of any machine: pure, idempotent, at rest at the start, and true to the masses."""
+"""Levels are passes over the description of any machine: pure, idempotent, at rest at the start, true to masses."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ FIDELITIES = (
 )
 ROUNDING, STATIC, STILL = (
     1e-12,
-    1e-6,
+    1e-5,
     2e-3,
 )  # relative: of masses, of tensions at the start, of those in its first second
 LANDING = 2e-3  # relative, of peaks that one more lump changes
@@ -180,7 +180,7 @@ def test_what_no_order_moves_is_locked_and_changes_nothing(name: str) -> None:
 def test_a_crane_with_a_boom_that_bends_is_one_file(tmp_path: Path) -> None:
     """It starts bent and at rest, its hook where it is on a rigid boom, and bends at its own frequency."""
     plan = boom(tmp_path)
-    assert [omitted(plan, level)[-1:] for level in levels(plan)][0] == ("elastic bodies",)
+    assert omitted(plan, levels(plan)[0])[-1:] == ("elastic bodies",)
     rigid, bent = (as_modelled(at(plan, Fidelity(girder=g)), plan.mechanisms[0]) for g in ("rigid", "elastic"))
     one, two = ({body.name: body for body in x.system.bodies} for x in (rigid, bent))
     flexible = two["crane.boom"].flexible
@@ -192,7 +192,7 @@ def test_a_crane_with_a_boom_that_bends_is_one_file(tmp_path: Path) -> None:
     sag = w * L * L * L * L / (8.0 * EI) + F * L * L * L / (3.0 * EI)
     assert -sum(flexible.start) == pytest.approx(sag, rel=0.05)
     pulls = tensions(play(quiet(at(plan, Fidelity(girder="elastic")))))["crane.main"]
-    assert pulls[0] == pytest.approx(2e3 * plan.gravity, rel=STATIC * 100.0)
+    assert pulls[0] == pytest.approx(2e3 * plan.gravity, rel=STATIC * 10.0)
     assert np.abs(pulls - pulls[0]).max() < STILL * pulls[0]
 
 
@@ -207,9 +207,20 @@ mechanism:
     one: {type: prismatic, child: a, axis: [0, 0, 1]}
     two: {type: prismatic, child: b, axis: [0, 0, 1], at: [5 m, 0 m, 0 m]}
   ropes:
-    over: {start: {body: world, at: [-1 m, 0 m, 9 m]}, over: [{body: a, at: [0 m, 0 m, 0 m], radius: 1 m}], end: {body: world, at: [1 m, 0 m, 9 m]}, EA: 10 MN, length: 20.9 m, mass per length: 5 kg/m}
-    plumb: {start: {body: world, at: [5 m, 0 m, 9 m]}, end: {body: b, at: [0 m, 0 m, 0 m]}, EA: 10 MN, length: 8.99 m, mass per length: 5 kg/m}
-"""  # fmt: skip
+    over:
+      start: {body: world, at: [-1 m, 0 m, 9 m]}
+      over: [{body: a, at: [0 m, 0 m, 0 m], radius: 1 m}]
+      end: {body: world, at: [1 m, 0 m, 9 m]}
+      EA: 10 MN
+      length: 21.57 m
+      mass per length: 5 kg/m
+    plumb:
+      start: {body: world, at: [5 m, 0 m, 9 m]}
+      end: {body: b, at: [0 m, 0 m, 0 m]}
+      EA: 10 MN
+      length: 8.99 m
+      mass per length: 5 kg/m
+"""
     plan = parse(scene, "ropes.yaml").plan
     assert reasons(plan) == {"over": "it runs over sheaves or edges"}
     found = play(at(plan, Fidelity(ropes="massive", lumps=2)))
