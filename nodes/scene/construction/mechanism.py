@@ -109,7 +109,7 @@ class _Assembly(Checking):
             hooks=tuple(hung.hooks),
             shapes=(*self._shapes(), *hung.shapes),
             ties=tuple(hung.ties),
-            heavy=(*hung.heavy, *self._heavy(plain)),
+            heavy=(*hung.heavy, *self._heavy(given.ropes)),
             bends=tuple(self._bends(bodies)),
             where=self.source.where(self.base),
         )
