@@ -9,14 +9,10 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.run.in_memory import Played, play
-from heavylift.kernel.description.mechanics import System
-from heavylift.nodes.models.levels import PASSES
-from heavylift.nodes.models.levels.listing import as_modelled, at, exact, levels, omitted, reasons, size
-from heavylift.nodes.plan.fidelity import Fidelity
-from heavylift.nodes.plan.goliaths import machines
-from heavylift.nodes.plan.mechanism import Mechanism
-from heavylift.nodes.plan.plan import Plan
+from heavylift.coordinator.run import Played, play
+from heavylift.kernel.description import System
+from heavylift.nodes.models.levels import PASSES, as_modelled, at, exact, levels, omitted, reasons, size
+from heavylift.nodes.plan import Fidelity, Mechanism, Plan, machines
 from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.scene import load, parse
 from lifts_of_the_world import lift_of_the_world
