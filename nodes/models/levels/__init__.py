@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import msgspec
+from heavylift.kernel.on_demand import face
 from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Mechanism
 
@@ -42,3 +43,6 @@ def modelled(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     for level in PASSES:
         machine = level(machine, fidelity)
     return machine
+
+
+face(__name__)
