@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import msgspec
 from heavylift.nodes.fidelity import Question, choose
 from heavylift.nodes.plan.fidelity import Asked
-from heavylift.nodes.plan.goliaths import levelled
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import Fidelity, Plan
 from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.scene import LoadedScene
@@ -111,7 +111,7 @@ def chosen(scene: LoadedScene, ask: tuple[Asked, ...], limit: float) -> list[Run
     found: dict[Fidelity, list[str]] = {}
     for question in dict.fromkeys((*((quantity,) for quantity in ask), ask)):
         verdict = choose(plan, scene.followed, Question(question, limit), frozenset())
-        fidelity = planar(verdict.fidelity, levelled(plan))
+        fidelity = planar(verdict.fidelity, machines(plan))
         found.setdefault(fidelity, []).append(question[0] if len(question) == 1 else ALL)
     return [Rung(f"chosen for {ALL if ALL in names else _listed(names)}", f) for f, names in found.items()]
 

@@ -22,11 +22,10 @@ from heavylift.nodes.models.parts.gauges import Gauge
 from heavylift.nodes.models.parts.interlock import fit
 from heavylift.nodes.models.parts.parts import LiveActor, Machine, declared, share
 from heavylift.nodes.plan.actions import Begin
-from heavylift.nodes.plan.goliaths import machine as as_parts
 from heavylift.nodes.plan.goliaths import of_lift
 from heavylift.nodes.plan.plan import ActionList, Block, Crane, Loader, Mechanism, Plan
 
-from .levels import modelled
+from .levels.listing import as_modelled
 from .machine import MachineModel
 from .own import OwnModel, aim_port, sample_port
 
@@ -242,15 +241,6 @@ def _built(
     for interlock in (interlock for interlock in plan.interlocks if interlock.machine == name):
         fit(model, interlock)
     return model
-
-
-def as_modelled(plan: Plan, machine: Crane | Loader | Block | Mechanism) -> Mechanism:
-    """A machine as parts, as far as it is modelled."""
-    if isinstance(machine, Mechanism):
-        return machine  # it is modelled as it is written
-    lift = next((each for each in plan.lists if machine.name in each.machines), None)
-    own = of_lift(plan, lift) if lift else plan
-    return modelled(as_parts(own, machine), own.fidelity)
 
 
 def system(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> System:

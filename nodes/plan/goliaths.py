@@ -27,7 +27,7 @@ from heavylift.kernel.description.mechanics import (
 )
 
 from .bending import block_body
-from .mechanism import Actuator, Cargo, Cell, Girder, Hoist, Latch, Mechanism, Shape, Tie
+from .mechanism import Actuator, Cargo, Cell, Girder, Heavy, Hoist, Latch, Mechanism, Shape, Tie
 from .plan import ActionList, Axis, Block, Crane, Hook, HookRope, Inertia, Loader, Plan, Sling
 
 LEG, GIRDER = 4.0, 8.0  # widths of a portal's legs and of its girder [m]
@@ -50,12 +50,6 @@ def machines(plan: Plan) -> tuple[Mechanism, ...]:
         known = plan, tuple(machine(plan, x) for x in plan.machines)
         _last[:] = [known]
     return known[1]
-
-
-def levelled(plan: Plan) -> tuple[Mechanism, ...]:
-    """Those that are modelled on levels; the others are modelled as they are written."""
-    written = {machine.name for machine in plan.mechanisms}
-    return tuple(machine for machine in machines(plan) if machine.name not in written)
 
 
 def machine(plan: Plan, given: Crane | Loader | Block | Mechanism) -> Mechanism:
@@ -122,7 +116,8 @@ def _crane(plan: Plan, crane: Crane) -> Mechanism:
         system=system,
         actuators=tuple(actuators),
         taut=tuple(hooks),
-        hooks=tuple(_hook(plan, crane, hooks[rope.name], rope) for rope in ropes),
+        hooks=tuple(_hook(crane, hooks[rope.name], rope) for rope in ropes),
+        heavy=tuple(_heavy(plan, crane, hooks[rope.name], rope) for rope in ropes),
         cells=tuple(_cells(plan, crane, [hook for hook in crane.hooks if hook.rope in hooks])),
         girders=(girder,),
         shapes=(*_portal(crane, ropes), *_trolleys(crane)),
@@ -183,13 +178,7 @@ def _slide(name: str, parent: str, child: str, at: Vector, axis: Vector, motion:
     return joint, Drive(f"{name}.drive", name, "servo", motion.kp, motion.kv)
 
 
-def _hook(plan: Plan, crane: Crane, hook: Hook, rope: HookRope) -> Hoist:
-    """A hook with where its rope begins and ends at the start, and what hangs on it then."""
-    loader = next(x for x in plan.loaders if x.name == rope.carries)
-    trolley = crane.upper if hook.trolley == "upper" else crane.lower
-    n, (dx, dy) = len(rope.lines), crane.at
-    x, y, z = (sum(line.a.p[i] for line in rope.lines) / n for i in range(3))
-    ex, ey, ez = (sum(line.b.p[i] for line in rope.lines) / n + loader.pose[i] for i in range(3))
+def _hook(crane: Crane, hook: Hook, rope: HookRope) -> Hoist:
     return Hoist(
         rope=rope.name,
         eye=rope.eye,
@@ -197,13 +186,28 @@ def _hook(plan: Plan, crane: Crane, hook: Hook, rope: HookRope) -> Hoist:
         capacity=hook.capacity,
         on=f"{crane.name}.{hook.trolley}",
         line=rope.line,
-        ends=((x + crane.gantry.start + dx, y + trolley.axis.start + dy, z), (ex, ey, ez)),
-        below=loader.upper.mass + loader.lower.mass,
         falls=rope.falls,
         drum_ends=rope.drum_ends,
         efficiency=rope.efficiency,
         breaking=rope.breaking,
         where=hook.where,
+    )
+
+
+def _heavy(plan: Plan, crane: Crane, hook: Hook, rope: HookRope) -> Heavy:
+    """A hook rope with where it begins and ends at the start, and what hangs on it then."""
+    loader = next(x for x in plan.loaders if x.name == rope.carries)
+    trolley = crane.upper if hook.trolley == "upper" else crane.lower
+    n, (dx, dy) = len(rope.lines), crane.at
+    x, y, z = (sum(line.a.p[i] for line in rope.lines) / n for i in range(3))
+    ex, ey, ez = (sum(line.b.p[i] for line in rope.lines) / n + loader.pose[i] for i in range(3))
+    return Heavy(
+        rope=rope.name,
+        line=rope.line,
+        beside=tuple((line.b.p[0], 0.0, 0.0) for line in rope.lines),
+        ends=((x + crane.gantry.start + dx, y + trolley.axis.start + dy, z), (ex, ey, ez)),
+        below=loader.upper.mass + loader.lower.mass,
+        on=f"{crane.name}.{hook.trolley}",
     )
 
 

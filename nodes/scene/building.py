@@ -17,15 +17,16 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.fidelity import Question
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.goliaths import levelled
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.level_luffing import measuring
-from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
+from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_locked, check_parts
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
+from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.nodes import placement_faults
@@ -100,10 +101,13 @@ def _built(
         block=yard.block,
         rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
     )
-    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, levelled(lift)))
+    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, machines(lift)))
     mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
     mechanisms = measuring(yard, mechanisms)
+    everything = machines(msgspec.structs.replace(lift, mechanisms=mechanisms))
+    check_locked(yard, everything)
+    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, everything))
     yard.interlocks = build_interlocks(yard, mechanisms)
     loaded = LoadedScene(
         msgspec.structs.replace(
@@ -141,7 +145,7 @@ def _built(
         if bent:
             rests = replace(rests, plan=settled(rests.plan))
         loaded = rests
-    return _pruned(loaded)
+    return _pruned(replace(loaded, plan=weighed(loaded.plan)))
 
 
 def _side_by_side(

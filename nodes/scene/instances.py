@@ -18,6 +18,7 @@ from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, Begun, Wait
+from heavylift.nodes.plan.mechanism import Heavy
 from heavylift.nodes.plan.own import Own
 from heavylift.nodes.plan.plan import ActionList, Block, Crane, Fidelity, Hook, Loader, Plan, Rig, Trolley
 from heavylift.nodes.scene.construction.resolve import build_actions
@@ -216,6 +217,8 @@ def moved(x: Any, prefix: str, d: Vector) -> Any:
         changed["p"] = _sum(x.p, d)
     if isinstance(x, Crane):
         changed["at"] = _sum((*x.at, 0.0), d)[:2]
+    if isinstance(x, Heavy):
+        changed["ends"] = tuple(_sum(p, d) for p in x.ends)
     if isinstance(x, Loader | Block):
         changed["pose"] = (*_sum(x.pose[:3], d), *x.pose[3:])
     if isinstance(x, Joint) and x.parent == WORLD:

@@ -19,7 +19,7 @@ from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import Asked
-from heavylift.nodes.plan.goliaths import levelled
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Check, Finding, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.planar import planar
@@ -117,7 +117,7 @@ class LoadedScene:
         built = self._as_written.plan
         if self._as_written.followed is None or built.models:
             return built
-        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, levelled(built)))
+        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, machines(built)))
         if verdict.steps:
             steps = verdict.steps[0]
             built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance)
