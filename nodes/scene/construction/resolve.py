@@ -127,8 +127,10 @@ class _Resolver:
     def _actors(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> tuple[Actor, ...]:
         words = " ".join(target.split())
         found = self.targets.get(words)
-        if found and VERBS[phrase.verb].becomes == "stop" and words in {actor.model for actor in found}:
-            found = self.of_machine(words)
+        machines = tuple(dict.fromkeys(actor.model for actor in found or ()))
+        whole = words in machines or words.removeprefix("all ") == "cranes"
+        if whole and VERBS[phrase.verb].becomes == "stop":
+            found = tuple(actor for machine in machines for actor in self.of_machine(machine))
         if found is None:
             known = [*self.targets, "stage", "when", "timeout"]
             self.source.fault(path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True)
