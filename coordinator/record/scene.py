@@ -69,8 +69,7 @@ class Result:
     verdict: Judged | None = None
     recording: Path = Path()
     promised: dict[str, object] = field(default_factory=dict)
-    """What the scene asks, how accurately, and the errors that were predicted of it; `asked` empty: the accuracy is that of
-    rope tensions."""
+    """What is asked (nothing: the tension of ropes), how accurately, and which errors are predicted."""
 
 
 class Record(FileTape):

@@ -21,7 +21,7 @@ from heavylift.recordings.read.verdict import Clearance, Found, Judged, LimitTab
 
 from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
-from .conduct import Conduct, conduct_findings, conduct_of, landing
+from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import Past, blocks, history_of
 from .limits import signals_of_run, table
 
@@ -73,7 +73,8 @@ def _clearances(bench: Bench) -> None:
     """What came too near to what."""
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
     lands = landing(bench.plan, bench.conduct)
-    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics)
+    meant = touching(bench.plan, bench.conduct)
+    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics, meant)
     bench.findings += too_near(bench.clearances, bench.plan)
     bench.not_looked_at += Shapes(bench.plan).untouched
 

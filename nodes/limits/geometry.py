@@ -21,8 +21,7 @@ def outside(half: Vector, p: Vector) -> float:
 
 
 def geometry_findings(plan: Plan) -> list[Finding]:
-    """Lugs that stand far off the box of the block, and a centre of mass outside it: red, each with its line; a mass that
-    does not go with its volume: a warning."""
+    """Lugs far off the box of the block, and a centre of mass outside it: red; a mass unlike its volume: a warning."""
     block, dense = plan.block, list(_densities(plan))
     if block is None or not any(block.size):
         return dense

@@ -3,7 +3,7 @@
 A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope, thick as the steel of its
 stiffness.  Solids and strands of one `thing` make up what a planner names: the block, a portal, a hook block, a boom.
 How two of them may meet follows from the joints, ropes and contacts between their bodies: they are kept apart, or
-allowed near but not through each other, or joined; loads keep apart from obstacles beside which they touch nothing.
+allowed near but not through each other, or joined.  What the scene says may touch is told by the names of a shape.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .goliaths import machines
 from .plan import Mechanism, Plan
 
 Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "stools"]
-Relation = Literal["apart", "through", "joined", "beside"]
+Relation = Literal["apart", "through", "joined"]
 
 GROUND, STOOLS, HULL = "ground", "stools", "hull"
 STOOL = 1.0  # edge of a stool [m]
@@ -144,6 +144,25 @@ class Shapes:
 
     # ---- how they meet ------------------------------------------------------------------------------------
 
+    def called(self, x: Solid | Strand) -> set[str]:
+        """All names by which a scene may mean a shape."""
+        if isinstance(x, Solid):
+            return {x.thing, x.body, x.machine} - {"", WORLD}
+        rigging = (tie.rigging for machine in self.machines for tie in machine.ties if tie.rope == x.rope)
+        return {x.thing, x.rope, *rigging} - {""}
+
+    @property
+    def names(self) -> set[str]:
+        """Those of all shapes."""
+        return {name for x in (*self.solids, *self.strands.values()) for name in self.called(x)}
+
+    def begins_touching(self, a: Solid | Strand, b: Solid | Strand) -> bool:
+        """Whether two shapes are of bodies that stand on each other at the start."""
+        if not isinstance(a, Solid) or not isinstance(b, Solid):
+            return False
+        closed = {name for machine in self.machines for name in machine.closed}
+        return any(contact.name in closed for contact in self._contacts.get(frozenset((a.body, b.body)), ()))
+
     def relation(self, a: Solid | Strand, b: Solid | Strand) -> Relation:
         """How two shapes of different things may meet."""
         if isinstance(a, Solid) and isinstance(b, Solid):
@@ -164,10 +183,7 @@ class Shapes:
             return "joined" if "block" in kinds else "apart"
         if bodies in self._pairs:
             return "joined"
-        touching = bodies in self._contacts
-        if touching and kinds == {"block", "machine"}:
-            return "beside"
-        if touching:
+        if bodies in self._contacts and "block" not in kinds:
             return "through" if self.by_corners(a.body, b.body) else "joined"
         if "mechanism" in kinds:
             return "joined" if a.kind != b.kind else "through"

@@ -7,5 +7,5 @@ limiting                     the table of limits
 mechanisms, mechanism, ropes, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
 environment                  vessels in waves; floor and obstacles
 rigging                      hooks of machines made of parts, and what hangs on them
-targets, resolve, levelling, level_luffing  the action list with its names resolved
+targets, resolve, levelling, level_luffing, touching  the action list with its names resolved; what may touch
 """

@@ -15,7 +15,7 @@ from heavylift.nodes.plan.fidelity import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
-from .actions import Action, Condition, Interlock
+from .actions import Action, Condition, Interlock, Touching
 from .base import Base, Name, Place, keys_of
 from .environment import Floor, Obstacle, Vessel, Waves, Wind
 from .nodes import OwnModel, Process
@@ -276,6 +276,7 @@ class Scene(Base):
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
+    may_touch: Touching = Field(default_factory=list)  # what the lift means to touch, besides `landed on`
     actions: list[Action] = Field(default_factory=list)
 
     @property

@@ -88,7 +88,7 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
 
 def _key_of_action(word: str) -> str:
     """The key of an action that a word is nearly written like; "" if there is none."""
-    return next(iter(get_close_matches(word.lower(), ("stage", "when", "timeout", "wait"), 1, 0.75)), "")
+    return next(iter(get_close_matches(word.lower(), ("stage", "when", "timeout", "may touch", "wait"), 1, 0.75)), "")
 
 
 def _fault(source: Source, error: ErrorDetails) -> Fault:

@@ -26,7 +26,7 @@ from heavylift.kernel.errors import SceneError
 
 from . import units
 from .faults import closest, raise_faults
-from .source import Data, Path, Source
+from .source import Data, Mark, Path, Source
 from .table_files import AXES, Cell, Column, Found, lay, table, with_unit
 
 BLOCK = "block"
