@@ -13,7 +13,11 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from heavylift.nodes.statics.state import REEVING, reeved
+from heavylift.kernel.algebra.attitudes import quaternions
+from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.mechanism import lug_places
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.statics.state import REEVING, StaticState, reeved
 from heavylift.recordings import Recording, SampleLayout
 from heavylift.recordings.format.samples import POSE, SampleChannel
 from heavylift.recordings.format.spool import Spool
@@ -54,6 +58,7 @@ class History:
     bent: Mapping[str, Floats] = field(default_factory=dict)
     borne: Mapping[str, Floats] = field(default_factory=dict)
     places: Mapping[str, Floats] = field(default_factory=dict)
+    straight: bool = False  # between the samples, which are as near as that asks for
 
     def part(self, first: int, end: int) -> History:
         """The samples from `first` to before `end`."""
@@ -67,7 +72,7 @@ class History:
         poses, tensions, lengths, *more = (
             {name: np.take(x.T, kept, axis=-1).T for name, x in each.items()} for each in columns
         )
-        return History(self.t[kept], poses, tensions, lengths, self.rigs, *more)
+        return History(self.t[kept], poses, tensions, lengths, self.rigs, *more, straight=self.straight)
 
 
 def blocks(past: Past) -> Iterator[History]:
@@ -141,6 +146,31 @@ def history_of(rec: Recording) -> Collector:
         number += len(times)
     found.rigs = rec.rigs()
     return found
+
+
+def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
+    """The same of the path at rest, of several lists one after the other, each with its points; ropes hang on
+    the lugs to which they are hooked."""
+    known, ends = machines(plan), [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
+    lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
+    for first, end in pairwise([0, *ends, len(states)]):
+        part, rigs, before = states[first:end], list[Rig](), None
+        for x in part:
+            if x.hooked != before:
+                before = x.hooked
+                drawn = [
+                    RopeLine(name, line.a.body, line.a.p, low.body, low.p)
+                    for name, some in lines.items()
+                    for line in some
+                    for low in [lugs.get(x.hooked.get(name, ""), line.b)]
+                ]
+                rigs.append(Rig(round(x.t * 1e9), drawn))
+        names, ropes = sorted(part[0].poses), sorted(part[0].tensions)
+        p = {name: np.array([x.poses[name][0] for x in part]) for name in names}
+        R = {name: quaternions(np.array([x.poses[name][1] for x in part])) for name in names}
+        poses = {name: np.hstack([p[name], R[name]]) for name in names}
+        tensions = {name: np.array([x.tensions[name] for x in part]) for name in ropes}
+        yield History(np.array([x.t for x in part]), poses, tensions, {}, rigs, straight=True), part
 
 
 def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:

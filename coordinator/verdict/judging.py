@@ -16,13 +16,14 @@ from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
+from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
 
 from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
-from .history import Past, blocks, history_of
+from .history import Past, blocks, history_of, rests
 from .limits import signals_of_run, table
 
 RESOLVED = "resolved.json"  # the plan in a recording
@@ -77,6 +78,18 @@ def _clearances(bench: Bench) -> None:
     bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics, meant)
     bench.findings += too_near(bench.clearances, bench.plan)
     bench.not_looked_at += Shapes(bench.plan).untouched
+
+
+def near_at_rest(plan: Plan, statics: Followed) -> list[Finding]:
+    """What comes too near to what on the path at rest."""
+    found = dict[tuple[str, str], Finding]()
+    for past, points in rests(plan, statics.states) if statics.states else ():
+        begun = {x.action: x.t for x in reversed(points) if x.action}
+        stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
+        bench = Bench(plan, past, Conduct(stages=stages, end=points[-1].t))
+        _clearances(bench)
+        found |= {(f.subject, f.stage): f for f in (_placed(f, bench.conduct) for f in bench.findings)}
+    return _in_order(found.values())
 
 
 def _bending(bench: Bench) -> None:
