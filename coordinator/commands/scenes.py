@@ -19,7 +19,7 @@ from heavylift.kernel.errors import SceneError
 def check(scene: o.Scene, as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift
 
-    Exit code 1 where something is red on the path at rest, such as a contact that nothing orders, or no run is possible.
+    Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders.
     """
     from heavylift.coordinator.participants.pause import check_steps
     from heavylift.coordinator.transport.placement import Placement

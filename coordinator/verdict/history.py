@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 SPEED = "joint/velocity"
-NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED, "deflection", "edge/force", "edge/place")
+PADS = "support/force"
+NUMBERS = ("rope/tension", "rope/length", REEVING, PADS, SPEED, "deflection", "edge/force", "edge/place")
 BLOCK = 4096  # samples that are looked at together
 KEPT = 3  # blocks of them: an hour and a half of usual samples
 
@@ -45,9 +46,9 @@ class Past(Protocol):
 @dataclass(frozen=True)
 class History:
     """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,), of its most
-    loaded part [N]; unstretched lengths: rope -> (n,) [m]; rigs: the lines that hang, each from its time on; speeds of
-    joints: joint.component -> (n,) [m/s, rad/s]; bent: body.place.axis -> (n,) displacements within bodies [m]; what
-    edges bear and where: rope.edge -> (n,) [N], [m]."""
+    loaded part, or support [N]; unstretched lengths: rope -> (n,) [m]; rigs: the lines that hang, each from its time
+    on; speeds of joints: joint.component -> (n,) [m/s, rad/s]; bent: body.place.axis -> (n,) displacements within
+    bodies [m]; what edges bear and where: rope.edge -> (n,) [N], [m]."""
 
     t: Floats
     poses: Mapping[str, Floats]
@@ -130,8 +131,8 @@ class Collector:
         table = np.ascontiguousarray(rows.T)  # a column is one piece of memory, as all sums run along it
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
-        tensions, lengths, parts, *more = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions | _most(parts), _whole(lengths), self.rigs, *more)
+        tensions, lengths, parts, pads, *more = [{name: next(columns) for name in names} for names in self._names]
+        return History(t, poses, tensions | _most(parts) | pads, _whole(lengths), self.rigs, *more)
 
 
 def history_of(rec: Recording) -> Collector:

@@ -24,7 +24,7 @@ from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import Past, blocks, history_of, rests
-from .limits import signals_of_run, table
+from .limits import impacts, signals_of_run, table
 
 RESOLVED = "resolved.json"  # the plan in a recording
 SEVERITIES = ("red", "warning", "note")
@@ -57,10 +57,11 @@ def _limits(bench: Bench) -> None:
     if not plan.limits or not len(shown.t):
         return
     stages = [(t, name) for t, _, name in said.stages if name]
+    peaks = said.peaks | impacts(plan, shown)
     signals = (
         signals_of_run(
             plan, part.t, part.tensions, part.poses, part.rigs,
-            stages=stages, peaks=said.peaks, crossings=said.overloads, lengths=part.lengths,
+            stages=stages, peaks=peaks, crossings=said.overloads, lengths=part.lengths,
         )
         for part in blocks(shown)
     )  # fmt: skip

@@ -90,6 +90,17 @@ def _lug_load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     return Reading(total, (alone[0] / plan.gravity, alone[1]) if alone else None)
 
 
+def _support(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """What the most loaded of some supports carries [kg], or all of them together [N]."""
+    found = [name for name in limit.elements if name in signals.tensions]
+    if not found:
+        return None
+    forces, peak = [signals.tensions[name] for name in found], signals.peaks.get(f"{limit.subject} {limit.quantity}")
+    if limit.quantity == "impact":
+        return Reading(np.sum(forces, axis=0), peak)
+    return Reading(np.max(forces, axis=0) / plan.gravity, (peak[0] / plan.gravity, peak[1]) if peak else None)
+
+
 def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """The tension of one sling, or of several together [N]."""
     found = [signals.tensions[name] for name in limit.elements if name in signals.tensions]
@@ -273,6 +284,8 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "frame load": _load,
     "shackle load": _load,
     "lug load": _lug_load,
+    "support load": _support,
+    "impact": _support,
     "sling tension": _tension,
     "sling peak": _tension,
     "rope tension": _tension,

@@ -19,14 +19,21 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .rigging.ratings import bridle_limit, hook_limits, lug_limits, rigging_limits, sling_limits, tandem_limits
-from .yard import Yard
+from .yard import LOWER, UPPER, Yard
 
 
 def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
     rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
-    return (*rows, *tandem_limits(yard, mechanisms), *_rig(yard), *lug_limits(yard), *_ropes(yard, mechanisms))
+    return (
+        *rows,
+        *tandem_limits(yard, mechanisms),
+        *_rig(yard),
+        *lug_limits(yard),
+        *_supports(yard),
+        *_ropes(yard, mechanisms),
+    )
 
 
 def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
@@ -51,6 +58,26 @@ def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[L
         yield Limit(
             subject="all", quantity="wind", unit="m/s", value=limits.wind, elements=winds, source=by, note=note,
             where=where,
+        )  # fmt: skip
+
+
+def _supports(yard: Yard) -> Iterator[Limit]:
+    """What supports carry: each of them, and all of a block together as it lands."""
+    limits, names = yard.scene.limits, yard.scene.all_blocks
+    for name, block in names.items():
+        given, numbers = block.supports, range(1, len(block.supports.at) + 1)
+        base: Path = ("block",) if yard.scene.block and name == "block" else ("blocks", name)
+        pads = tuple(f"{name}.{face}-{i}" for face in (LOWER, UPPER) for i in numbers)
+        where = yard.source.where((*base, "supports"))
+        by, note = ("the scene", "") if given.capacity else ("", "give 'capacity' of its supports")
+        yield Limit(
+            subject=name, quantity="support load", unit="kg", value=given.capacity, elements=pads, source=by, note=note,
+            where=where,
+        )  # fmt: skip
+        weight, by = block.mass * yard.scene.gravity, "the scene" if "impact" in limits.model_fields_set else "assumed"
+        yield Limit(
+            subject=name, quantity="impact", unit="N", value=limits.impact * weight, factor=limits.impact,
+            elements=pads, source=f"{by}: {limits.impact:g} times its weight", where=where,
         )  # fmt: skip
 
 

@@ -132,6 +132,7 @@ class Supports(Base):
     settlement: u.Extent = u.LENGTH.read("5 mm")  # under its share of the weight
     damping: u.Ratio = 0.3  # of critical, with its share of the weight; assumed
     friction: u.Ratio = 0.4  # assumed
+    capacity: u.Mass | None = None  # of each; left out: not judged
 
 
 class Mesh(Base):
@@ -214,6 +215,7 @@ class LiftLimits(Base):
     clearance: u.Gap = u.LENGTH.read("0.5 m")  # between what can meet; assumed
     bridle_warning: u.Swing = u.ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are reported
     bridle: u.Swing = u.ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
+    impact: u.Factor = 1.5  # on all supports of a block as it lands, over its weight; assumed
     wind: u.Speed | None = None  # in which is lifted; left out: not judged
     signals: list[Condition] = Field(default_factory=list)  # what must hold: `gap west east >= 3 m`
     ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too
