@@ -23,8 +23,8 @@ class Signals:
 
     t (n,) [s]; tensions: rope or support -> (n,) [N]; poses: body -> p_WB (n, 3) [m] and R_WB (n, 3, 3); lengths: hook
     rope -> (n,) unstretched length [m], where it is known.  `peaks`: rope -> (tension [N], when [s]), exact where a
-    run was integrated; `crossings`: load cell -> (tension [N], when [s]) as it went beyond its rated one.  `stages`: (from when
-    [s], name); `actions`: number of the action at each instant, of a path.
+    run was integrated; `crossings`: load cell -> (tension [N], when [s]) as it went beyond its rated one.  `stages`:
+    (from when [s], name); `actions`: number of the action at each instant, of a path.
     """
 
     t: Column

@@ -14,7 +14,7 @@ from functools import cached_property
 from math import pi, sqrt
 from typing import Literal
 
-from heavylift.kernel.description.contacts import Ball, Box, Contact
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.laws import Support
 from heavylift.kernel.description.points import IDENTITY, WORLD, Matrix, Vector
 
@@ -241,6 +241,8 @@ class Shapes:
                 more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
                 told = f"whether {', '.join(bare[:3])}{more} of {machine.name} meet anything: they have no shapes"
                 found.append(told)
+            if any(isinstance(contact.b, Plane) for contact in machine.system.contacts):
+                found.append(f"how near planes of {machine.name} come to anything, but for the ground")
             if any(rope.name not in self.strands for rope in machine.system.straight_ropes):
                 found.append(f"whether ropes of {machine.name} meet anything")
             if any(rope.name not in self.slings for rope in machine.system.reevings):

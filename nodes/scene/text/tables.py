@@ -80,7 +80,7 @@ def _tabled(source: Source, base: Path) -> None:
                     lay(source, (*base, key), into, reader(source, base, head, rows, row, file), mark)
         except (SceneError, ValueError) as error:
             source.fault(at, str(error), mark=mark)
-            raise_faults(source, source.faults)
+        raise_faults(source, source.faults)
 
 
 def _wins(source: Source, path: Path, named: Mark) -> bool:
@@ -93,12 +93,11 @@ def _block(source: Source, base: Path, head: list[Column], row: list[Cell], name
     found: Found = {}
     for column, cell in zip(head[1:], row[1:], strict=False):
         path = (*base, column.key)
-        if not (column.unit or column.axis):
+        if not (column.unit or column.axis) or (source.at(path) is not None and _wins(source, path, named)):
             continue
         if not cell.text:
-            if source.at(path) is None or not _wins(source, path, named):
-                told = f"the row '{row[0].text}' is empty in column '{f'{column.key} {column.axis}'.strip()}'"
-                source.fault(path, told, "write its value, or leave the column away", mark=cell.mark)
+            told = f"the row '{row[0].text}' is empty in column '{f'{column.key} {column.axis}'.strip()}'"
+            source.fault(path, told, "write its value, or leave the column away", mark=cell.mark)
             continue
         text = with_unit(cell.text, column.unit)
         known = found.get(column.key)
@@ -113,7 +112,7 @@ def _block(source: Source, base: Path, head: list[Column], row: list[Cell], name
             value[AXES.index(column.axis)] = text
             cells[(AXES.index(column.axis),)] = cell.mark
     for key, (value, mark, _) in found.items():
-        if isinstance(value, list) and None in value:
+        if isinstance(value, list) and None in value and not source.faults:
             lacking = ", ".join(f"'{key} {x}'" for x, y in zip(AXES, value, strict=True) if y is None)
             source.fault((*base, key), f"the row has no {lacking}", mark=mark)
     return found

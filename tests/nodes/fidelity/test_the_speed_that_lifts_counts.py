@@ -7,6 +7,7 @@ from heavylift.nodes.fidelity.moving import by_ways
 from heavylift.nodes.fidelity.rules import girder
 from heavylift.nodes.plan.plan import Fidelity, drive_name
 from heavylift.nodes.scene import load
+from heavylift.nodes.scene.text.machine_types import library
 from lifted import lifted
 
 SLOW, FAST = 0.3 / 60.0, 3.0 / 60.0  # [m/s]
@@ -68,5 +69,19 @@ def test_what_lifts_is_no_faster_than_a_loaded_winch_may_be(way):
 
 def test_an_empty_winch_may_be_faster():
     assert load(
-        "lift", ["cranes.crane={type: goliath-900, at: 40 m, hoist speed: 3 m/min}", *hoisting("4 m/min by 1 mm")]
+        "lift",
+        [
+            "cranes.crane={type: goliath-900, at: 40 m, hoist speed: 3 m/min}",
+            "actions.0.all hooks=hoist 4 m/min by 10 mm",
+        ],
     )
+
+
+@pytest.mark.parametrize("crane", sorted(x for x in library() if x.startswith("goliath")))
+def test_a_load_on_the_hook_is_one_on_its_supports_too(crane: str):
+    """Most of the weight is still in the slings as the block touches its stools."""
+    down = ["all hooks: lower 0.3 m/min until landed", "all hooks: lower 4 m/min by 0.2 m"]
+    up = ["all hooks: hoist 0.3 m/min until all slings taut", "all hooks: hoist 0.3 m/min until lifted"]
+    given = [f"cranes.crane={{type: {crane}, at: 40 m, hoist speed: 3 m/min, hook spacing: 6 m}}", "end=10 min"]
+    with pytest.raises(SceneError, match=r"lower 4 m/min is faster than crane can with a load: 3 m/min"):
+        load("lift", [*given, f"actions=[{', '.join(f'{{{x}}}' for x in [*up, *down])}]"])
