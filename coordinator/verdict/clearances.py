@@ -75,7 +75,7 @@ def clearances(
                 search(shapes, whole(coarse, pairs, groups), known)
             for i, m in enumerate(known.take()):
                 if m is not None and (m.seen if things.fastened[i] else m.least) < most[i]:
-                    nearest[i] = _told(things, things.limits[i], m)
+                    nearest[i] = _told(things, i, m)
             for x, sunk in ground.look(shapes, coarse, part, known.told):
                 lowest[x.shape.shape.thing, sunk] = _lowest(x)
     told = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
@@ -152,7 +152,7 @@ def _common(shapes: Shapes, history: History) -> Floats:
 
 class _Things:
     """Two things each by a number, and the limit of those [m]; `fastened`: a sling and what it hangs on, which stray
-    together between samples."""
+    together between samples; `rigid`: what a contact keeps out of each other between them."""
 
     def __init__(self, shapes: Shapes, limit: float, meant: Meant) -> None:
         self._shapes, self._limit, self._meant = shapes, limit, meant
@@ -162,6 +162,7 @@ class _Things:
         self._last: tuple[object, list[tuple[int, int]], list[int]] = None, [], []
         self.limits: list[float] = []
         self.fastened: list[bool] = []
+        self.rigid: list[bool] = []
 
     def pairs(self, shapes: list[Moving], now: frozenset[int]) -> tuple[list[tuple[int, int]], list[int]]:
         """Which shapes can meet, and the number of the things that they are of; `now`: what may touch."""
@@ -199,6 +200,7 @@ class _Things:
         strands, bodies = ([s.shape for s in (a, b) if isinstance(s.shape, kind)] for kind in (Strand, Solid))
         fastened = any(isinstance(x, Strand) and getattr(y, "body", "") in x.ends for x in strands for y in bodies)
         self.fastened[found : found + 1] = [fastened]
+        self.rigid[found : found + 1] = [self._shapes.rigid(a.shape, b.shape)]
         return found
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
@@ -225,12 +227,13 @@ def _moves(s: Moving) -> bool:
     return isinstance(s.shape, Strand) or s.shape.body != "world"
 
 
-def _told(things: _Things, limit: float, m: Minimum) -> Clearance:
+def _told(things: _Things, number: int, m: Minimum) -> Clearance:
     a, b, p, q = m.a, m.b, *m.near
     if (a.shape.thing, b.shape.thing) != things.names(a, b):
         a, b, p, q = b, a, q, p
     parts = [x for x in (_part(a, p, m.t), _part(b, q, m.t)) if x]
-    return _clearance(a.shape.thing, b.shape.thing, m.least, m.t, limit, p, q, parts)
+    least = max(m.least, min(m.seen, 0.0)) if things.rigid[number] else m.least
+    return _clearance(a.shape.thing, b.shape.thing, least, m.t, things.limits[number], p, q, parts)
 
 
 def _lowest(x: Low) -> Clearance:

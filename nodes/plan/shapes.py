@@ -156,6 +156,11 @@ class Shapes:
         """Those of all shapes."""
         return {name for x in (*self.solids, *self.strands.values()) for name in self.called(x)}
 
+    def rigid(self, a: Solid | Strand, b: Solid | Strand) -> bool:
+        """Whether a contact of whole shapes keeps two of them out of each other."""
+        bodies = [x.body for x in (a, b) if isinstance(x, Solid)]
+        return frozenset(bodies) in self._contacts and len(bodies) == 2 and not self.by_corners(*bodies)
+
     def begins_touching(self, a: Solid | Strand, b: Solid | Strand) -> bool:
         """Whether two shapes are of bodies that stand on each other at the start."""
         if not isinstance(a, Solid) or not isinstance(b, Solid):

@@ -103,7 +103,7 @@ def test_a_workbook_says_the_same(scene: Path) -> None:
         ("300;20", "300;5;20", "blocks.csv:3: has more cells than the head; write decimal points, or ';'"),
         ("300;20", "300,5;20", "blocks.csv:3:9: error: block.mass: "),
         ("mass [t]", "mas [t]", "blocks.csv:1:15: error: block.mas: unknown key 'mas'"),
-        ("0.25;0;-0.5", "0.25;;-0.5", "blocks.csv:1:57: error: block.com: the row has no 'com y'"),
+        ("0.25;0;-0.5", "0.25;;-0.5", "blocks.csv:3:26: error: block.com: the row 'B17' is empty in column 'com y'"),
         ("B17", "B71", "lift.yaml:9:9: error: block.from: blocks.csv has no row 'B17': did you mean 'B71'?"),
         ("B16", "B17", "block.from: blocks.csv has the row 'B17' 2 times, in lines 2 and 3"),
         ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is no row of a table: unexpected end of data"),
