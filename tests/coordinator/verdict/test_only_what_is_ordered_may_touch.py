@@ -23,6 +23,8 @@ UP = 1.0  # [m] that each lift goes up, in its stage 'up'
 
 
 def size(crane: str) -> tuple[float, float]:
+    if crane.startswith("mobile"):
+        return 20.0, 10.0
     return (30.0, 24.0) if crane.startswith(("goliath", "twin")) else (6.0, 5.0)
 
 
