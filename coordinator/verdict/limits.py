@@ -88,7 +88,7 @@ def impacts(plan: Plan, past: Past) -> dict[str, tuple[float, float]]:
                 held = float(pull[i + 1] + now[~on].sum())
                 speed = float((now[on] / d[on]).max())
                 free = max(0.0, weight - held)
-                force = _landing(weight / plan.gravity, free, float(k[on].sum()), float(d[on].sum()), speed)
+                force = landing_force(weight / plan.gravity, free, float(k[on].sum()), float(d[on].sum()), speed)
                 one = max(force * float(k[on].max() / k[on].sum()), float(now.max()))
                 t = float(part.t[i + 1])
                 for what, value in (("impact", force + now[~on].sum()), ("support load", one)):
@@ -98,7 +98,7 @@ def impacts(plan: Plan, past: Past) -> dict[str, tuple[float, float]]:
     return found
 
 
-def _landing(mass: float, free: float, k: float, d: float, speed: float) -> float:
+def landing_force(mass: float, free: float, k: float, d: float, speed: float) -> float:
     """The largest force [N] of a spring k [N/m] with a damper d [N s/m] on which a mass [kg] lands with a speed [m/s],
     of whose weight `free` [N] is not held: F = free - m a, and m a'' + d a' + k a = 0."""
     a = free / mass - d * speed / mass
