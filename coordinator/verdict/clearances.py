@@ -156,7 +156,7 @@ class _Things:
 
     def __init__(self, shapes: Shapes, limit: float, meant: Meant) -> None:
         self._shapes, self._limit, self._meant = shapes, limit, meant
-        self._numbers: dict[tuple[tuple[str, str], str], int] = {}
+        self._numbers: dict[tuple[tuple[str, str], bool], int] = {}
         self._kinds: dict[object, int] = {}
         self._known: dict[tuple[int, int, frozenset[int]], int | None] = {}  # of shapes that are alike
         self._last: tuple[object, list[tuple[int, int]], list[int]] = None, [], []
@@ -191,16 +191,17 @@ class _Things:
         if means == "joined":
             return None
         one, other = self._shapes.called(a.shape), self._shapes.called(b.shape)
-        pairs = {n for n, (names, _, _) in enumerate(self._meant) if names in _pairs(one, other)}
-        may = bool(pairs & now) or self._shapes.begins_touching(a.shape, b.shape)
-        means = "through" if may else means
-        found = self._numbers.setdefault((self.names(a, b), f"{may} {bool(pairs)}"), len(self._numbers))
+        named = {frozenset((x, y)) for x in one for y in other}
+        pairs = {n for n, (names, _, _) in enumerate(self._meant) if names in named}
+        rigid, begins = self._shapes.meeting(a.shape, b.shape)
+        means = "through" if begins or pairs & now else means
+        found = self._numbers.setdefault((self.names(a, b), begins or bool(pairs & now)), len(self._numbers))
         limit = 0.0 - self._shapes.overlap(a.shape, b.shape) if means == "through" else TOUCH if pairs else self._limit
         self.limits[found : found + 1] = [limit]
         strands, bodies = ([s.shape for s in (a, b) if isinstance(s.shape, kind)] for kind in (Strand, Solid))
         fastened = any(isinstance(x, Strand) and getattr(y, "body", "") in x.ends for x in strands for y in bodies)
         self.fastened[found : found + 1] = [fastened]
-        self.rigid[found : found + 1] = [self._shapes.rigid(a.shape, b.shape)]
+        self.rigid[found : found + 1] = [rigid]
         return found
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
@@ -212,10 +213,6 @@ class _Things:
         machine = isinstance(s.shape, Solid) and s.shape.kind == "machine"
         depth = self._shapes.depth(s.shape.body) if machine and isinstance(s.shape, Solid) else 0
         return ORDER.index(s.shape.kind), -depth, s.shape.thing
-
-
-def _pairs(one: set[str], other: set[str]) -> set[frozenset[str]]:
-    return {frozenset((a, b)) for a in one for b in other}
 
 
 def _alike(s: Moving) -> object:

@@ -59,7 +59,7 @@ class History:
     bent: Mapping[str, Floats] = field(default_factory=dict)
     borne: Mapping[str, Floats] = field(default_factory=dict)
     places: Mapping[str, Floats] = field(default_factory=dict)
-    straight: bool = False  # between the samples, which are as near as that asks for
+    straight: bool = field(default=False, kw_only=True)  # between the samples, which are as near as that asks for
 
     def part(self, first: int, end: int) -> History:
         """The samples from `first` to before `end`."""

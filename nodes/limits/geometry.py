@@ -9,6 +9,7 @@ from heavylift.kernel.description.points import Vector
 from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
+from msgspec.structs import replace
 
 REACH = 1.0  # of a lug from the plates of its block [m]
 ROUNDING = 1e-9
@@ -51,16 +52,9 @@ def _densities(plan: Plan) -> Iterator[Finding]:
         if mass and volume and not low <= mass / volume <= high:
             told = f"the mass of {cargo.body}, {mass / 1e3:.4g} t in {volume:.4g} m3, means {mass / volume:.3g} kg/m3"
             basis = f"what is lifted has {low:g} (light frames, assumed) to {high:g} kg/m3 (solid steel)"
-            yield Finding(
-                severity="warning",
-                kind="geometry",
-                subject=cargo.body,
-                sentence=f"{told}; {basis}: look at its mass and size",
-                where=machine.where,
-                value=mass / volume,
-                limit=low if mass / volume < low else high,
-                unit="kg/m3",
-            )
+            limit, told = low if mass / volume < low else high, f"{told}; {basis}: look at its mass and size"
+            found = _finding(cargo.body, told, machine.where, mass / volume, limit)
+            yield replace(found, severity="warning", unit="kg/m3")
 
 
 def _finding(subject: str, told: str, where: str, value: float, limit: float) -> Finding:

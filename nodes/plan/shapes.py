@@ -154,19 +154,15 @@ class Shapes:
     @property
     def names(self) -> set[str]:
         """Those of all shapes."""
-        return {name for x in (*self.solids, *self.strands.values()) for name in self.called(x)}
+        shapes: list[Solid | Strand] = [*self.solids, *self.strands.values()]
+        return {name for x in shapes for name in self.called(x)}
 
-    def rigid(self, a: Solid | Strand, b: Solid | Strand) -> bool:
-        """Whether a contact of whole shapes keeps two of them out of each other."""
-        bodies = [x.body for x in (a, b) if isinstance(x, Solid)]
-        return frozenset(bodies) in self._contacts and len(bodies) == 2 and not self.by_corners(*bodies)
-
-    def begins_touching(self, a: Solid | Strand, b: Solid | Strand) -> bool:
-        """Whether two shapes are of bodies that stand on each other at the start."""
-        if not isinstance(a, Solid) or not isinstance(b, Solid):
-            return False
-        closed = {name for machine in self.machines for name in machine.closed}
-        return any(contact.name in closed for contact in self._contacts.get(frozenset((a.body, b.body)), ()))
+    def meeting(self, a: Solid | Strand, b: Solid | Strand) -> tuple[bool, bool]:
+        """Whether a contact of whole shapes keeps two out of each other, and whether they begin on each other."""
+        one, other = (getattr(x, "body", "") for x in (a, b))
+        found = self._contacts.get(frozenset((one, other)), [])
+        begins = any(contact.name in machine.closed for contact in found for machine in self.machines)
+        return bool(found) and not self.by_corners(one, other), begins
 
     def relation(self, a: Solid | Strand, b: Solid | Strand) -> Relation:
         """How two shapes of different things may meet."""

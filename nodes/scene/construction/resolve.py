@@ -120,14 +120,9 @@ class _Resolver:
                 follows = f"'{target}' must not {phrase.verb} while the block turns: it follows the turn"
                 self.source.fault(here, follows, on_key=True)
         when, where = self.condition((*path, "when"), action.when), self.source.where(path)
-        return plan.Action(
-            stage=action.stage,
-            when=when,
-            timeout=action.timeout,
-            orders=tuple(orders),
-            may_touch=(*touches(self.source, path, action.may_touch), *landings(self.yard, path, action)),
-            where=where,
-        )
+        made = plan.Action(stage=action.stage, when=when, timeout=action.timeout, orders=tuple(orders), where=where)
+        may = (*touches(self.source, path, action.may_touch), *landings(self.yard, path, action))
+        return msgspec.structs.replace(made, may_touch=may)
 
     def orders(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> list[actions.Order]:
         return self._orders(path, self._actors(path, target, phrase), phrase)
@@ -137,7 +132,7 @@ class _Resolver:
         found = self.targets.get(words)
         machines = tuple(dict.fromkeys(actor.model for actor in found or ()))
         whole = words in machines or words.removeprefix("all ") == "cranes"
-        if whole and VERBS[phrase.verb].becomes == "stop":
+        if found and whole and VERBS[phrase.verb].becomes == "stop":
             found = tuple(actor for machine in machines for actor in self.of_machine(machine))
         if found is None:
             known = [*self.targets, "stage", "when", "timeout", "may touch"]
