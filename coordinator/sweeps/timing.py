@@ -87,12 +87,11 @@ def speeds(scene: LoadedScene) -> Iterator[Step]:
 
 def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
     """Whether hooks lift off or set down in an action: by what it waits for, or on the path at rest."""
-    if not any(VERBS[m.verb].sign for m in moves):
-        return False
     meets = any(isinstance(t, Slings | Lifted | Landed) for m in moves for t in terms(m.until))
     slings = [tie.rope for machine in machines(scene.plan) for tie in machine.ties]
-    on = [x for x in scene.statics.states if x.action == number + 1 and x.grounded]
-    return meets or any(x.tensions.get(sling, 0.0) > 0.0 for x in on for sling in slings)
+    stands = (x.tensions for x in scene.statics.states if x.action == number + 1 and x.grounded)
+    carries = meets or any(tensions.get(sling, 0.0) > 0.0 for tensions in stands for sling in slings)
+    return carries and any(VERBS[m.verb].sign for m in moves)
 
 
 def ramps(scene: LoadedScene) -> Iterator[Step]:

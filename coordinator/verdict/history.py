@@ -155,22 +155,15 @@ def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, 
     known, ends = machines(plan), [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
     lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
     for first, end in pairwise([0, *ends, len(states)]):
-        part, rigs, before = states[first:end], list[Rig](), None
-        for x in part:
-            if x.hooked != before:
-                before = x.hooked
-                drawn = [
-                    RopeLine(name, line.a.body, line.a.p, low.body, low.p)
-                    for name, some in lines.items()
-                    for line in some
-                    for low in [lugs.get(x.hooked.get(name, ""), line.b)]
-                ]
-                rigs.append(Rig(round(x.t * 1e9), drawn))
-        names, ropes = sorted(part[0].poses), sorted(part[0].tensions)
-        p = {name: np.array([x.poses[name][0] for x in part]) for name in names}
-        R = {name: quaternions(np.array([x.poses[name][1] for x in part])) for name in names}
-        poses = {name: np.hstack([p[name], R[name]]) for name in names}
-        tensions = {name: np.array([x.tensions[name] for x in part]) for name in ropes}
+        part, rigs = states[first:end], list[Rig]()
+        for i, x in enumerate(part):
+            if not i or x.hooked != part[i - 1].hooked:
+                ends_now = {name: lugs.get(x.hooked.get(name, "")) for name in lines}
+                drawn = [(name, a.a, ends_now[name] or a.b) for name, some in lines.items() for a in some]
+                rigs.append(Rig(round(x.t * 1e9), [RopeLine(name, p.body, p.p, q.body, q.p) for name, p, q in drawn]))
+        at = {name: [np.array([x.poses[name][k] for x in part]) for k in (0, 1)] for name in sorted(part[0].poses)}
+        poses = {name: np.hstack([p, quaternions(R)]) for name, (p, R) in at.items()}
+        tensions = {name: np.array([x.tensions[name] for x in part]) for name in sorted(part[0].tensions)}
         yield History(np.array([x.t for x in part]), poses, tensions, {}, rigs, straight=True), part
 
 

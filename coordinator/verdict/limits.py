@@ -77,24 +77,19 @@ def impacts(plan: Plan, past: Past) -> dict[str, tuple[float, float]]:
         ropes = [x.rope for x in strands if limit.subject in x.ends]
         names = [name for name in limit.elements if name in pads and pads[name].d > 0.0]
         k, d = (np.array([getattr(pads[name], key) for name in names]) for key in ("k", "d"))
-        for part in blocks(past):
-            F = np.array([part.tensions[name] for name in names if name in part.tensions])
-            if len(F) < len(names) or not len(names) or not weight:
-                continue
+        for part in blocks(past) if names else ():
+            F = np.array([part.tensions.get(name, np.zeros(len(part.t))) for name in names])
             pull = sum((part.tensions[rope] for rope in ropes if rope in part.tensions), np.zeros(len(part.t)))
             new = (F[:, 1:] > 0.0) & (F[:, :-1] == 0.0)
             for i in np.flatnonzero(new.any(axis=0)):
-                on, now = new[:, i], F[:, i + 1]
-                held = float(pull[i + 1] + now[~on].sum())
-                speed = float((now[on] / d[on]).max())
-                free = max(0.0, weight - held)
+                on, now, t = new[:, i], F[:, i + 1], float(part.t[i + 1])
+                others = float(now[~on].sum())
+                free, speed = max(0.0, weight - others - float(pull[i + 1])), float((now[on] / d[on]).max())
                 force = landing_force(weight / plan.gravity, free, float(k[on].sum()), float(d[on].sum()), speed)
                 one = max(force * float(k[on].max() / k[on].sum()), float(now.max()))
-                t = float(part.t[i + 1])
-                for what, value in (("impact", force + now[~on].sum()), ("support load", one)):
+                for what, value in (("impact", force + others), ("support load", one)):
                     key = f"{limit.subject} {what}"
-                    if value > found.get(key, (0.0, 0.0))[0]:
-                        found[key] = float(value), t
+                    found[key] = max(found.get(key, (0.0, 0.0)), (value, t), key=lambda x: x[0])
     return found
 
 

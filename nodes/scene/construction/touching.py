@@ -19,14 +19,11 @@ from heavylift.nodes.scene.text.source import Path, Source
 
 from .yard import Yard
 
-GROUND = ("ground", "floor")
-KEY = "may touch"
-
 
 def touches(source: Source, path: Path, pairs: Sequence[tuple[str, str]]) -> Iterator[Touch]:
     """The pairs of a scene or an action at a path."""
     for i, (a, b) in enumerate(pairs):
-        yield Touch(names=(_ground(a), _ground(b)), where=source.where((*path, KEY, i)))
+        yield Touch(names=(_ground(a), _ground(b)), where=source.where((*path, "may touch", i)))
 
 
 def landings(yard: Yard, path: Path, action: Action) -> Iterator[Touch]:
@@ -40,13 +37,11 @@ def landings(yard: Yard, path: Path, action: Action) -> Iterator[Touch]:
 def check_touches(source: Source, built: plan.Plan) -> None:
     """Pairs of what is nowhere are faults."""
     pairs = [*built.may_touch, *(touch for action in built.actions for touch in action.may_touch if not touch.stays)]
-    if pairs:
-        known = {"ground", *Shapes(built).names}
-        for touch in pairs:
-            for name in (name for name in touch.names if name not in known | {WORLD}):
-                told = f"there is no '{name}' that could touch anything"
-                source.fault(source.path_of(touch.where), told, closest(name, sorted(known)))
+    known = {WORLD, "ground", *Shapes(built).names} if pairs else set[str]()
+    for where, name in [(x.where, name) for x in pairs for name in x.names if name not in known]:
+        told = f"there is no '{name}' that could touch anything"
+        source.fault(source.path_of(where), told, closest(name, sorted(known - {WORLD})))
 
 
 def _ground(name: str) -> str:
-    return WORLD if name in GROUND else name
+    return WORLD if name in ("ground", "floor") else name
