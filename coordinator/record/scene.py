@@ -68,8 +68,7 @@ class Result:
     notes: tuple[str, ...] = ()
     verdict: Judged | None = None
     recording: Path = Path()
-    promised: dict[str, object] = field(default_factory=dict)
-    """What is asked (nothing: the tension of ropes), how accurately, and which errors are predicted."""
+    promised: dict[str, object] = field(default_factory=dict)  # asked (nothing: tensions), accuracy, predicted errors
 
 
 class Record(FileTape):

@@ -75,8 +75,7 @@ class Ground:
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans, meant: Meant = ()) -> None:
-        """All parts were surveyed; `landing`: from when to when [s] orders to land are carried out; `meant`: what may
-        touch when."""
+        """All parts were surveyed; `landing`: when [s] orders to land are carried out; `meant`: what may touch when."""
         for name, columns in self._columns.items():
             t, *others = (np.concatenate(x) for x in zip(*columns, strict=True))
             self._meant[name] = _meant(landing, t, *others)

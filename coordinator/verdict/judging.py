@@ -83,14 +83,14 @@ def _clearances(bench: Bench) -> None:
 
 def near_at_rest(plan: Plan, statics: Followed) -> list[Finding]:
     """What comes too near to what on the path at rest."""
-    found = dict[tuple[str, str], Finding]()
+    found: list[Finding] = []
     for past, points in rests(plan, statics.states) if statics.states else ():
         begun = {x.action: x.t for x in reversed(points) if x.action}
         stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
         bench = Bench(plan, past, Conduct(stages=stages, end=points[-1].t))
         _clearances(bench)
-        found |= {(f.subject, f.stage): f for f in (_placed(f, bench.conduct) for f in bench.findings)}
-    return _in_order(found.values())
+        found += [_placed(f, bench.conduct) for f in bench.findings]
+    return _in_order(found)
 
 
 def _bending(bench: Bench) -> None:

@@ -151,12 +151,6 @@ class Shapes:
         rigging = (tie.rigging for machine in self.machines for tie in machine.ties if tie.rope == x.rope)
         return {x.thing, x.rope, *rigging} - {""}
 
-    @property
-    def names(self) -> set[str]:
-        """Those of all shapes."""
-        shapes: list[Solid | Strand] = [*self.solids, *self.strands.values()]
-        return {name for x in shapes for name in self.called(x)}
-
     def meeting(self, a: Solid | Strand, b: Solid | Strand) -> tuple[bool, bool]:
         """Whether a contact of whole shapes keeps two out of each other, and whether they begin on each other."""
         one, other = (getattr(x, "body", "") for x in (a, b))

@@ -37,7 +37,9 @@ def landings(yard: Yard, path: Path, action: Action) -> Iterator[Touch]:
 def check_touches(source: Source, built: plan.Plan) -> None:
     """Pairs of what is nowhere are faults."""
     pairs = [*built.may_touch, *(touch for action in built.actions for touch in action.may_touch if not touch.stays)]
-    known = {WORLD, "ground", *Shapes(built).names} if pairs else set[str]()
+    shapes = Shapes(built)
+    called = [shapes.called(x) for some in (shapes.solids, shapes.strands.values()) for x in some] if pairs else []
+    known = {WORLD, "ground"}.union(*called)
     for where, name in [(x.where, name) for x in pairs for name in x.names if name not in known]:
         told = f"there is no '{name}' that could touch anything"
         source.fault(source.path_of(where), told, closest(name, sorted(known - {WORLD})))
