@@ -6,12 +6,12 @@ import difflib
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.run import play
+from heavylift.coordinator.sweeps import CREEP, overlaps, ramps, speeds
 from heavylift.coordinator.sweeps.planning import planned
-from heavylift.coordinator.sweeps.timing import CREEP, overlaps, ramps, speeds
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.text.machine_types import library
+from heavylift.nodes.scene.text import library
 
 SLOW = ["actions[2].all hooks=hoist 0.6 m/min by 1 m", "end=140 s"]
 NEAR = ["cranes.crane.hook capacity=171.9 t", *SLOW]  # H3 carries 171.6 t at rest

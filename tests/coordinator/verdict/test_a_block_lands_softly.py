@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.run.in_memory import play
-from heavylift.coordinator.verdict.limits import landing_force
+from heavylift.coordinator.run import play
+from heavylift.coordinator.verdict import landing_force
 from heavylift.nodes.scene import load
 
 UP = '{{{who}: "hoist 1 m/min until all slings taut"}}, {{{who}: "hoist 1 m/min until lifted"}}'

@@ -7,15 +7,13 @@ from random import Random
 
 import pytest
 from heavylift.coordinator.commands.common.app import app
-from heavylift.coordinator.run.in_memory import play
-from heavylift.coordinator.verdict.judging import near_at_rest
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.models.commander.actuator_registry import first_lugs, first_picture
-from heavylift.nodes.models.commander.order_checks import Machines
-from heavylift.nodes.plan.actions import Unhook
-from heavylift.nodes.plan.limit import Finding
+from heavylift.coordinator.run import play
+from heavylift.coordinator.verdict import near_at_rest
+from heavylift.kernel import SceneError
+from heavylift.nodes.models.commander import Machines, first_lugs, first_picture
+from heavylift.nodes.plan import Finding, Unhook
 from heavylift.nodes.scene import LoadedScene, begun_with, parse
-from heavylift.nodes.scene.text.machine_types import library
+from heavylift.nodes.scene.text import library
 from typer.testing import CliRunner
 
 HEAD = "name,mass [t],size x [m],size y [m],size z [m]\n"

@@ -3,14 +3,12 @@
 from random import Random
 
 import pytest
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.fidelity.case import case_of
-from heavylift.nodes.fidelity.moving import by_ways
-from heavylift.nodes.fidelity.rules import girder
-from heavylift.nodes.plan.plan import Fidelity, drive_name
+from heavylift.kernel import SceneError
+from heavylift.nodes.fidelity import by_ways, case_of, girder
+from heavylift.nodes.plan import Fidelity, drive_name
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.checks.orders import LOADED
-from heavylift.nodes.scene.text.machine_types import library
+from heavylift.nodes.scene.checks import LOADED
+from heavylift.nodes.scene.text import library
 from lifted import lifted
 
 SLOW, FAST = 0.3 / 60.0, 3.0 / 60.0  # [m/s]
