@@ -23,22 +23,26 @@ def check(
     as_json: o.Json = False,
     sets: o.Sets = None,
 ) -> None:
-    """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift"""
+    """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift
+
+    Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders.
+    """
     from heavylift.coordinator.participants.pause import check_steps
     from heavylift.coordinator.transport.placement import Placement
+    from heavylift.coordinator.verdict.judging import near_at_rest
     from heavylift.nodes.models import node_names
     from heavylift.nodes.scene import check as examine
 
     loaded = o.scene_of(scene, sets)
     check_steps(loaded)
-    found = examine(loaded)
-    if not as_json:
-        crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
-        typer.echo("\n".join([str(found), *([f"\n  {crowd}"] if crowd else [])]))
-    else:
+    found = examine(loaded, near_at_rest(loaded.plan, loaded.statics))
+    if as_json:
         told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
         told |= {"modelled": loaded.verdict.data() if loaded.verdict else None}
         typer.echo(msgspec.json.encode(told).decode())
+    else:
+        crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
+        typer.echo("\n".join([str(found), *([f"\n  {crowd}"] if crowd else [])]))
     if o.fails(found.state, strict, fail_on or "red"):
         raise typer.Exit(1)
 

@@ -68,6 +68,7 @@ class Result:
     notes: tuple[str, ...] = ()
     verdict: Judged | None = None
     recording: Path = Path()
+    promised: dict[str, object] = field(default_factory=dict)  # asked (nothing: tensions), accuracy, predicted errors
 
 
 class Record(FileTape):
@@ -115,6 +116,8 @@ class Record(FileTape):
         attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}
         attachments[LAYOUT] = layout([r.name for r in system(plan, models).all_ropes], *surroundings(plan))
         self._facts: dict[str, object] = facts
+        errors = dict(scene.verdict.errors) if scene.verdict else {}
+        self._promised = {"asked": list(scene.facts.ask), "accuracy": scene.facts.accuracy, "predicted": errors}
         self._conduct = Conduct()
         self._collector = Collector(self._layout)
         self._seen, self._seen_at = 0, time.monotonic()  # samples, and when the last of them came [s]
@@ -218,6 +221,7 @@ class Record(FileTape):
             unfinished=unfinished,
             lateness=lateness,
             notes=tuple(self.notes),
+            promised=self._promised,
         )
         said = self._conduct
         said.peaks, said.end, said.unfinished = result.peaks, result.sim_s, result.unfinished

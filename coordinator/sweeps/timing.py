@@ -13,6 +13,7 @@ from typing import Literal
 
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Landed, Lifted, Move, Slings, Turn
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
@@ -20,6 +21,7 @@ from heavylift.nodes.scene.construction.yard import ramp_of
 from heavylift.nodes.scene.text.source import Path
 from heavylift.nodes.scene.text.units import NUMBER
 
+CREEP = 0.1  # of the loaded hoisting speed, with which loads are lifted off and set down unless they are ordered faster
 TURNS = 4.0  # times the rate that is written: a turn has no limit of its own, but that of what follows it
 SPARE_s, LEAST_s = 2.0, 5.0  # by which a move begins and ends after the one that it overlaps; overlap worth it
 SPEED = re.compile(rf"^(\s*\w+\s+)({NUMBER})")
@@ -70,15 +72,26 @@ def speeds(scene: LoadedScene) -> Iterator[Step]:
         if any(isinstance(o, Turn) for o in scene.plan.actions[i].orders):
             yield Step("speed", i, paths, 1.0, TURNS)
         elif len(moves) == len(scene.plan.actions[i].orders):
-            meets = any(isinstance(t, Slings | Lifted | Landed) for m in moves for t in terms(m.until))
-            for loaded in (True,) if meets else (False, True):  # what meets its load may have it before it stops
+            creeps = _creeps(scene, i, moves)
+            for loaded in (True,) if creeps else (False, True):
                 limits = {m: VERBS[m.verb].limit(scene.scene.cranes[m.model], loaded=loaded) or 0.0 for m in moves}
+                limits |= {m: CREEP * limits[m] for m in moves if creeps and VERBS[m.verb].sign}
                 first = min(moves, key=lambda m: limits[m] / abs(m.speed))
                 factor = float(f"{limits[first] / abs(first.speed):.9g}")
                 load = " with a load" if loaded and VERBS[first.verb].sign else ""
+                load = " at lift-off and landing, assumed" if creeps else load
                 if factor > 1.0:
                     told = f"{driven(first.actuator)} can {limits[first] * 60.0:g} m/min{load}"
                     yield Step("speed", i, paths, 1.0, factor, why=told)
+
+
+def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
+    """Whether hooks lift off or set down in an action: by what it waits for, or on the path at rest."""
+    meets = any(isinstance(t, Slings | Lifted | Landed) for m in moves for t in terms(m.until))
+    slings = [tie.rope for machine in machines(scene.plan) for tie in machine.ties]
+    stands = (x.tensions for x in scene.statics.states if x.action == number + 1 and x.grounded)
+    carries = meets or any(tensions.get(sling, 0.0) > 0.0 for tensions in stands for sling in slings)
+    return carries and any(VERBS[m.verb].sign for m in moves)
 
 
 def ramps(scene: LoadedScene) -> Iterator[Step]:

@@ -1,12 +1,14 @@
 """How near the parts of a lift came to one another: the smallest clearances with time and place, and what is too near.
 
 Things are what a planner names: the block, a loader, a portal, a rope.  Two of them are kept apart by the scene's limit
-or must only not go through each other (`nodes.plan.shapes`).
+or must only not go through each other (`nodes.plan.shapes`), as must what the scene orders to touch, while it does; at
+other times that must only not touch.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 from heavylift.kernel.description.mechanics import System
@@ -18,6 +20,7 @@ from heavylift.recordings.read.verdict import Clearance
 from numpy.typing import NDArray
 
 from .coarse import Coarse
+from .conduct import Meant
 from .ground import TOUCH, Ground, Low, Spans
 from .history import BLOCK, History, Past
 from .moving import Moving, moving
@@ -41,41 +44,40 @@ def clearances(
     landing: Spans = (),
     smallest: int = SMALLEST,
     mechanics: System | None = None,
+    meant: Meant = (),
 ) -> list[Clearance]:
     """All that are below their limit and, if those are fewer, the smallest ones, so many; smallest first.
 
-    `landing`: from when to when [s] orders to land are carried out; `mechanics`: those of the plan, if they are known.
+    `landing`: from when to when [s] orders to land are carried out; `mechanics`: those of the plan, if they are known;
+    `meant`: what may touch when.
     """
     known, nearest = Known(smallest, limit), dict[int, Clearance]()
     known_shapes = Shapes(plan)
-    things, ground = _Things(known_shapes, limit), Ground(known_shapes, limit)
+    things, ground = _Things(known_shapes, limit, meant), Ground(known_shapes, limit)
     lowest: dict[tuple[str, bool], Clearance] = {}
     joints = (mechanics or system(plan)).joints if known_shapes.lifts else ()
     for part, between in thinned(history):
         ground.survey(part, between)
-    ground.settle(landing)
+    ground.settle(landing, meant)
     for part, between in thinned(history):
         shapes = moving(known_shapes, part, joints)
         if not shapes:
             continue
-        coarse = Coarse(shapes, _common(known_shapes, part), between)
-        pairs, groups = things.pairs(shapes)
-        # what need not keep apart is told if it goes through
-        limits = np.array(things.limits)
-        most = np.where(limits > 0.0, np.inf, limits - TOUCH)
-        known.groups(most)
-        if pairs:
-            search(shapes, whole(coarse, pairs, groups), known)
-        for i, m in enumerate(known.take()):
-            if m is None or (m.seen if things.fastened[i] else m.least) >= most[i]:
-                continue
-            limit_there = things.touched(i, m)
-            if limit_there is None:
-                nearest.pop(i, None)
-            else:
-                nearest[i] = _told(things, limit_there, m)
-        for x, sunk in ground.look(shapes, coarse, part, known.told):
-            lowest[x.shape.shape.thing, sunk] = _lowest(x)
+        common = _common(known_shapes, part)
+        for inside, now in _split(part.t, between, meant):
+            coarse = Coarse(shapes, common, inside)
+            pairs, groups = things.pairs(shapes, now)
+            # what need not keep apart is told if it goes through
+            limits = np.array(things.limits)
+            most = np.where(limits > 0.0, np.inf, limits - TOUCH)
+            known.groups(most)
+            if pairs:
+                search(shapes, whole(coarse, pairs, groups), known)
+            for i, m in enumerate(known.take()):
+                if m is not None and (m.seen if things.fastened[i] else m.least) < most[i]:
+                    nearest[i] = _told(things, i, m)
+            for x, sunk in ground.look(shapes, coarse, part, known.told):
+                lowest[x.shape.shape.thing, sunk] = _lowest(x)
     told = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
     told = sorted([*told, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
     return [c for i, c in enumerate(told) if i < smallest or _red(c)]
@@ -103,7 +105,7 @@ def _finding(c: Clearance, more: str) -> Finding:
     if c.distance < -TOUCH:
         told = f"{a} went {-c.distance:.2f} m into {b}"
     elif c.distance < TOUCH:
-        told = f"{a} touched {b}"
+        told = f"{a} touched {b}, which nothing orders; where that is meant, write 'may touch: [[{c.a}, {c.b}]]'"
     else:
         told = f"{a} came within {c.distance:.2f} m of {b}, {c.limit:g} m are to be kept"
     return Finding(
@@ -130,6 +132,18 @@ def thinned(past: Past) -> Iterator[tuple[History, tuple[int, int]]]:
         yield part.of(kept[begin:end] - kept[begin]), (first - begin, last - begin)
 
 
+def _split(t: Floats, between: tuple[int, int], meant: Meant) -> Iterator[tuple[tuple[int, int], frozenset[int]]]:
+    """From which sample to which the same things may touch, with their numbers; at both ends a sample more."""
+    first, last = between
+    spans = [
+        (int(np.searchsorted(t, a, "right")) - 1, int(np.searchsorted(t, b, "left")) if b < np.inf else last)
+        for _, a, b in meant
+    ]
+    cuts = sorted({first, last, *(k for span in spans for k in span if first < k < last)})
+    for i, j in pairwise(cuts) if len(cuts) > 1 else [(first, last)]:
+        yield (i, j), frozenset(n for n, (a, b) in enumerate(spans) if a <= i and j <= b)
+
+
 def _common(shapes: Shapes, history: History) -> Floats:
     """(n, 2) the motion that most shapes share: that of the cranes along their rails."""
     mains = [history.poses[body][:, :2] for body in shapes.roots if body in history.poses]
@@ -138,63 +152,57 @@ def _common(shapes: Shapes, history: History) -> Floats:
 
 class _Things:
     """Two things each by a number, and the limit of those [m]; `fastened`: a sling and what it hangs on, which stray
-    together between samples."""
+    together between samples; `rigid`: what a contact keeps out of each other between them."""
 
-    def __init__(self, shapes: Shapes, limit: float) -> None:
-        self._shapes, self._limit = shapes, limit
-        self._numbers: dict[tuple[str, str], int] = {}
+    def __init__(self, shapes: Shapes, limit: float, meant: Meant) -> None:
+        self._shapes, self._limit, self._meant = shapes, limit, meant
+        self._numbers: dict[tuple[tuple[str, str], bool], int] = {}
         self._kinds: dict[object, int] = {}
-        self._known: dict[tuple[int, int], int | None] = {}  # of shapes that are alike
-        self._last: tuple[list[int], list[tuple[int, int]], list[int]] = [], [], []
+        self._known: dict[tuple[int, int, frozenset[int]], int | None] = {}  # of shapes that are alike
+        self._last: tuple[object, list[tuple[int, int]], list[int]] = None, [], []
         self.limits: list[float] = []
         self.fastened: list[bool] = []
-        self._beside: dict[int, float] = {}  # of what may touch each other, by how much it may go in [m]
-        self._meant: set[int] = set()  # what has touched
+        self.rigid: list[bool] = []
 
-    def pairs(self, shapes: list[Moving]) -> tuple[list[tuple[int, int]], list[int]]:
-        """Which shapes can meet, and the number of the things that they are of."""
+    def pairs(self, shapes: list[Moving], now: frozenset[int]) -> tuple[list[tuple[int, int]], list[int]]:
+        """Which shapes can meet, and the number of the things that they are of; `now`: what may touch."""
         pairs: list[tuple[int, int]] = []
         groups: list[int] = []
         alike = [self._kinds.setdefault(_alike(s), len(self._kinds)) for s in shapes]
-        if alike == self._last[0]:
+        if (alike, now) == self._last[0]:
             return self._last[1], self._last[2]
         for i, a in enumerate(shapes):
             for j in range(i + 1, len(shapes)):
-                key = alike[i], alike[j]
+                key = alike[i], alike[j], now
                 if key not in self._known:
-                    self._known[key] = self._number(a, shapes[j])
+                    self._known[key] = self._number(a, shapes[j], now)
                 group = self._known[key]
                 if group is not None:
                     pairs.append((i, j))
                     groups.append(group)
-        self._last = alike, pairs, groups
+        self._last = (alike, now), pairs, groups
         return pairs, groups
 
-    def _number(self, a: Moving, b: Moving) -> int | None:
+    def _number(self, a: Moving, b: Moving, now: frozenset[int]) -> int | None:
         """The number of two things; None of shapes that mean nothing to each other."""
         if a.shape.thing == b.shape.thing or not (_moves(a) or _moves(b)):
             return None
         means = self._shapes.relation(a.shape, b.shape)
         if means == "joined":
             return None
-        found = self._numbers.setdefault(self.names(a, b), len(self._numbers))
-        overlap = self._shapes.overlap(a.shape, b.shape)
-        limit = 0.0 - overlap if means == "through" else self._limit
-        if means == "beside":
-            corners = self._shapes.by_corners(getattr(a.shape, "body", ""), getattr(b.shape, "body", ""))
-            self._beside[found] = overlap if corners else np.inf
+        one, other = self._shapes.called(a.shape), self._shapes.called(b.shape)
+        named = {frozenset((x, y)) for x in one for y in other}
+        pairs = {n for n, (names, _, _) in enumerate(self._meant) if names in named}
+        rigid, begins = self._shapes.meeting(a.shape, b.shape)
+        means = "through" if begins or pairs & now else means
+        found = self._numbers.setdefault((self.names(a, b), begins or bool(pairs & now)), len(self._numbers))
+        limit = 0.0 - self._shapes.overlap(a.shape, b.shape) if means == "through" else TOUCH if pairs else self._limit
         self.limits[found : found + 1] = [limit]
         strands, bodies = ([s.shape for s in (a, b) if isinstance(s.shape, kind)] for kind in (Strand, Solid))
         fastened = any(isinstance(x, Strand) and getattr(y, "body", "") in x.ends for x in strands for y in bodies)
         self.fastened[found : found + 1] = [fastened]
+        self.rigid[found : found + 1] = [rigid]
         return found
-
-    def touched(self, number: int, m: Minimum) -> float | None:
-        """The limit of two things that are so near; None if they touch, as they may."""
-        if number in self._beside and (number in self._meant or m.least < TOUCH):
-            self._meant.add(number)
-            return None if m.least >= -self._beside[number] - TOUCH else -self._beside[number]
-        return self.limits[number]
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
         """Both things, first the one that is told to have come to the other: what moves more."""
@@ -216,12 +224,13 @@ def _moves(s: Moving) -> bool:
     return isinstance(s.shape, Strand) or s.shape.body != "world"
 
 
-def _told(things: _Things, limit: float, m: Minimum) -> Clearance:
+def _told(things: _Things, number: int, m: Minimum) -> Clearance:
     a, b, p, q = m.a, m.b, *m.near
     if (a.shape.thing, b.shape.thing) != things.names(a, b):
         a, b, p, q = b, a, q, p
     parts = [x for x in (_part(a, p, m.t), _part(b, q, m.t)) if x]
-    return _clearance(a.shape.thing, b.shape.thing, m.least, m.t, limit, p, q, parts)
+    least = max(m.least, min(m.seen, 0.0)) if things.rigid[number] else m.least
+    return _clearance(a.shape.thing, b.shape.thing, least, m.t, things.limits[number], p, q, parts)
 
 
 def _lowest(x: Low) -> Clearance:

@@ -4,9 +4,11 @@ an end that cuts the lift, an operator who stops it, and what the kernel has to 
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import inf
 from typing import Any
 
 from heavylift.nodes.devs import Event
@@ -19,6 +21,7 @@ from heavylift.nodes.plan.plan import Plan, driven
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import recorded_peaks
 
+Meant = Sequence[tuple[frozenset[str], float, float]]  # names of two things that may touch, from when to when [s]
 UPPER = "upper limit"
 FINISHED = "finished"
 
@@ -106,15 +109,33 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
         yield Finding(severity="warning", kind="computation", subject="kernel", sentence=note, t=t)
 
 
+def touching(plan: Plan, said: Conduct) -> list[tuple[frozenset[str], float, float]]:
+    """What a scene orders to touch, or says may touch."""
+    found = [(frozenset(x.names), -inf, inf) for x in plan.may_touch]
+    for begin, end, actions in _stages(plan, said):
+        touches = (touch for action in actions for touch in action.may_touch)
+        found += [(frozenset(x.names), begin, inf if x.stays else end) for x in touches]
+    return found
+
+
 def landing(plan: Plan, said: Conduct) -> list[tuple[float, float]]:
     """From when to when [s] orders to land are carried out."""
-    ends = [t for t, _, _ in said.stages[1:]] + [max(said.end, *(t for t, _, _ in said.stages), 0.0)]
     return [
-        (t, end)
-        for (t, number, _), end in zip(said.stages, ends, strict=False)
-        if number < len(plan.actions)
-        and any(isinstance(x, Move) and _lands(x.until) for x in plan.actions[number].orders)
+        (begin, end)
+        for begin, end, actions in _stages(plan, said)
+        if any(isinstance(x, Move) and _lands(x.until) for action in actions for x in action.orders)
     ]
+
+
+def _stages(plan: Plan, said: Conduct) -> Iterator[tuple[float, float, Sequence[Action]]]:
+    """From when to when [s] each stage lasts, with its actions: those behind it that have no name belong to it."""
+    firsts = [own.first for own in plan.lists] or [0]
+    for first, after in (x for x in pairwise([*firsts, len(plan.actions)]) if x[0] < x[1]):
+        begun = [(0.0, first), *((t, number) for t, number, _ in said.stages if first <= number < after)]
+        named = [first, *(i for i in range(first + 1, after) if plan.actions[i].stage), after]
+        for (t, number), (end, _) in pairwise([*begun, (max(said.end, begun[-1][0]), after)]):
+            i = bisect_right(named, number) - 1
+            yield t, end, plan.actions[named[i] : named[i + 1]]
 
 
 def _lands(until: Condition | None) -> bool:

@@ -12,10 +12,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.description.points import WORLD
 from heavylift.nodes.plan.shapes import Kind, Shapes, Solid, Strand
 from numpy.typing import NDArray
 
 from .coarse import Coarse
+from .conduct import Meant
 from .history import History
 from .moving import Moving, moving, posed
 from .rotating import chords, turned
@@ -72,10 +74,13 @@ class Ground:
             columns = part.t, gap < self._limit + SHAKES, stands, pose[:, :2], _trolleys(self._shapes, part)
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
-    def settle(self, landing: Spans) -> None:
-        """All parts were surveyed; `landing`: from when to when [s] orders to land are carried out."""
+    def settle(self, landing: Spans, meant: Meant = ()) -> None:
+        """All parts were surveyed; `landing`: when [s] orders to land are carried out; `meant`: what may touch when."""
         for name, columns in self._columns.items():
-            self._meant[name] = _meant(landing, *(np.concatenate(x) for x in zip(*columns, strict=True)))
+            t, *others = (np.concatenate(x) for x in zip(*columns, strict=True))
+            self._meant[name] = _meant(landing, t, *others)
+            for _, first, last in (x for x in meant if x[0] == {name, WORLD}):
+                self._meant[name] |= (t >= first) & (t <= last)
         self._columns = {}
 
     def look(self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float) -> Iterator[tuple[Low, bool]]:

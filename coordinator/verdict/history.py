@@ -13,7 +13,11 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from heavylift.nodes.statics.state import REEVING, reeved
+from heavylift.kernel.algebra.attitudes import quaternions
+from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.mechanism import lug_places
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.statics.state import REEVING, StaticState, reeved
 from heavylift.recordings import Recording, SampleLayout
 from heavylift.recordings.format.samples import POSE, SampleChannel
 from heavylift.recordings.format.spool import Spool
@@ -22,7 +26,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 SPEED = "joint/velocity"
-NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED, "deflection", "edge/force", "edge/place")
+PADS = "support/force"
+NUMBERS = ("rope/tension", "rope/length", REEVING, PADS, SPEED, "deflection", "edge/force", "edge/place")
 BLOCK = 4096  # samples that are looked at together
 KEPT = 3  # blocks of them: an hour and a half of usual samples
 
@@ -41,9 +46,9 @@ class Past(Protocol):
 @dataclass(frozen=True)
 class History:
     """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,), of its most
-    loaded part [N]; unstretched lengths: rope -> (n,) [m]; rigs: the lines that hang, each from its time on; speeds of
-    joints: joint.component -> (n,) [m/s, rad/s]; bent: body.place.axis -> (n,) displacements within bodies [m]; what
-    edges bear and where: rope.edge -> (n,) [N], [m]."""
+    loaded part, or support [N]; unstretched lengths: rope -> (n,) [m]; rigs: the lines that hang, each from its time
+    on; speeds of joints: joint.component -> (n,) [m/s, rad/s]; bent: body.place.axis -> (n,) displacements within
+    bodies [m]; what edges bear and where: rope.edge -> (n,) [N], [m]."""
 
     t: Floats
     poses: Mapping[str, Floats]
@@ -54,6 +59,7 @@ class History:
     bent: Mapping[str, Floats] = field(default_factory=dict)
     borne: Mapping[str, Floats] = field(default_factory=dict)
     places: Mapping[str, Floats] = field(default_factory=dict)
+    straight: bool = field(default=False, kw_only=True)  # between the samples, which are as near as that asks for
 
     def part(self, first: int, end: int) -> History:
         """The samples from `first` to before `end`."""
@@ -67,7 +73,7 @@ class History:
         poses, tensions, lengths, *more = (
             {name: np.take(x.T, kept, axis=-1).T for name, x in each.items()} for each in columns
         )
-        return History(self.t[kept], poses, tensions, lengths, self.rigs, *more)
+        return History(self.t[kept], poses, tensions, lengths, self.rigs, *more, straight=self.straight)
 
 
 def blocks(past: Past) -> Iterator[History]:
@@ -125,8 +131,8 @@ class Collector:
         table = np.ascontiguousarray(rows.T)  # a column is one piece of memory, as all sums run along it
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
-        tensions, lengths, parts, *more = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions | _most(parts), _whole(lengths), self.rigs, *more)
+        tensions, lengths, parts, pads, *more = [{name: next(columns) for name in names} for names in self._names]
+        return History(t, poses, tensions | _most(parts) | pads, _whole(lengths), self.rigs, *more)
 
 
 def history_of(rec: Recording) -> Collector:
@@ -141,6 +147,24 @@ def history_of(rec: Recording) -> Collector:
         number += len(times)
     found.rigs = rec.rigs()
     return found
+
+
+def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
+    """The same of the path at rest, of several lists one after the other, each with its points; ropes hang on
+    the lugs to which they are hooked."""
+    known, ends = machines(plan), [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
+    lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
+    for first, end in pairwise([0, *ends, len(states)]):
+        part, rigs = states[first:end], list[Rig]()
+        for i, x in enumerate(part):
+            if not i or x.hooked != part[i - 1].hooked:
+                ends_now = {name: lugs.get(x.hooked.get(name, "")) for name in lines}
+                drawn = [(name, a.a, ends_now[name] or a.b) for name, some in lines.items() for a in some]
+                rigs.append(Rig(round(x.t * 1e9), [RopeLine(name, p.body, p.p, q.body, q.p) for name, p, q in drawn]))
+        at = {name: [np.array([x.poses[name][k] for x in part]) for k in (0, 1)] for name in sorted(part[0].poses)}
+        poses = {name: np.hstack([p, quaternions(R)]) for name, (p, R) in at.items()}
+        tensions = {name: np.array([x.tensions[name] for x in part]) for name in sorted(part[0].tensions)}
+        yield History(np.array([x.t for x in part]), poses, tensions, {}, rigs, straight=True), part
 
 
 def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:

@@ -18,15 +18,16 @@ from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen,
 from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
+from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
 from heavylift.recordings.read import verdict as read
 from heavylift.recordings.read.verdict import Clearance, Found, Judged, recorded_verdict
 
 from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
-from .conduct import Conduct, conduct_findings, conduct_of, landing
-from .history import Past, blocks, history_of
-from .limits import signals_of_run
+from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
+from .history import Past, blocks, history_of, rests
+from .limits import impacts, signals_of_run
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 RESOLVED = "resolved.json"  # the plan in a recording
@@ -60,10 +61,11 @@ def _limits(bench: Bench) -> None:
     if not plan.limits or not len(shown.t):
         return
     stages = [(t, name) for t, _, name in said.stages if name]
+    peaks = said.peaks | impacts(plan, shown)
     signals = (
         signals_of_run(
             plan, part.t, part.tensions, part.poses, part.rigs,
-            stages=stages, peaks=said.peaks, crossings=said.overloads, lengths=part.lengths,
+            stages=stages, peaks=peaks, crossings=said.overloads, lengths=part.lengths,
         )
         for part in blocks(shown)
     )  # fmt: skip
@@ -74,10 +76,23 @@ def _clearances(bench: Bench) -> None:
     """What came too near to what."""
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
     lands = landing(bench.plan, bench.conduct)
-    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics)
+    meant = touching(bench.plan, bench.conduct)
+    bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics, meant)
     bench.findings += too_near(bench.clearances, bench.plan)
     bench.not_looked_at += Shapes(bench.plan).untouched
     bench.shapeless = Shapes(bench.plan).shapeless
+
+
+def near_at_rest(plan: Plan, statics: Followed) -> list[Finding]:
+    """What comes too near to what on the path at rest."""
+    found: list[Finding] = []
+    for past, points in rests(plan, statics.states) if statics.states else ():
+        begun = {x.action: x.t for x in reversed(points) if x.action}
+        stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
+        bench = Bench(plan, past, Conduct(stages=stages, end=points[-1].t))
+        _clearances(bench)
+        found += [_placed(f, bench.conduct) for f in bench.findings]
+    return _in_order(found)
 
 
 def _bending(bench: Bench) -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import atan2, ceil, cos, exp, pi, sin, sqrt
 
 import numpy as np
 from heavylift.nodes.limits.signals import Signals, hooked_in
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.shapes import Shapes
 from numpy.typing import NDArray
 
+from .history import Past, blocks
 from .rotating import matrices
 
 Floats = NDArray[np.float64]
@@ -42,3 +46,49 @@ def signals_of_run(
         crossings=crossings or {},
         dynamic=True,
     )
+
+
+def impacts(plan: Plan, past: Past) -> dict[str, tuple[float, float]]:
+    """The largest force [N] as a block lands, on all its supports and on one of them, and when [s], by what it is of.
+
+    A pad yields as a spring with a damper, by whose force in the instant of the touch the speed is known; all of the
+    mass comes down on the pads that touch then, but for what ropes and other supports hold.
+    """
+    found: dict[str, tuple[float, float]] = {}
+    strands, pads = Shapes(plan).strands.values(), {s.name: s for m in machines(plan) for s in m.system.supports}
+    for limit in (x for x in plan.limits if x.quantity == "impact"):
+        weight = (limit.value or 0.0) / limit.factor
+        ropes = [x.rope for x in strands if limit.subject in x.ends]
+        names = [name for name in limit.elements if name in pads and pads[name].d > 0.0]
+        k, d = (np.array([getattr(pads[name], key) for name in names]) for key in ("k", "d"))
+        for part in blocks(past) if names else ():
+            F = np.array([part.tensions.get(name, np.zeros(len(part.t))) for name in names])
+            pull = sum((part.tensions[rope] for rope in ropes if rope in part.tensions), np.zeros(len(part.t)))
+            new = (F[:, 1:] > 0.0) & (F[:, :-1] == 0.0)
+            for i in np.flatnonzero(new.any(axis=0)):
+                on, now, t = new[:, i], F[:, i + 1], float(part.t[i + 1])
+                others = float(now[~on].sum())
+                free, speed = max(0.0, weight - others - float(pull[i + 1])), float((now[on] / d[on]).max())
+                force = landing_force(weight / plan.gravity, free, float(k[on].sum()), float(d[on].sum()), speed)
+                one = max(force * float(k[on].max() / k[on].sum()), float(now.max()))
+                for what, value in (("impact", force + others), ("support load", one)):
+                    key = f"{limit.subject} {what}"
+                    found[key] = max(found.get(key, (0.0, 0.0)), (value, t), key=lambda x: x[0])
+    return found
+
+
+def landing_force(mass: float, free: float, k: float, d: float, speed: float) -> float:
+    """The largest force [N] of a spring k [N/m] with a damper d [N s/m] on which a mass [kg] lands with a speed [m/s],
+    of whose weight `free` [N] is not held: F = free - m a, and m a'' + d a' + k a = 0."""
+    a = free / mass - d * speed / mass
+    slope = -(k * speed + d * a) / mass
+    decay, square = d / (2.0 * mass), k / mass - (d / (2.0 * mass)) ** 2
+    least, first = a, free - mass * a
+    if square > 0.0:
+        w = sqrt(square)
+        b = (slope + decay * a) / w
+        t = atan2(b * w - a * decay, a * w + b * decay) / w  # where a' = 0
+        t += pi / w * max(0.0, ceil(-t * w / pi))
+        for x in (t, t + pi / w):
+            least = min(least, exp(-decay * x) * (a * cos(w * x) + b * sin(w * x)))
+    return max(first, free - mass * least)

@@ -93,6 +93,7 @@ class Moving:
     shape: Solid | Strand
     on: tuple[tuple[Frame, Vector], ...]
     there: NDArray[np.bool_] | None = None
+    straight: bool = False
 
     @property
     def t(self) -> Floats:
@@ -177,6 +178,8 @@ class Moving:
     @cached_property
     def stray(self) -> Floats:
         """(n - 1,) how far a point of the shape may be between two samples from where it is taken to be [m]."""
+        if self.straight:
+            return np.zeros(max(0, len(self.t) - 1))
         reach, found = self.reach if isinstance(self.shape, Solid) else 0.0, self._bent
         for frame, p in self.on:
             origin, turn = frame.shakes
@@ -229,7 +232,8 @@ def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> li
     frames[WORLD] = Frame(history.t, np.tile(STILL, (n, 1)))
     for body, twist in twists(joints, frames, history.speeds).items():
         frames[body].twist = twist
-    found = [Moving(s, ((frames[s.body], s.centre),)) for s in shapes.solids if s.body in frames]
+    straight = history.straight
+    found = [Moving(s, ((frames[s.body], s.centre),), None, straight) for s in shapes.solids if s.body in frames]
     return found + _ropes(shapes, history, frames)
 
 
@@ -250,7 +254,7 @@ def _ropes(shapes: Shapes, history: History, frames: dict[str, Frame]) -> list[M
                 there = found.setdefault(key, np.zeros(len(history.t), bool))
                 there[first:last] |= taut[line.rope][first:last] if line.rope in taut else True
     return [
-        Moving(known[rope], ((frames[a_body], a), (frames[b_body], b)), there)
+        Moving(known[rope], ((frames[a_body], a), (frames[b_body], b)), there, history.straight)
         for (rope, a_body, a, b_body, b), there in found.items()
         if there.any() and a_body in frames and b_body in frames
     ]

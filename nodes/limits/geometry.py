@@ -1,15 +1,19 @@
-"""Whether a block can be what the scene says: lugs that are on it, and a centre of mass that is in it."""
+"""Whether a block can be what the scene says: its lugs on it, its centre of mass in it, and as heavy as it is big."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import dist, hypot
 
 from heavylift.kernel.description.points import Vector
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
+from msgspec.structs import replace
 
 REACH = 1.0  # of a lug from the plates of its block [m]
 ROUNDING = 1e-9
+DENSITIES = 20.0, 7850.0  # of all that is in the box of a block [kg/m3]: of light frames, assumed, and of solid steel
 
 
 def outside(half: Vector, p: Vector) -> float:
@@ -18,10 +22,10 @@ def outside(half: Vector, p: Vector) -> float:
 
 
 def geometry_findings(plan: Plan) -> list[Finding]:
-    """Lugs that stand far off the box of the block, and a centre of mass outside it: red, each with its line."""
-    block = plan.block
+    """Lugs far off the box of the block, and a centre of mass outside it: red; a mass unlike its volume: a warning."""
+    block, dense = plan.block, list(_densities(plan))
     if block is None or not any(block.size):
-        return []
+        return dense
     u, v, w = (side / 2 for side in block.size)
     half, found = (u, v, w), []
     for lug in block.lugs:
@@ -34,7 +38,23 @@ def geometry_findings(plan: Plan) -> list[Finding]:
         com = ", ".join(f"{x:g}" for x in block.body.com)
         told = f"the centre of mass at u, v, w = {com} m is {off:.4g} m outside the block"
         found.append(_finding(block.name, told, block.com_where, off, 0.0))
-    return found
+    return found + dense
+
+
+def _densities(plan: Plan) -> Iterator[Finding]:
+    """Of what is lifted, by its mass over the boxes that hold it."""
+    known = machines(plan)
+    masses = {body.name: body.mass for m in known for body in m.system.bodies if body.flexible is None}
+    low, high = DENSITIES
+    for machine, cargo in ((m, c) for m in known for c in m.cargo):
+        sizes = [x.size for m in known for x in m.shapes if x.body == cargo.body]
+        volume, mass = sum(a * b * c for a, b, c in sizes), masses.get(cargo.body, 0.0)
+        if mass and volume and not low <= mass / volume <= high:
+            told = f"the mass of {cargo.body}, {mass / 1e3:.4g} t in {volume:.4g} m3, means {mass / volume:.3g} kg/m3"
+            basis = f"what is lifted has {low:g} (light frames, assumed) to {high:g} kg/m3 (solid steel)"
+            limit, told = low if mass / volume < low else high, f"{told}; {basis}: look at its mass and size"
+            found = _finding(cargo.body, told, machine.where, mass / volume, limit)
+            yield replace(found, severity="warning", unit="kg/m3")
 
 
 def _finding(subject: str, told: str, where: str, value: float, limit: float) -> Finding:

@@ -131,6 +131,17 @@ def _lug_load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     return total if total is None else Reading(total, (alone[0] / plan.gravity, alone[1]) if alone else None)
 
 
+def _support(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """What the most loaded of some supports carries [kg], or all of them together [N]."""
+    found = [name for name in limit.elements if name in signals.tensions]
+    if not found:
+        return None
+    forces, peak = [signals.tensions[name] for name in found], signals.peaks.get(f"{limit.subject} {limit.quantity}")
+    if limit.quantity == "impact":
+        return Reading(np.sum(forces, axis=0), peak)
+    return Reading(np.max(forces, axis=0) / plan.gravity, (peak[0] / plan.gravity, peak[1]) if peak else None)
+
+
 def _off_lead(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Angle of a hook rope to the vertical, in all or along the rails or across them, while it holds a load [rad]."""
     rope, x = rope_of(plan, limit.elements[0]), signal_of(limit, hooks_of(plan), plan.gravity)
@@ -257,6 +268,8 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     **dict.fromkeys(("signal", *KINDS), _named),
     **dict.fromkeys(LOADS, _load),
     "lug load": _lug_load,
+    "support load": _support,
+    "impact": _support,
     "rope factor": _factor,
     "rope peak": _pull,
     "drum pull": _pull,

@@ -83,6 +83,13 @@ def _sling(use: Use, ran: bool) -> str:
     return f"{told}, {limit.factor:g} are needed ({limit.source})"
 
 
+def _lands(use: Use, ran: bool) -> str:
+    limit, verb = use.limit, "pressed" if ran else "would press"
+    times = (use.value or 0.0) * limit.factor / bound(use)
+    told = f"{limit.subject} {verb} on its supports with {shown(limit, use.value)}, {times:.1f} times its weight"
+    return f"{told}; {limit.factor:g} times are allowed ({limit.source.partition(':')[0]})"
+
+
 def _line(use: Use, ran: bool) -> str:
     verb, limit = "carried" if ran else "would carry", use.limit
     told = f"the rope {limit.subject} {verb} {shown(limit, use.value)}, {percent(use.use or 0.0)} of its limit"
@@ -179,6 +186,8 @@ WORDS: dict[str, Words] = {
     "frame load": Words("overload", _carries(str), refused=True),
     "shackle load": Words("overload", _carries(lambda sling: f"each shackle of {sling}"), refused=True),
     "lug load": Words("overload", _carries(lambda lug: f"the lug {lug}"), refused=True),
+    "support load": Words("overload", _carries(lambda block: f"a support of {block}")),
+    "impact": Words("impact", _lands),
     "sling tension": Words("overload", _sling, refused=True),
     "sling peak": Words("overload", _peak),
     "rope tension": Words("overload", _line, refused=True),

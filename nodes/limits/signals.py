@@ -21,10 +21,10 @@ Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> l
 class Signals:
     """Columns over n instants; names are the kernel's.
 
-    t (n,) [s]; tensions: rope -> (n,) [N]; poses: body -> p_WB (n, 3) [m] and R_WB (n, 3, 3); lengths: hook rope ->
-    (n,) unstretched length [m], where it is known.  `peaks`: rope -> (tension [N], when [s]), exact where a run was
-    integrated; `crossings`: load cell -> (tension [N], when [s]) as it went beyond its rated one.  `stages`: (from when
-    [s], name); `actions`: number of the action at each instant, of a path.
+    t (n,) [s]; tensions: rope or support -> (n,) [N]; poses: body -> p_WB (n, 3) [m] and R_WB (n, 3, 3); lengths: hook
+    rope -> (n,) unstretched length [m], where it is known.  `peaks`: rope -> (tension [N], when [s]), exact where a
+    run was integrated; `crossings`: load cell -> (tension [N], when [s]) as it went beyond its rated one.  `stages`:
+    (from when [s], name); `actions`: number of the action at each instant, of a path.
     """
 
     t: Column
@@ -69,13 +69,14 @@ class Signals:
 
 def signals_of(states: Sequence[StaticState]) -> Signals:
     """The columns of a path; what a state does not name is 0 (a tension), or nan."""
-    ropes = sorted({name for state in states for name in state.tensions})
+    forces = [{**state.tensions, **state.supports} for state in states]
+    ropes = sorted({name for each in forces for name in each})
     bodies = sorted({name for state in states for name in state.poses})
     winches = sorted({name for state in states for name in state.references})  # and drives, which nobody asks for
     lost = (np.full(3, np.nan), np.full((3, 3), np.nan))
     return Signals(
         t=np.array([state.t for state in states]),
-        tensions={name: np.array([state.tensions.get(name, 0.0) for state in states]) for name in ropes},
+        tensions={name: np.array([each.get(name, 0.0) for each in forces]) for name in ropes},
         poses={
             name: (
                 np.array([state.poses[name][0] if name in state.poses else lost[0] for state in states]),

@@ -201,6 +201,13 @@ class Begin(Item, frozen=True, kw_only=True, tag="begin"):
 Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Stop | Wait | Begin
 
 
+class Touch(Item, frozen=True, kw_only=True):
+    """Two things that may touch, by their names ("world": the ground); `stays`: also after the stage that says so."""
+
+    names: tuple[str, str]
+    stays: bool = False
+
+
 class Action(Item, frozen=True, kw_only=True):
     """What the commander does next, all orders at once.
 
@@ -212,6 +219,7 @@ class Action(Item, frozen=True, kw_only=True):
     when: Condition | None = None
     timeout: float | None = None
     orders: tuple[Order, ...]
+    may_touch: tuple[Touch, ...] = ()
 
 
 def parts(action: Action) -> bool:

@@ -26,6 +26,8 @@ Quantity: TypeAlias = Literal[
     "frame load",
     "shackle load",
     "lug load",
+    "support load",
+    "impact",
     "sling tension",
     "sling peak",
     "rope tension",

@@ -27,7 +27,7 @@ from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .actions import Action as Action
-from .actions import Item
+from .actions import Item, Touch
 from .fidelity import Fidelity as Fidelity
 from .interlock import Interlock as Interlock
 from .limit import Limit
@@ -257,6 +257,7 @@ class Plan(Item, frozen=True, kw_only=True):
     models: tuple[Own, ...] = ()
     interlocks: tuple[Interlock, ...] = ()
     actions: tuple[Action, ...] = ()
+    may_touch: tuple[Touch, ...] = ()  # at any time
     lists: tuple[ActionList, ...] = ()  # carried out side by side; none: all actions are one list
     driven: tuple[Driven, ...] = ()
 

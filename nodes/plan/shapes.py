@@ -3,7 +3,7 @@
 A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope, thick as the steel of its
 stiffness.  Solids and strands of one `thing` make up what a planner names: the block, a portal, a hook block, a boom.
 How two of them may meet follows from the joints, ropes and contacts between their bodies: they are kept apart, or
-allowed near but not through each other, or joined; loads keep apart from obstacles beside which they touch nothing.
+allowed near but not through each other, or joined.  What the scene says may touch is told by the names of a shape.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import cached_property
 from math import pi, sqrt
 from typing import Literal
 
-from heavylift.kernel.description.contacts import Ball, Box, Contact
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.laws import Support
 from heavylift.kernel.description.points import IDENTITY, WORLD, Matrix, Vector
 
@@ -22,7 +22,7 @@ from .goliaths import machines
 from .plan import Mechanism, Plan
 
 Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "stools"]
-Relation = Literal["apart", "through", "joined", "beside"]
+Relation = Literal["apart", "through", "joined"]
 
 GROUND, STOOLS, HULL = "ground", "stools", "hull"
 STOOL = 1.0  # edge of a stool [m]
@@ -144,6 +144,20 @@ class Shapes:
 
     # ---- how they meet ------------------------------------------------------------------------------------
 
+    def called(self, x: Solid | Strand) -> set[str]:
+        """All names by which a scene may mean a shape."""
+        if isinstance(x, Solid):
+            return {x.thing, x.body, x.machine} - {"", WORLD}
+        rigging = (tie.rigging for machine in self.machines for tie in machine.ties if tie.rope == x.rope)
+        return {x.thing, x.rope, *rigging} - {""}
+
+    def meeting(self, a: Solid | Strand, b: Solid | Strand) -> tuple[bool, bool]:
+        """Whether a contact of whole shapes keeps two out of each other, and whether they begin on each other."""
+        one, other = (getattr(x, "body", "") for x in (a, b))
+        found = self._contacts.get(frozenset((one, other)), [])
+        begins = any(contact.name in machine.closed for contact in found for machine in self.machines)
+        return bool(found) and not self.by_corners(one, other), begins
+
     def relation(self, a: Solid | Strand, b: Solid | Strand) -> Relation:
         """How two shapes of different things may meet."""
         if isinstance(a, Solid) and isinstance(b, Solid):
@@ -164,10 +178,7 @@ class Shapes:
             return "joined" if "block" in kinds else "apart"
         if bodies in self._pairs:
             return "joined"
-        touching = bodies in self._contacts
-        if touching and kinds == {"block", "machine"}:
-            return "beside"
-        if touching:
+        if bodies in self._contacts and "block" not in kinds:
             return "through" if self.by_corners(a.body, b.body) else "joined"
         if "mechanism" in kinds:
             return "joined" if a.kind != b.kind else "through"
@@ -236,6 +247,8 @@ class Shapes:
                 more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
                 told = f"whether {', '.join(bare[:3])}{more} of {machine.name} meet anything: they have no shapes"
                 found.append(told)
+            if any(isinstance(contact.b, Plane) for contact in machine.system.contacts):
+                found.append(f"how near planes of {machine.name} come to anything, but for the ground")
             if any(rope.name not in self.strands for rope in machine.system.straight_ropes):
                 found.append(f"whether ropes of {machine.name} meet anything")
             if any(rope.name not in self.slings for rope in machine.system.reevings):

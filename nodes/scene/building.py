@@ -26,6 +26,7 @@ from heavylift.nodes.scene.construction.machines import build_fidelity, build_ma
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
+from heavylift.nodes.scene.construction.touching import check_touches, touches
 from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
@@ -119,6 +120,7 @@ def _built(
             limits=build_limits(yard, mechanisms),
             accepts_assumed=yard.scene.assumed == "accept",
             actions=build_actions(yard, mechanisms),
+            may_touch=tuple(touches(source, (), scene.may_touch)),
         ),
         text,
         path,
@@ -129,6 +131,7 @@ def _built(
         keys=scene,
     )
     check_models(source, loaded.plan)
+    check_touches(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     shaped, unknown = aimed(loaded.plan)
     shaped, more = swing_free(shaped, keep=not passing) if not unknown else (shaped, [])
@@ -161,7 +164,9 @@ def _side_by_side(
         return _built(own, path, text)
 
     found, followed = several(source, scene, path, alone)
-    built = msgspec.structs.replace(found, **_common(scene))
+    may_touch = (*found.may_touch, *touches(source, (), scene.may_touch))
+    built = msgspec.structs.replace(found, **_common(scene), may_touch=may_touch)
+    check_touches(source, built)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(built))])
     settings = tuple(overrides)
     return LoadedScene(

@@ -146,9 +146,13 @@ class LoadedScene:
     def _others(self) -> list[Finding]:
         return [*geometry_findings(self.plan), *path_findings(self.plan, self.statics)]
 
-    @cached_property
+    @property
     def checks(self) -> list[Check]:
         """All checks of that path, and what nobody checks there."""
+        return self.checked()
+
+    def checked(self, near: Sequence[Finding] = ()) -> list[Check]:
+        """The same with what comes too `near` to what."""
         unread = {id(use.limit) for use in self.uses}
         uses = [*self.uses, *(Use(limit, None) for limit in self.plan.limits if id(limit) not in unread)]
-        return checks_of(self.plan, uses, self._others, None, Shapes(self.plan).shapeless)
+        return checks_of(self.plan, uses, [*self._others, *near], None, Shapes(self.plan).shapeless)

@@ -19,6 +19,8 @@ import msgspec
 from heavylift.kernel.cache import contents, read_cached, sources, write_cached
 from heavylift.kernel.errors import SceneError, path_text
 from heavylift.nodes.fidelity import Verdict
+from heavylift.nodes.limits.telling import sorted_findings
+from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene.text.files import named_so_far
 from heavylift.nodes.scene.text.opening import scene_file, scene_text
@@ -96,14 +98,14 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
     return LoadedScene(built, text, Path(name), facts(scene), merged=merged, keys=scene)
 
 
-def check(scene: LoadedScene | str | Path) -> Report:
-    """Sizes, static loads, use of limits and findings of a scene."""
+def check(scene: LoadedScene | str | Path, near: Sequence[Finding] = ()) -> Report:
+    """Sizes, static loads, use of limits and findings of a scene; `near`: what comes too near on its path at rest."""
     from .report import report
 
     scene = loaded(scene)
-    return report(
-        scene.plan, scene.statics, scene.followed, scene.uses, scene.findings, scene.checks, str(scene.verdict or "")
-    )
+    found = sorted_findings([*scene.findings, *near])
+    answer = str(scene.verdict or "")
+    return report(scene.plan, scene.statics, scene.followed, scene.uses, found, scene.checked(near), answer)
 
 
 class _Kept(msgspec.Struct):

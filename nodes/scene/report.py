@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
-from heavylift.nodes.limits.telling import likewise
+from heavylift.nodes.limits.telling import clock, likewise
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
@@ -207,7 +207,8 @@ def _chosen(move: Move, unit: str) -> str:
 
 
 def _lines(findings: Sequence[Finding]) -> list[str]:
-    return [f"{f.severity}: {f.sentence}{f' ({f.stage})' if f.stage else ''}" for f in likewise(findings)]
+    found = [(f, f", at {clock(f.t)}" if f.kind == "clearance" and f.t else "") for f in likewise(findings)]
+    return [f"{f.severity}: {f.sentence}{at}{f' ({f.stage})' if f.stage else ''}" for f, at in found]
 
 
 def _ropes_at_rest(statics: Followed) -> list[str]:

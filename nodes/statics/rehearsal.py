@@ -26,7 +26,7 @@ from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Plan
 
 from .state import REEVING, Acted, Pose, StaticState, reeved
-from .touching import apart, meets
+from .touching import apart, meets, there
 
 LAST_NS = 100 * 3600 * 10**9  # simulated time after which a list that has not ended never does
 WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
@@ -232,15 +232,14 @@ class Rehearsal:
             self.states.append(state)
 
     def _look(self, state: StaticState) -> None:
-        """Raises KernelError where shapes go through each other on the way to a state."""
-        before = self.states[-1] if self.states else None
-        for contact in self._contacts:
-            part = meets(contact, before, state)
-            if part is not None:
-                at = f"at {before.t + part * (state.t - before.t):.1f} s" if before else "at the start"
-                raise KernelError(
-                    f"'{contact.name}' touches {at}, and with what rigid contacts press no rest is followed"
-                )
+        """Raises KernelError where shapes go through each other on the way to a state, in a last one there."""
+        before = self.states[-1] if self.states else state
+        found = [(part, x.name) for x in self._contacts if (part := meets(x, before, state)) is not None]
+        if found:
+            part, name = min(found)
+            self.states.append(dataclasses.replace(there(before, state, part), event=f"{name} touches"))
+            at = f"at {self.states[-1].t:.1f} s" if state.t else "at the start"
+            raise KernelError(f"'{name}' touches {at}, and with what rigid contacts press no rest is followed")
 
     def _state(self, rest: Rest, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
         s, row = self.path.command, rest.row

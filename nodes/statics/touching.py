@@ -5,6 +5,7 @@ Between two points of the path bodies are looked at on straight ways.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import ceil, inf
 
 import numpy as np
@@ -27,10 +28,19 @@ def apart(contact: Contact, a: Pose, b: Pose) -> bool:
     return gap(contact, a, b) > DEEP
 
 
-def meets(contact: Contact, before: StaticState | None, after: StaticState) -> float | None:
+def there(before: StaticState, after: StaticState, part: float) -> StaticState:
+    """What is at a part of the way from one point of the path to the next."""
+    poses = {
+        body: (tuple(a + part * (b - a) for a, b in zip(p, q, strict=True)), R if part > 0.5 else Q)
+        for (body, (p, Q)), (q, R) in zip(before.poses.items(), after.poses.values(), strict=True)
+    }
+    return replace(after, t=before.t + part * (after.t - before.t), poses=poses)  # type: ignore[arg-type]
+
+
+def meets(contact: Contact, before: StaticState, after: StaticState) -> float | None:
     """At which part of the way from one point of the path to the next the shapes of a contact begin to go through each
     other; None if they do not."""
-    ends = _poses(contact, before or after), _poses(contact, after)
+    ends = _poses(contact, before), _poses(contact, after)
     way = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
     looks = max(1, ceil(way / STEP))
 
@@ -38,7 +48,7 @@ def meets(contact: Contact, before: StaticState | None, after: StaticState) -> f
         here = [(a + part * (b - a), R if part > 0.5 else Q) for (a, Q), (b, R) in zip(*ends, strict=True)]
         return gap(contact, *here) < -DEEP
 
-    parts = np.arange(0 if before is None else 1, looks + 1) / looks
+    parts = np.arange(0 if before is after else 1, looks + 1) / looks
     looked_at: list[float] = parts[_near(contact, ends, parts)].tolist()
     for high in looked_at:
         if deep(high):

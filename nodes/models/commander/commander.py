@@ -129,6 +129,8 @@ class Commander(Orders):
         self.index, self.since = self.index + 1, self.now.t
         if action.stage:
             self.outbox.append((self.stage, m.Stage(action.stage, self.index - 1)))
+        if fall := self.known.lets_fall(action.orders, self.picture, self.lugs):
+            raise ModelError(f"{action.where or place(plan, (self.index - 1, 0))}: {fall}")
         for i, order in enumerate(action.orders):
             at = self.index - 1, i
             try:
@@ -154,6 +156,8 @@ class Commander(Orders):
             if self.plan.lists and (self.over or not {*asked} <= {*self.own}):
                 many = "it orders machines of several lifts, which are ordered one by one"
                 raise Refused("the action list of this lift is over" if self.over else many)
+            if fall := self.known.lets_fall(orders, self.picture, self.lugs):
+                raise Refused(fall)
             for i, order in enumerate(orders):
                 self._give(order, (ASIDE, i))
         except Refused as error:

@@ -117,7 +117,7 @@ def _words(term: scene.Condition, picture: Picture, moment: Moment) -> str:
             states = _list([f"{name} is {picture.ropes[name]}" for name in wrong])
             return f"{term.text or f'{term.each} of {len(term.names)} slings {term.state}'} ({states})"
         case scene.MovesDone():
-            return f"{term.text or 'moves done'} ({_list([f'{v} of {driven(a)}' for v, a in _open(term, moment)])})"
+            return f"{term.text or 'moves done'} ({_list([_told(*x) for x in _open(term, moment)])})"
         case scene.Lifted() | scene.Landed():
             wanted = "lifted" if isinstance(term, scene.Lifted) else "landed"
             return f"{term.text or f'{term.model} {wanted}'}"
@@ -140,6 +140,10 @@ def _hooked(term: scene.Slings, picture: Picture) -> list[str]:
         what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))
         raise Refused(f"`{what}` refers to no sling, none of {whom} is hooked")
     return names
+
+
+def _told(verb: str, actor: str) -> str:
+    return f"{verb} until {actor}" if verb == "wait" else f"{verb} of {driven(actor)}"
 
 
 def _open(term: scene.MovesDone, moment: Moment) -> list[tuple[str, str]]:

@@ -50,8 +50,10 @@ def addressed(order: scene.Order) -> str | None:
 
 
 def still_open(jobs: list[Job], action: int) -> tuple[tuple[str, str, bool], ...]:
-    """The orders of an action that are not done, as (verb, actor, whether a limit or an interlock stopped it)."""
-    return tuple((job.verb, job.actor, bool(job.limit)) for job in jobs if job.action == action)
+    """The orders of an action that are not done, as (verb, actor, or of a wait when it ends, whether something stopped
+    it)."""
+    of = [(job, job.actor if job.ends_ns is None else clock(job.ends_ns)) for job in jobs if job.action == action]
+    return tuple((job.verb, actor, bool(job.limit)) for job, actor in of)
 
 
 def partners(jobs: list[Job], actor: str) -> list[Job]:

@@ -6,7 +6,7 @@ front; one of an operator is answered so.
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 
 from heavylift.kernel.description.mechanics import Joint
 from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Stop, Turn, Unhook
@@ -78,6 +78,18 @@ class Machines:
             case _:
                 asked = []
         return [self.joints[actuator] for actuator in asked if actuator in self.joints]
+
+    def lets_fall(self, orders: Sequence[Order], picture: Picture, lugs: Mapping[str, str]) -> str:
+        """What would fall if these orders unhook all taut slings of a load that stands on nothing; "" if nothing."""
+        off = {order.sling for order in orders if isinstance(order, Unhook) and not order.parted}
+        held: dict[str, set[str]] = {}
+        for tie in (tie for machine in self.parts for tie in machine.ties if off and picture.ropes[tie.rope] == "taut"):
+            if end := tie.lower or self.lugs.get(lugs.get(tie.rope, "")):
+                held.setdefault(end.body, set()).add(tie.rope)
+        stands = {name.rpartition(":")[2] for name in picture.grounded}
+        cargo = {cargo.body for machine in self.parts for cargo in machine.cargo} - stands
+        fall = next((body for body, slings in held.items() if body in cargo and slings <= off), "")
+        return f"{fall} hangs in what is unhooked and would fall: land it or slacken the slings first" if fall else ""
 
     def _check_ground(self, order: Move, picture: Picture, lugs: Mapping[str, str]) -> None:
         """A crane does not travel while what hangs on it stands on its supports."""

@@ -29,6 +29,7 @@ from .findings import Findings, Violations
 from .geometry import goal_checks, reach
 
 SAME = 1.0 + 1e-6  # times a speed that is not faster
+LOADED = 10e3  # [N] of a sling: what taking up its slack leaves in it is no load
 TIPS = radians(10.0)  # of a block that leans as it is lifted
 
 
@@ -86,10 +87,10 @@ class Order:
         """Whether a load stands on one of its supports."""
         return any(x.supports.get(s.name, 0.0) > 0.0 for s in self.cargo[body].system.supports)
 
-    def lifted(self, x: StaticState, move: actions.Move) -> bool:
-        """Whether a move carries a load in a state."""
-        taut = {rope for rope, tension in x.tensions.items() if tension > SLACK}
-        return any(not self.grounded(end.body, x) for _, end in self.tied(self.hooks(move), taut))
+    def loaded(self, x: StaticState, move: actions.Move) -> bool:
+        """Whether there is a load on the hooks of a move in a state, on its supports or not."""
+        carry = {rope for rope, tension in x.tensions.items() if tension > LOADED}
+        return bool(self.tied(self.hooks(move), carry))
 
 
 def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[tuple[str, str]]:
@@ -233,16 +234,12 @@ def _fast(x: Order) -> Violations:
     """No actuator is faster than it can, with or without a load."""
     for m in (m for m in _moves(x, MOTIONS) if m.model in x.scene.cranes):
         crane, verb = x.scene.cranes[m.model], VERBS[m.verb]
-        hangs = any(not x.grounded(end.body, x.before) for _, end in x.tied(x.hooks(m), x.taut))
-        limit, how = verb.limit(crane, loaded=hangs), ""
-        if limit is None:
-            continue
         moving = (state for state in x.states if abs(state.speeds.get(m.actuator, 0.0)) > 0.0)
-        lifts = verb.sign != 0 and any(x.lifted(state, m) for state in moving)
-        if abs(m.speed) <= limit * SAME and lifts:
-            limit, how = verb.limit(crane, loaded=True) or limit, " with a load"
-        if abs(m.speed) > limit * SAME:
-            message = f"{m.verb} {abs(m.speed) * 60:g} m/min is faster than {m.model} can{how}"
+        loaded = verb.sign != 0 and any(x.loaded(state, m) for state in (x.before, *moving))
+        limit = verb.limit(crane, loaded=loaded)
+        if limit is not None and abs(m.speed) > limit * SAME:
+            with_ = " with a load" if loaded else ""
+            message = f"{m.verb} {abs(m.speed) * 60:g} m/min is faster than {m.model} can{with_}"
             yield m.actuator, m.where, f"{message}: {limit * 60:g} m/min"
 
 

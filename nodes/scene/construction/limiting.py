@@ -18,14 +18,15 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .rigging.ratings import bridle_limit, hook_limits, lug_limits, rigging_limits, sling_limits, tandem_limits
-from .yard import Yard
+from .yard import LOWER, UPPER, Yard
 
 
 def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
     rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
-    return (*rows, *tandem_limits(yard, mechanisms), *_rig(yard), *lug_limits(yard), *_ropes(yard, mechanisms))
+    rows += [*tandem_limits(yard, mechanisms), *_rig(yard), *lug_limits(yard), *_supports(yard)]
+    return (*rows, *_ropes(yard, mechanisms))
 
 
 def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
@@ -51,6 +52,21 @@ def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[L
             subject="all", quantity="wind", unit="m/s", value=limits.wind, elements=winds, source=by, note=note,
             where=where,
         )  # fmt: skip
+
+
+def _supports(yard: Yard) -> Iterator[Limit]:
+    """What supports carry: each of them, and all of a block together as it lands."""
+    limits = yard.scene.limits
+    most, by = limits.impact, "the scene" if "impact" in limits.model_fields_set else "assumed"
+    for name, block in yard.scene.all_blocks.items():
+        base: Path = ("block",) if yard.scene.block and name == "block" else ("blocks", name)
+        pads = (f"{name}.{face}-{i}" for face in (LOWER, UPPER) for i in range(1, len(block.supports.at) + 1))
+        both = {"subject": name, "elements": (*pads,), "where": yard.source.where((*base, "supports"))}
+        given = block.supports.capacity
+        of, note = ("the scene", "") if given else ("", "give 'capacity' of its supports")
+        yield Limit(quantity="support load", unit="kg", value=given, source=of, note=note, **both)  # type: ignore[arg-type]
+        weight, of = block.mass * yard.scene.gravity, f"{by}: {most:g} times its weight"
+        yield Limit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
 
 
 def _ropes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:

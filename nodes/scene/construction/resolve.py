@@ -22,6 +22,7 @@ from .levelling import Levelling
 from .rigging.slings import Sling, lugs_of, slings_of
 from .signals import Conditions, wrong_units
 from .targets import Actor, targets
+from .touching import landings, touches
 from .yard import Yard, by_beam, ramp_of
 
 ROUNDING = 1e-9  # relative, of a speed
@@ -119,7 +120,9 @@ class _Resolver:
                 follows = f"'{target}' must not {phrase.verb} while the block turns: it follows the turn"
                 self.source.fault(here, follows, on_key=True)
         when, where = self.condition((*path, "when"), action.when), self.source.where(path)
-        return plan.Action(stage=action.stage, when=when, timeout=action.timeout, orders=tuple(orders), where=where)
+        made = plan.Action(stage=action.stage, when=when, timeout=action.timeout, orders=tuple(orders), where=where)
+        may = (*touches(self.source, path, action.may_touch), *landings(self.yard, path, action))
+        return msgspec.structs.replace(made, may_touch=may)
 
     def orders(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> list[actions.Order]:
         return self._orders(path, self._actors(path, target, phrase), phrase)
@@ -127,10 +130,12 @@ class _Resolver:
     def _actors(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> tuple[Actor, ...]:
         words = " ".join(target.split())
         found = self.targets.get(words)
-        if found and VERBS[phrase.verb].becomes == "stop" and words in {actor.model for actor in found}:
-            found = self.of_machine(words)
+        machines = tuple(dict.fromkeys(actor.model for actor in found or ()))
+        whole = words in machines or words.removeprefix("all ") == "cranes"
+        if found and whole and VERBS[phrase.verb].becomes == "stop":
+            found = tuple(actor for machine in machines for actor in self.of_machine(machine))
         if found is None:
-            known = [*self.targets, "stage", "when", "timeout"]
+            known = [*self.targets, "stage", "when", "timeout", "may touch"]
             self.source.fault(path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True)
             return ()
         obeying = tuple(actor for actor in found if actor.obeys(VERBS[phrase.verb]))

@@ -39,6 +39,8 @@ _TEXT = WithJsonSchema({"type": "string"})
 Order = Annotated[OrderPhrase, _phrase(read_order, "what to do, such as 'hoist 3 m/min by 2 m'"), _TEXT]
 Condition = Annotated[ConditionPhrase, _phrase(read_condition, "a condition, such as 'all slings taut'"), _TEXT]
 
+Touching = list[tuple[str, str]]  # pairs of things that may touch each other
+
 
 class Action(BaseModel):
     """One line of the action list: `target: what to do`, as many targets at once as one likes."""
@@ -49,6 +51,7 @@ class Action(BaseModel):
     stage: str = ""
     when: Condition | None = None
     timeout: Duration | None = None
+    may_touch: Touching = Field(default_factory=list, alias="may touch")  # besides those of the whole scene
 
     @model_validator(mode="before")
     @classmethod

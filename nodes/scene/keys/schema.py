@@ -15,7 +15,7 @@ from heavylift.nodes.plan.fidelity import USUAL, Asked
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
-from .actions import Action, Condition, Interlock
+from .actions import Action, Condition, Interlock, Touching
 from .base import Base, Name, Place, keys_of
 from .environment import Floor, Obstacle, Vessel, Waves, Wind
 from .nodes import OwnModel, Process
@@ -132,6 +132,7 @@ class Supports(Base):
     settlement: u.Extent = u.LENGTH.read("5 mm")  # under its share of the weight
     damping: u.Ratio = 0.3  # of critical, with its share of the weight; assumed
     friction: u.Ratio = 0.4  # assumed
+    capacity: u.Mass | None = None  # of each; left out: not judged
 
 
 class Mesh(Base):
@@ -214,6 +215,7 @@ class LiftLimits(Base):
     clearance: u.Gap = u.LENGTH.read("0.5 m")  # between what can meet; assumed
     bridle_warning: u.Swing = u.ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are reported
     bridle: u.Swing = u.ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
+    impact: u.Factor = 1.5  # on all supports of a block as it lands, over its weight; assumed
     wind: u.Speed | None = None  # in which is lifted; left out: not judged
     signals: list[Condition] = Field(default_factory=list)  # what must hold: `gap west east >= 3 m`
     ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too
@@ -277,6 +279,7 @@ class Scene(Base):
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
     models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
+    may_touch: Touching = Field(default_factory=list)  # what the lift means to touch, besides `landed on`
     actions: list[Action] = Field(default_factory=list)
 
     @property

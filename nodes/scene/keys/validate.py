@@ -88,14 +88,15 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
 
 def _key_of_action(word: str) -> str:
     """The key of an action that a word is nearly written like; "" if there is none."""
-    return next(iter(get_close_matches(word.lower(), ("stage", "when", "timeout", "wait"), 1, 0.75)), "")
+    return next(iter(get_close_matches(word.lower(), ("stage", "when", "timeout", "may touch", "wait"), 1, 0.75)), "")
 
 
 def _fault(source: Source, error: ErrorDetails) -> Fault:
     path, kind, given = _path(source.data, error["loc"]), str(error["type"]), error.get("input")
     context = error.get("ctx") or {}
     last = str(path[-1]) if path else ""
-    if kind == "phrase" and context["sentence"].startswith("an order begins") and (near := _key_of_action(last)):
+    said = str(context.get("sentence", context.get("error", "")))
+    if said.startswith(("an order begins", "write what to do")) and (near := _key_of_action(last)):
         return Fault(path, f"there is no '{last}' to give an order to", f"did you mean '{near}'?", on_key=True)
     if kind == "phrase":
         added = len(str(given)) - len(str(source.at(path)))  # `wait: 3 s` is read as the phrase 'wait 3 s'

@@ -116,7 +116,7 @@ def _separated(data: bytes, file: str) -> Iterator[list[Cell]]:
         for text in texts:
             at = max(at, line.find(text, at))
             row.append(Cell.of(text, Mark(file, number, at + 1, line)))
-            at += len(text)
+            at += len(text) + 1
         yield row
 
 

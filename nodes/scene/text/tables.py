@@ -9,7 +9,8 @@ The head names keys with their units, `mass [t]`, `com x [m]`; a column without 
 The first column names the row; in a table of lugs it names the block, the second one the lug, and without `#B17` the
 first one the lug.  `modes from` alike names a table of block, mode, place (lug or stool), its displacement x, y, z and
 in some row of each mode the frequency, mass and damping.  What the same file writes wins over the row, and so do
-files and settings laid over it; the row wins over what that file extends.  An empty cell is as if nothing were written.
+files and settings laid over it; the row wins over what that file extends.  An empty cell is an error, unless what wins
+over the row gives the key; lugs and modes of a table stand in place of all those of what its file extends.
 
 Of responses, as of `loads from` below `floating`, a column `surge [m/m]` has one `surge phase [deg]` beside it;
 `period` and `heading` say which wave a row is for, by its direction against the bow.  Between rows real and imaginary
@@ -25,7 +26,7 @@ from heavylift.kernel.errors import SceneError
 
 from . import units
 from .faults import closest, raise_faults
-from .source import Data, Path, Source
+from .source import Data, Mark, Path, Source
 from .table_files import AXES, Cell, Column, Found, lay, table, with_unit
 
 BLOCK = "block"
@@ -68,23 +69,35 @@ def _tabled(source: Source, base: Path) -> None:
             file, _, row = (part.strip() for part in named.partition("#"))
             head, rows = table(source.root, file)
             if word == ROW:
-                lay(source, base, block, _block(source, base, head, _only(rows, row, file)), mark)
+                lay(source, base, block, _block(source, base, head, _only(rows, row, file), mark), mark)
             else:
                 key, reader = ("lugs", _lugs) if word == LUGS else ("modes", _modes)
                 into = block.setdefault(key, {})
                 source.keys.setdefault((*base, key), source.keys.get(at, mark))
                 if isinstance(into, dict):
+                    for name in [x for x in into if not _wins(source, (*base, key, x), mark)]:
+                        del into[name]
                     lay(source, (*base, key), into, reader(source, base, head, rows, row, file), mark)
         except (SceneError, ValueError) as error:
             source.fault(at, str(error), mark=mark)
-            raise_faults(source, source.faults)
+        raise_faults(source, source.faults)
 
 
-def _block(source: Source, base: Path, head: list[Column], row: list[Cell]) -> Found:
+def _wins(source: Source, path: Path, named: Mark) -> bool:
+    """Whether what is written at a path wins over a table named there."""
+    return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
+
+
+def _block(source: Source, base: Path, head: list[Column], row: list[Cell], named: Mark) -> Found:
     """The keys of a row."""
     found: Found = {}
     for column, cell in zip(head[1:], row[1:], strict=False):
-        if not cell.text or not (column.unit or column.axis):
+        path = (*base, column.key)
+        if not (column.unit or column.axis) or (source.at(path) is not None and _wins(source, path, named)):
+            continue
+        if not cell.text:
+            told = f"the row '{row[0].text}' is empty in column '{f'{column.key} {column.axis}'.strip()}'"
+            source.fault(path, told, "write its value, or leave the column away", mark=cell.mark)
             continue
         text = with_unit(cell.text, column.unit)
         known = found.get(column.key)
@@ -99,7 +112,7 @@ def _block(source: Source, base: Path, head: list[Column], row: list[Cell]) -> F
             value[AXES.index(column.axis)] = text
             cells[(AXES.index(column.axis),)] = cell.mark
     for key, (value, mark, _) in found.items():
-        if isinstance(value, list) and None in value:
+        if isinstance(value, list) and None in value and not source.faults:
             lacking = ", ".join(f"'{key} {x}'" for x, y in zip(AXES, value, strict=True) if y is None)
             source.fault((*base, key), f"the row has no {lacking}", mark=mark)
     return found

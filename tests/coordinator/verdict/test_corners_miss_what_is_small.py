@@ -14,6 +14,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 
+MEANT = [(frozenset(("block", "plinth")), -np.inf, np.inf)]
 LUGS = "lugs: {A: [-2 m, 2 m, 2 m], B: [2 m, 2 m, 2 m], C: [-2 m, -2 m, 2 m], D: [2 m, -2 m, 2 m]}"
 STOOLS = "supports: {height: 0.5 m, at: [[-2 m, -2 m], [2 m, -2 m], [-2 m, 2 m], [2 m, 2 m]]}"
 PLINTH = 1.5  # height [m]
@@ -78,7 +79,7 @@ def test_whatever_the_sizes_an_overlap_is_red(meets: str, overlap: float) -> Non
         deep = min((a + b) / 2 - abs(x) for a, b, x in zip(own, other, at, strict=True))
         places = {"block": (at[0], at[1], 50.0 + at[2]), "plinth": (0.0, 0.0, 50.0)}
         poses = {body: np.tile([*p, 0.0, 0.0, 0.0, 1.0], (3, 1)) for body, p in places.items()}
-        near = findings(clearances(plan, History(np.arange(3.0), poses, {}, {}, [])), plan)
+        near = findings(clearances(plan, History(np.arange(3.0), poses, {}, {}, []), meant=MEANT), plan)
         found = [f for f in near if f.value is not None and f.value < 0.0]  # what comes near is red besides
         assert [f.value for f in found] == ([pytest.approx(-deep, abs=1e-3)] if deep > overlap + TOUCH else [])
         reds += bool(found)

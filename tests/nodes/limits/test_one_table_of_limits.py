@@ -83,8 +83,8 @@ def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() ->
 def test_the_keys_are_written_as_planners_write_them() -> None:
     keys = json_schema()["$defs"]["LiftLimits"]["properties"]
     assert [*keys] == [
-        "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "wind",
-        "signals", "ropes",
+        "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "impact",
+        "wind", "signals", "ropes",
     ]  # fmt: skip
     assert keys["off-lead"]["default"] == "3 deg"
     with pytest.raises(SceneError, match="unknown key 'off led'"):

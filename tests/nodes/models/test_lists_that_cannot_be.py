@@ -3,7 +3,21 @@
 import pytest
 from heavylift.kernel import ModelError
 from heavylift.nodes.models.parts import StateEvent
-from heavylift.nodes.plan import Action, And, Brake, Hookup, Lifted, Move, MovesDone, Order, Plan, Slings, Turn, Unhook
+from heavylift.nodes.plan import (
+    Action,
+    And,
+    Brake,
+    Hookup,
+    Lifted,
+    Move,
+    MovesDone,
+    Order,
+    Plan,
+    Slings,
+    Turn,
+    Unhook,
+    Wait,
+)
 from test_the_action_list import SLINGS, events, hoist, taut, travel
 from yard import Yard, turnover
 
@@ -106,6 +120,12 @@ def test_a_list_that_stands_still_says_what_it_waits_for() -> None:
     script = [e for s in SLINGS if s != "loader-3.sling-2" for e in events("taut", 30.0, s)]
     yard = Yard(turnover(first, second, Action(when=when, orders=())), *script).run()
     assert yard.waiting_for() == (f"still waiting for all slings taut (loader-3.sling-2 is slack) since 20 s, {LINE}")
+
+
+def test_a_wait_that_is_waited_for_is_named() -> None:
+    first = Action(orders=(Wait(seconds=1200.0),), where=LINE)
+    yard = Yard(turnover(first, Action(when=MovesDone(), orders=(), where=LINE))).run(60.0)
+    assert yard.waiting_for() == f"still waiting for moves done (wait until 1200 s) since 0 s, {LINE}"
 
 
 def test_a_move_that_ends_at_a_limit_is_not_done() -> None:

@@ -44,7 +44,10 @@ ORDERS = {
         "lift",
         [("hoist 3 m/min", "hoist 4 m/min")],
         "all hooks:",
-        ("actions[2].all hooks: hoist 4 m/min is faster than crane can: 3 m/min; likewise crane.H2, crane.H3"),
+        (
+            "actions[2].all hooks: hoist 4 m/min is faster than crane can with a load: 3 m/min; "
+            "likewise crane.H2, crane.H3"
+        ),
     ),
     "turn faster than the winches": (
         "turnover",

@@ -12,7 +12,7 @@ BLOCKS = """\
 block;drawing;mass [t];size x [m];size y [m];size z [m];com x [m];com y [m];com z [m]
 B16;A-1;120;10;8;4;0;0;0
 B17;A-2;300;20;16;8;0.25;0;-0.5
-B18;A-3;480 +- 3 %;20;16;8;;;
+B18;A-3;480 +- 3 %;20;16;8;0;0;0
 """
 LUGS = """\
 block,name,x [m],y [m],z [m]
@@ -103,7 +103,7 @@ def test_a_workbook_says_the_same(scene: Path) -> None:
         ("300;20", "300;5;20", "blocks.csv:3: has more cells than the head; write decimal points, or ';'"),
         ("300;20", "300,5;20", "blocks.csv:3:9: error: block.mass: "),
         ("mass [t]", "mas [t]", "blocks.csv:1:15: error: block.mas: unknown key 'mas'"),
-        ("0.25;0;-0.5", "0.25;;-0.5", "blocks.csv:1:57: error: block.com: the row has no 'com y'"),
+        ("0.25;0;-0.5", "0.25;;-0.5", "blocks.csv:3:26: error: block.com: the row 'B17' is empty in column 'com y'"),
         ("B17", "B71", "lift.yaml:9:9: error: block.from: blocks.csv has no row 'B17': did you mean 'B71'?"),
         ("B16", "B17", "block.from: blocks.csv has the row 'B17' 2 times, in lines 2 and 3"),
         ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is no row of a table: unexpected end of data"),
@@ -143,3 +143,28 @@ def test_a_lug_without_a_place_is_told_in_its_table(scene: Path) -> None:
     assert "block.lugs from: lugs.csv has no column y [m]" in refused(scene)
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "capacity [t]"))
     assert "lugs.csv: a lug has a place x, y, z and no 'capacity'" in refused(scene)
+
+
+@pytest.mark.parametrize("column", range(2, 9))
+def test_an_empty_cell_is_an_error_there_though_the_scene_beneath_has_the_key(scene: Path, column: int) -> None:
+    head, row = BLOCKS.splitlines()[0].split(";"), BLOCKS.splitlines()[3].split(";")
+    row[0], row[column] = "B19", ""
+    (scene.parent / "blocks.csv").write_text(BLOCKS + ";".join(row) + "\n")
+    (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: next\nblock: {from: blocks.csv#B19}\n")
+    key = head[column].partition(" [")[0]
+    at = len(";".join(row[:column])) + 2
+    assert f"blocks.csv:5:{at}: error: block.{key.split()[0]}: the row 'B19' is empty in column '{key}'" in refused(
+        scene.parent / "next.yaml"
+    )
+    given = {"mass": "mass: 480 t", "size": "size: [20 m, 16 m, 8 m]", "com": "com: [0 m, 0 m, 0 m]"}[key.split()[0]]
+    (scene.parent / "next.yaml").write_text(
+        f"extends: lift.yaml\nname: lift\nblock: {{from: blocks.csv#B19, {given}}}\n"
+    )
+    assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
+
+
+def test_a_lug_that_a_table_lacks_is_not_that_of_the_scene_beneath(scene: Path) -> None:
+    (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: next\nblock: {lugs from: lugs.csv#B18}\n")
+    told = refused(scene.parent / "next.yaml")
+    assert "'P2'" in told
+    assert "lift.yaml" in told

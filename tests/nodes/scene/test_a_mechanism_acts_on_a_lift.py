@@ -60,7 +60,7 @@ def test_a_tag_line_pulls_until_the_block_meets_a_guide() -> None:
     end = pulled.states[-1]
     assert end.tensions["tag"] > 10e3
     assert world(end, "block", side)[1] < 66.89
-    assert world(guided.states[-1], "block", side)[1] > 66.899
+    assert world(guided.states[-1], "block", side)[1] > 66.898
     told = [finding for finding in guided.findings if finding.kind == "unfollowed"]
     assert [finding.severity for finding in told] == ["warning"]
     assert "'w' touches at" in told[0].sentence

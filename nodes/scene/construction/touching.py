@@ -1,0 +1,49 @@
+"""What a scene means to touch: pairs of `may touch`, of all or of one stage, and what it orders to land on something.
+
+A name is that of a body, a machine or loader with all of its parts, a rope or sling, or of the rigging that it is of;
+`ground`, or `floor`, is what is below all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from heavylift.kernel.description.points import WORLD
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.actions import Touch
+from heavylift.nodes.plan.shapes import Shapes
+from heavylift.nodes.scene.keys.actions import Action
+from heavylift.nodes.scene.language.phrases import GroundTest
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path, Source
+
+from .yard import Yard
+
+
+def touches(source: Source, path: Path, pairs: Sequence[tuple[str, str]]) -> Iterator[Touch]:
+    """The pairs of a scene or an action at a path."""
+    for i, (a, b) in enumerate(pairs):
+        yield Touch(names=(_ground(a), _ground(b)), where=source.where((*path, "may touch", i)))
+
+
+def landings(yard: Yard, path: Path, action: Action) -> Iterator[Touch]:
+    """What an action orders to land on something else than its supports, which it may touch from then on."""
+    blocks, waits = [*yard.scene.all_blocks], [action.when, *(phrase.until for phrase in action.orders.values())]
+    for test in (test for wait in waits for test in wait or ()):
+        if isinstance(test, GroundTest) and test.on and (block := test.of or "".join(blocks[:1])):
+            yield Touch(names=(block, _ground(test.on)), stays=True, where=yard.source.where(path))
+
+
+def check_touches(source: Source, built: plan.Plan) -> None:
+    """Pairs of what is nowhere are faults."""
+    pairs = [*built.may_touch, *(touch for action in built.actions for touch in action.may_touch if not touch.stays)]
+    shapes = Shapes(built)
+    called = [shapes.called(x) for some in (shapes.solids, shapes.strands.values()) for x in some] if pairs else []
+    known = {WORLD, "ground"}.union(*called)
+    for where, name in [(x.where, name) for x in pairs for name in x.names if name not in known]:
+        told = f"there is no '{name}' that could touch anything"
+        source.fault(source.path_of(where), told, closest(name, sorted(known - {WORLD})))
+
+
+def _ground(name: str) -> str:
+    return WORLD if name in ("ground", "floor") else name

@@ -1,0 +1,65 @@
+"""What supports bear as a block lands is known between samples: the same as samples a thousand times a second show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run import play
+from heavylift.coordinator.verdict import landing_force
+from heavylift.nodes.scene import load
+
+UP = '{{{who}: "hoist 1 m/min until all slings taut"}}, {{{who}: "hoist 1 m/min until lifted"}}'
+CASES = {"jib": ("jib main", "legs"), "hall": ("hall main", "legs"), "crawler": ("crawler main", "legs")}
+
+
+@pytest.mark.parametrize("name", sorted(CASES))
+def test_a_drop_of_a_bit_is_red_and_as_hard_as_samples_show(name: str) -> None:
+    who, slings = CASES[name]
+    drop = f'{{{who}: "hoist 1 m/min by 20 mm"}}, {{wait: 5 s}}, {{{slings}: release}}, {{wait: 2 s}}'
+    given = [f"actions=[{UP.format(who=who)}, {drop}]", "end=120 s", "block.supports.capacity=100 t"]
+    found, loads = [], []
+    for hz in ("2 Hz", "1000 Hz"):
+        run = play(load(name, [*given, f"samples={hz}"]).plan)
+        (use,) = (x for x in run.uses if x.limit.quantity == "impact")
+        (one,) = (x for x in run.uses if x.limit.quantity == "support load")
+        found.append((use.value, use.use))
+        loads.append(one.value)
+        pads = [
+            run.past.part(0, len(run.t)).tensions[x] for x in use.limit.elements if x in run.past.part(0, 1).tensions
+        ]
+        shown = float(np.sum(pads, axis=0).max())
+        assert [f.kind for f in run.verdict.findings if f.severity == "red"] == ["impact"]
+        assert "times its weight; 1.5 times are allowed (assumed)" in run.verdict.line
+    assert found[0][0] == pytest.approx(found[1][0], rel=2e-3)
+    assert found[0][0] == pytest.approx(shown, rel=5e-3)
+    assert loads[0] == pytest.approx(loads[1], rel=2e-3)
+    assert use.use > 1.0
+
+
+def test_a_block_that_is_set_down_as_ordered_hardly_presses_more_than_it_weighs() -> None:
+    for name in ("hall", "jib"):
+        (use,) = (x for x in play(load(name).plan).uses if x.limit.quantity == "impact")
+        assert use.value == pytest.approx(use.limit.value / 1.5, rel=0.05)
+
+
+def test_a_landing_without_damping_is_the_closed_form() -> None:
+    """m g (1 + sqrt(1 + v^2 k / (m g^2))), and without what ropes hold v sqrt(k m)."""
+    rng = np.random.default_rng(4)
+    for m, k, v in zip(rng.uniform(1e3, 1e6, 50), rng.uniform(1e6, 1e9, 50), rng.uniform(0.0, 2.0, 50), strict=True):
+        weight = m * 9.80665
+        whole = weight * (1.0 + np.sqrt(1.0 + v * v * k / (m * 9.80665**2)))
+        assert landing_force(m, weight, k, 0.0, v) == pytest.approx(whole, rel=1e-9)
+        assert landing_force(m, 0.0, k, 0.0, v) == pytest.approx(v * np.sqrt(k * m), rel=1e-9)
+
+
+def test_a_landing_with_damping_is_the_integrated_one() -> None:
+    rng = np.random.default_rng(5)
+    for m, k, v, share, free in rng.uniform([1e3, 1e6, 0, 0.01, 0], [1e6, 1e9, 2, 0.9, 1], (30, 5)):
+        d, weight = 2.0 * share * np.sqrt(k * m), free * m * 9.80665
+        h, x, u, most = 1e-3 * np.sqrt(m / k), 0.0, v, d * v
+        for _ in range(7000):  # of the midpoint rule, over one period
+            a = (weight - k * x - d * u) / m
+            um, xm = u + h / 2 * a, x + h / 2 * u
+            x, u = x + h * um, u + h * (weight - k * xm - d * um) / m
+            most = max(most, k * x + d * u)
+        assert landing_force(m, weight, k, d, v) == pytest.approx(most, rel=1e-4)
