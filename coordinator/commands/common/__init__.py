@@ -7,3 +7,7 @@ paying       how many processes are worth starting
 helping      how help looks
 ending       exit codes, and one sentence where something is wrong
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)
