@@ -256,6 +256,8 @@ REACH = either(STROKE, STROKE_SPEED)
 EFFORT = either(FORCE, MOMENT)
 ANY_STIFFNESS = either(STIFFNESS, TURN_STIFFNESS)
 ANY_DAMPING = either(DAMPING, TURN_DAMPING)
+EITHER = (STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
+NAMED: dict[str, Dimension] = {dimension.name: dimension for dimension in (*DIMENSIONS, *EITHER)}
 
 Length = Annotated[float, Quantity(LENGTH)]
 Extent = Annotated[float, Quantity(LENGTH, "positive")]
