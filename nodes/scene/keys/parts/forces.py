@@ -6,6 +6,7 @@ The laws themselves and their conventions: `heavylift.kernel.description.forces`
 
 from __future__ import annotations
 
+import re
 from functools import reduce
 from operator import or_
 from pathlib import Path
@@ -21,7 +22,6 @@ from pydantic import Field
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 OVER = one("over", Literal["position", "speed"])
-WHOLE = {key: one(key, Matrix6 | None, default=None) for key in ("K", "D")}  # left out: the diagonals
 
 
 def _column(i: int) -> Spelling:
@@ -30,25 +30,31 @@ def _column(i: int) -> Spelling:
     return one("curve", curve, lambda pairs: tuple(pair[i] for pair in pairs))
 
 
+def _matrix(key: str, word: str, slide: Any, turn: Any) -> Spelling:
+    """A matrix, whole or by its diagonal."""
+    zero = (0.0, 0.0, 0.0)
+    keys = {word: (tuple[slide, slide, slide], zero), f"turning_{word}": (tuple[turn, turn, turn], zero)}
+    return Spelling(
+        {**keys, key: (Matrix6 | None, None)},
+        lambda x: getattr(x, key) or _diagonal((*getattr(x, word), *getattr(x, f"turning_{word}"))),
+    )
+
+
 class Wind(keys_of(f.Wind, word="wind", signal=history("speed", "gusts", u.Velocity, 0.0))):  # type: ignore[misc]
     """Drag of a wind on an area at a point of a body, or on the `sides` of a box; `gusts` are its speed over time."""
 
     area: u.Area = 0.0
 
 
-class Bushing(keys_of(f.Bushing, word="bushing", **WHOLE)):  # type: ignore[misc]
+class Bushing(  # type: ignore[misc]
+    keys_of(
+        f.Bushing,
+        word="bushing",
+        K=_matrix("K", "stiffness", u.Stiffness, u.TurnStiffness),
+        D=_matrix("D", "damping", u.Damping, u.TurnDamping),
+    )
+):
     """A spring and damper in all six directions between two frames; K and D are whole matrices in SI units."""
-
-    stiffness: tuple[u.Stiffness, u.Stiffness, u.Stiffness] = (0.0, 0.0, 0.0)
-    turning_stiffness: tuple[u.TurnStiffness, u.TurnStiffness, u.TurnStiffness] = (0.0, 0.0, 0.0)
-    damping: tuple[u.Damping, u.Damping, u.Damping] = (0.0, 0.0, 0.0)
-    turning_damping: tuple[u.TurnDamping, u.TurnDamping, u.TurnDamping] = (0.0, 0.0, 0.0)
-
-    def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """With its matrices, whole or of their diagonals."""
-        K = self.K or _diagonal((*self.stiffness, *self.turning_stiffness))
-        D = self.D or _diagonal((*self.damping, *self.turning_damping))
-        return replace(super().built(*first), K=K, D=D)
 
 
 class Characteristic(keys_of(f.Characteristic, word="characteristic", x=_column(0), effort=_column(1), of=OVER)):  # type: ignore[misc]
@@ -70,7 +76,8 @@ class Law(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
 
 WRITTEN = {f.Wind: Wind, f.Bushing: Bushing, f.Characteristic: Characteristic, f.UserLaw: Law}
 KINDS = [kind for kind in get_args(f.Force) if kind is not f.Reeving]  # which is a rope in scenes
-MODELS = [WRITTEN.get(kind) or keys_of(kind, word=kind.__name__.lower(), module=__name__) for kind in KINDS]
+WORDS = {kind: re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind.__name__).lower() for kind in KINDS}
+MODELS = [WRITTEN.get(kind) or keys_of(kind, word=word, module=__name__) for kind, word in WORDS.items()]
 if TYPE_CHECKING:
     Force = Described
 else:
