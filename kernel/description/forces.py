@@ -229,9 +229,9 @@ class Reeving(Element, frozen=True, tag=True):
     a: Point
     sheaves: tuple[Sheave, ...]
     b: Point
-    EA: float  # [N]
+    EA: u.Force
     signal: Signal
-    damping: float = 0.0
+    damping: u.Damping = 0.0
     hooked: bool = True  # at the start
 
     @property

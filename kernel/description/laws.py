@@ -125,12 +125,12 @@ class Rope(Straight):
 
     name: str
     lines: tuple[Line, ...]
-    EA: float  # [N]
-    L0: float  # unstretched length [m]
-    damping: float = 0.0  # [N s/m]
+    EA: u.Force
+    L0: u.Extent  # unstretched length
+    damping: u.Damping = 0.0
     winch: bool = False
     hooked: bool = True
-    mass: float = 0.0  # [kg]
+    mass: u.Mass = 0.0
 
 
 @dataclass(frozen=True)
@@ -143,10 +143,10 @@ class RigidRope(Straight):
 
     name: str
     lines: tuple[Line, ...]
-    L0: float  # [m]
+    L0: u.Extent
     winch: bool = False
     hooked: bool = True
-    mass: float = 0.0  # [kg]
+    mass: u.Mass = 0.0
 
 
 @dataclass(frozen=True)

@@ -70,15 +70,12 @@ class Answer:
 
 class ForceLaw(ABC, Generic[F]):
     """One row of the force table; `kind`: of its numbers in P; `works`: it brings work in from outside; `timed`: it
-    looks at the clock; `initial`: its guards find the states of the initial pose, without events; `positive` and
-    `not_negative`: fields whose sign is checked."""
+    looks at the clock; `initial`: its guards find the states of the initial pose, without events."""
 
     kind = "force"
     works = False
     timed = False
     initial = True
-    positive: tuple[str, ...] = ()
-    not_negative: tuple[str, ...] = ()
 
     def check(self, f: F) -> None:
         """Raises KernelError for a description that cannot be."""

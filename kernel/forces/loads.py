@@ -47,11 +47,9 @@ class WindLaw(ForceLaw[Wind]):
     """Drag at a point that may move itself."""
 
     works = True
-    not_negative = ("area", "drag", "density")
 
     def check(self, f: Wind) -> None:
         size = norm(f.direction)
-        self.demand(f, "sides", min(f.sides) >= 0.0, f"are {f.sides}; none can be negative")
         self.demand(f, "direction", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
 
     def signal(self, f: Wind) -> Signal:

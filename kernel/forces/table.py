@@ -25,6 +25,7 @@ from heavylift.kernel.description.forces import (
     Wind,
 )
 from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope, Stop, Support
+from heavylift.kernel.description.units import wrong_sign
 
 from .characteristic import CharacteristicLaw
 from .force_law import BODY, Answer, ForceLaw, Setting, Shown
@@ -125,10 +126,8 @@ def signals(forces: tuple[Force, ...]) -> dict[str, Signal]:
 def check_force(f: Law) -> None:
     """Raises KernelError for a force that cannot be."""
     law = law_of(f)
-    for field in law.positive:
-        law.demand(f, field, getattr(f, field) > 0.0, f"is {getattr(f, field):g}; it must be positive")
-    for field in law.not_negative:
-        law.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
+    field, message = wrong_sign(f)
+    law.demand(f, field, not field, message)
     law.check(f)
     s = law.signal(f)
     if s and s.wave:

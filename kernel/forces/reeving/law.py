@@ -48,8 +48,6 @@ class ReevingLaw(ForceLaw[Reeving]):
     its N; per part whether it is limp; per sheave whether the rope lies on it; the nodes."""
 
     works = True
-    positive = ("EA",)
-    not_negative = ("damping",)
 
     def check(self, f: Reeving) -> None:
         self.demand(f, "length", f.signal.value > 0.0, f"is {f.signal.value:g}; it must be positive")

@@ -46,14 +46,13 @@ class Wind(keys_of(f.Wind, word="wind", signal=history("speed", "gusts", u.Veloc
     area: u.Area = 0.0
 
 
-class Bushing(  # type: ignore[misc]
-    keys_of(
-        f.Bushing,
-        word="bushing",
-        K=_matrix("K", "stiffness", u.Stiffness, u.TurnStiffness),
-        D=_matrix("D", "damping", u.Damping, u.TurnDamping),
-    )
-):
+MATRICES = {
+    "K": _matrix("K", "stiffness", u.Stiffness, u.TurnStiffness),
+    "D": _matrix("D", "damping", u.Damping, u.TurnDamping),
+}
+
+
+class Bushing(keys_of(f.Bushing, word="bushing", **MATRICES)):  # type: ignore[misc]
     """A spring and damper in all six directions between two frames; K and D are whole matrices in SI units."""
 
 
