@@ -54,12 +54,14 @@ class Element(Struct, frozen=True):
     @property
     def points(self) -> tuple[Point, ...]:
         """The points that it acts on."""
-        return ()
+        values = (getattr(self, field) for field in self.__struct_fields__)
+        return tuple(p for x in values for p in (x if isinstance(x, tuple) else (x,)) if isinstance(p, Point))
 
     @property
     def along(self) -> tuple[str, str] | None:
         """The joint that it acts along, with the coordinate ("" if the joint has only one)."""
-        return None
+        joint = getattr(self, "joint", "")
+        return (joint, getattr(self, "coordinate", "")) if joint else None
 
 
 class Load(Element, frozen=True, tag=True):
@@ -71,10 +73,6 @@ class Load(Element, frozen=True, tag=True):
     moment: tuple[u.Twist, u.Twist, u.Twist] = (0.0, 0.0, 0.0)
     axes: Literal["world", "body"] = "world"
     signal: Signal = Signal()
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return (self.at,)
 
 
 class Wind(Element, frozen=True, tag=True):
@@ -93,10 +91,6 @@ class Wind(Element, frozen=True, tag=True):
     density: u.Density = 1.225
     sides: tuple[u.Area, u.Area, u.Area] = (0.0, 0.0, 0.0)  # seen along the body's axes
 
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return (self.at,)
-
 
 class Spring(Element, frozen=True, tag=True):
     """A spring and damper between two points that pulls and pushes: tension = k (l - rest) + d l'."""
@@ -107,10 +101,6 @@ class Spring(Element, frozen=True, tag=True):
     rest: u.Gap
     k: u.Stiffness = 0.0
     d: u.Damping = 0.0
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return self.a, self.b
 
 
 class Torsion(Element, frozen=True, tag=True):
@@ -151,10 +141,6 @@ class Bushing(Element, frozen=True, tag=True):
     R_a: Matrix = IDENTITY
     R_b: Matrix = IDENTITY
 
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return self.a, self.b
-
 
 class Characteristic(Element, frozen=True, tag=True):
     """An actuator law as data: effort [N or N m] along a joint = signal * f(coordinate or speed).
@@ -169,10 +155,6 @@ class Characteristic(Element, frozen=True, tag=True):
     effort: tuple[float, ...]
     signal: Signal = Signal()
     coordinate: str = ""  # of a joint that has several
-
-    @property
-    def along(self) -> tuple[str, str] | None:
-        return (self.joint, self.coordinate) if self.joint else None
 
 
 class UserLaw(Element, frozen=True, tag=True):
@@ -191,14 +173,6 @@ class UserLaw(Element, frozen=True, tag=True):
     guards: str = ""
     modes: int = 0
     coordinate: str = ""  # of a joint that has several
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return self.ends
-
-    @property
-    def along(self) -> tuple[str, str] | None:
-        return (self.joint, self.coordinate) if self.joint else None
 
 
 class Sheave(Struct, frozen=True):

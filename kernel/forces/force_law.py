@@ -87,7 +87,8 @@ class ForceLaw(ABC, Generic[F]):
 
     def signal(self, f: F) -> Signal | None:
         """What commands or histories change."""
-        return None
+        signal: Signal | None = getattr(f, "signal", None)
+        return signal
 
     def shape(self, f: F) -> Hashable:
         """Everything that its text branches on."""

@@ -20,10 +20,6 @@ class EddyBrake(Element, frozen=True, tag=True):
     critical: Annotated[float, u.Unit("angular rate", "positive")] = 12.0
     d: u.TurnDamping = 0.0
 
-    @property
-    def along(self) -> tuple[str, str] | None:
-        return self.joint, ""
-
 
 Force = EddyBrake | '''
 LAW = '''
