@@ -203,7 +203,7 @@ class Reeving(Element, frozen=True, tag=True):
     a: Point
     sheaves: tuple[Sheave, ...]
     b: Point
-    EA: u.Force
+    EA: u.AxialStiffness
     signal: Signal
     damping: u.Damping = 0.0
     hooked: bool = True  # at the start

@@ -125,7 +125,7 @@ class Rope(Straight):
 
     name: str
     lines: tuple[Line, ...]
-    EA: u.Force
+    EA: u.AxialStiffness
     L0: u.Extent  # unstretched length
     damping: u.Damping = 0.0
     winch: bool = False
