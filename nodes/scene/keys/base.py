@@ -56,7 +56,9 @@ def written(name: str) -> str:
 class Base(BaseModel):
     """Frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True, alias_generator=written)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", populate_by_name=True, alias_generator=written, defer_build=True
+    )  # deferred: one schema is built, that of the scene
     struct: ClassVar[type | None] = None  # the class whose fields are its keys, if there is one
 
 
