@@ -12,18 +12,8 @@ from typing import Any
 
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalars
-from heavylift.kernel.description.forces import (
-    Bushing,
-    Characteristic,
-    Force,
-    Load,
-    Reeving,
-    Signal,
-    Spring,
-    Torsion,
-    UserLaw,
-    Wind,
-)
+from heavylift.kernel.description import forces as kinds
+from heavylift.kernel.description.forces import Force, Signal
 from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope, Stop, Support
 from heavylift.kernel.description.units import wrong_sign
 
@@ -45,14 +35,14 @@ FORCES: dict[type, ForceLaw[Any]] = {
     JointSpring: JointSpringLaw(),
     Stop: StopLaw(),
     Brake: BrakeLaw(),
-    Load: LoadLaw(),
-    Wind: WindLaw(),
-    Spring: SpringLaw(),
-    Torsion: TorsionLaw(),
-    Bushing: BushingLaw(),
-    Characteristic: CharacteristicLaw(),
-    UserLaw: UserLawEntry(),
-    Reeving: ReevingLaw(),
+    kinds.Load: LoadLaw(),
+    kinds.Wind: WindLaw(),
+    kinds.Spring: SpringLaw(),
+    kinds.Torsion: TorsionLaw(),
+    kinds.Bushing: BushingLaw(),
+    kinds.Characteristic: CharacteristicLaw(),
+    kinds.UserLaw: UserLawEntry(),
+    kinds.Reeving: ReevingLaw(),
 }
 
 

@@ -15,7 +15,7 @@ from heavylift.kernel.constraints.contact.pairs import check_contact
 from heavylift.kernel.description import forces as forces
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.contacts import Contact
-from heavylift.kernel.description.flexible_checks import check_flexible
+from heavylift.kernel.description.flexible import check_flexible
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.table import check_force

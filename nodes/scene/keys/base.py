@@ -72,8 +72,9 @@ class End(Base):
 def comments(model: type[Base]) -> dict[str, str]:
     """What the comments behind the fields of a model say, by key."""
     text = inspect.getsource(model.struct) if model.struct else ""
-    with suppress(OSError):  # it is made of another
-        text += inspect.getsource(model)
+    for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Base)):
+        with suppress(OSError):  # it is made of another
+            text += inspect.getsource(kind)
     found = re.findall(r"^    (\w+): .*?  # (?!type:|\[)(.*)$", text, re.M)
     return {field.alias or name: comment for name, comment in found if (field := model.model_fields.get(name))}
 

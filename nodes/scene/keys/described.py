@@ -107,12 +107,10 @@ def _spelling(name: str, kind: Any, default: Any) -> Spelling:
         return one(key, Quaternion, quaternion_matrix, (0.0, 0.0, 0.0, 1.0))
     if kind == UnitVector:
         return one(key, Direction, unit, default)
-    if kind is Point:
-        return one(key, End, _plain, default)
     if get_origin(kind) is tuple and inner[-1] is Ellipsis:
         default = default if default is ... else [*default]
         return one(key, list[_read(inner[0])], lambda x: tuple(map(_plain, x)), default)  # type: ignore[misc]
-    return one(key, _read(kind), default=default)
+    return one(key, _read(kind), _plain, default)
 
 
 def _plain(value: object) -> object:

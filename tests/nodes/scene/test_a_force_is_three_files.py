@@ -92,9 +92,8 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ('"Bushing", "Char', '"Bushing", "EddyBrake", "Char'),
     )
     (kernel / "forces" / "eddy_brake.py").write_text(LAW)
-    row = ("    Load: LoadLaw(),", "    Load: LoadLaw(),\n    EddyBrake: EddyBrakeLaw(),")
-    law = "from heavylift.kernel.description.forces import EddyBrake\nfrom .eddy_brake import EddyBrakeLaw\n"
-    imported = ("from .loads", f"{law}from .loads")
+    row = ("    kinds.Load: LoadLaw(),", "    kinds.Load: LoadLaw(),\n    kinds.EddyBrake: EddyBrakeLaw(),")
+    imported = ("from .loads", "from .eddy_brake import EddyBrakeLaw\nfrom .loads")
     _edit(kernel / "forces" / "table.py", row, imported)
     return product.parent
 

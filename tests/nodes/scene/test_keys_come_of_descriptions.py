@@ -4,8 +4,8 @@ from random import Random
 from typing import Any, get_args, get_type_hints
 
 import pytest
-from heavylift.kernel.description.units import Unit
-from heavylift.nodes.scene.keys.described import WORDS
+from heavylift.kernel.description import Unit
+from heavylift.nodes.scene.keys import WORDS
 from heavylift.nodes.scene.keys.parts import forces, mechanics
 from heavylift.nodes.scene.text.units import NAMED
 from pydantic import ValidationError
