@@ -22,7 +22,7 @@ from typing import Any
 from heavylift.kernel.cache import cache_folder, kept_folder, unsafe_cache
 from heavylift.kernel.errors import ModelError, extra
 from heavylift.kernel.trust import refusal
-from heavylift.nodes.devs import Atomic, Bag, In, Message, Out
+from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort
 
 INTEGERS = {name: int for size in (8, 16, 32, 64) for name in (f"Int{size}", f"UInt{size}")}
 KINDS = {"2": {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool}}  # type of a variable in Python
@@ -55,6 +55,9 @@ class Stepped(Atomic):
             raise ModelError(f"{name}: step={step!r} must be an int > 0 in ns, use ms(10)")
         self.unit = Unit(Path(file).resolve(), who or name, tuple(outputs), dict(parameters or {}))
         self.step, self.number = step, 0
+        for port in self.ports.values():
+            if isinstance(port, OutPort):
+                port.lookahead = step
 
     def start(self) -> None:
         """At t = 0 it says what it has after its initialisation."""
@@ -80,17 +83,6 @@ class Fmu(Stepped):
     """The unit of a file, stepped by `step` [ns]; its port y has that lookahead."""
 
     u, y = In(Signals), Out(Signals)
-
-    def __init__(
-        self,
-        name: str,
-        file: str | Path,
-        step: int,
-        outputs: Sequence[str],
-        parameters: Mapping[str, float] | None = None,
-    ) -> None:
-        super().__init__(name, file, step, outputs, parameters)
-        self.y.lookahead = step
 
     def external(self, e: int, x: Bag) -> None:
         """Hold the inputs; of two for one variable the later one."""

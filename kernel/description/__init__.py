@@ -5,9 +5,9 @@ laws                          ropes, supports; springs, stops, brakes, drives an
 forces, contacts, flexible    force elements; rigid contacts; what makes a body flexible
 joint_table                   everything the kernel knows of a joint type
 signals                       scalars that can be sampled for models that listen
-points                        places that all of these are described with
+points, units                 places that all of these are described with; what their numbers are
 profile                       trapezoid profiles that drives, winches and masters follow
-field_types, flexible_checks  what every field must hold; what a flexible body must fulfil
+field_types                   what every field must hold
 name_order, names, notes      the order of names, what they refer to; non-fatal warnings of a run
 user_code                     modules of the user, as they stand in their files
 """

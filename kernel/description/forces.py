@@ -11,14 +11,15 @@ from typing import Literal
 
 from msgspec import Struct
 
-from .points import IDENTITY, Line, Matrix, Point, Vector
+from . import units as u
+from .points import IDENTITY, Line, Matrix, Point
 
 __all__ = [
     "Bushing", "Characteristic", "Force", "Load", "Matrix6", "Reeving", "Sheave", "Signal", "Spring", "Torsion",
     "UserLaw", "Wave", "Wind",
 ]  # fmt: skip
 
-Row6 = tuple[float, float, float, float, float, float]
+Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 
 
@@ -53,27 +54,25 @@ class Element(Struct, frozen=True):
     @property
     def points(self) -> tuple[Point, ...]:
         """The points that it acts on."""
-        return ()
+        values = (getattr(self, field) for field in self.__struct_fields__)
+        return tuple(p for x in values for p in (x if isinstance(x, tuple) else (x,)) if isinstance(p, Point))
 
     @property
     def along(self) -> tuple[str, str] | None:
         """The joint that it acts along, with the coordinate ("" if the joint has only one)."""
-        return None
+        joint = getattr(self, "joint", "")
+        return (joint, getattr(self, "coordinate", "")) if joint else None
 
 
 class Load(Element, frozen=True, tag=True):
-    """A force [N] and a moment [N m] on a body at a point, times `signal`; `axes` that they are fixed in."""
+    """A force and a moment at a point of a body, fixed in world or body axes, times a factor or its history."""
 
     name: str
     at: Point
-    force: Vector = (0.0, 0.0, 0.0)
-    moment: Vector = (0.0, 0.0, 0.0)
+    force: tuple[u.Push, u.Push, u.Push] = (0.0, 0.0, 0.0)
+    moment: tuple[u.Twist, u.Twist, u.Twist] = (0.0, 0.0, 0.0)
     axes: Literal["world", "body"] = "world"
     signal: Signal = Signal()
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return (self.at,)
 
 
 class Wind(Element, frozen=True, tag=True):
@@ -85,16 +84,12 @@ class Wind(Element, frozen=True, tag=True):
 
     name: str
     at: Point
-    area: float  # [m2]
-    drag: float  # C
-    direction: Vector
+    area: u.Area
+    drag: u.Ratio
+    direction: u.Direction
     signal: Signal
-    density: float = 1.225  # [kg/m3]
-    sides: Vector = (0.0, 0.0, 0.0)  # [m2]
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return (self.at,)
+    density: u.Density = 1.225
+    sides: tuple[u.Area, u.Area, u.Area] = (0.0, 0.0, 0.0)  # seen along the body's axes
 
 
 class Spring(Element, frozen=True, tag=True):
@@ -103,30 +98,27 @@ class Spring(Element, frozen=True, tag=True):
     name: str
     a: Point
     b: Point
-    rest: float  # [m]
-    k: float = 0.0  # [N/m]
-    d: float = 0.0  # [N s/m]
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return self.a, self.b
+    rest: u.Gap
+    k: u.Stiffness = 0.0
+    d: u.Damping = 0.0
 
 
 class Torsion(Element, frozen=True, tag=True):
-    """A torsional spring and damper between two bodies: moment = k (rest - angle) - d angle'.
+    """A torsional spring and damper between two bodies about `axis` in the frame of the first.
 
-    The angle is the twist of body b about `axis` (a unit vector in a's frame) against a, over any number of turns: of
-    the relative rotation, the part about that axis (swing-twist decomposition).  The axis stays below 175 degrees from
-    where it was.
+    moment = k (rest - angle) - d angle'.
+
+    The angle is the twist of body b about `axis` against a, over any number of turns: of the relative rotation, the
+    part about that axis (swing-twist decomposition).  The axis stays below 175 degrees from where it was.
     """
 
     name: str
     a: str
     b: str
-    axis: Vector
-    k: float = 0.0  # [N m/rad]
-    d: float = 0.0  # [N m s/rad]
-    rest: float = 0.0  # [rad]
+    axis: u.Direction
+    k: u.TurnStiffness = 0.0
+    d: u.TurnDamping = 0.0
+    rest: u.Angle = 0.0
 
     @property
     def points(self) -> tuple[Point, ...]:
@@ -145,13 +137,9 @@ class Bushing(Element, frozen=True, tag=True):
     a: Point
     b: Point
     K: Matrix6  # [N/m, N, N m/rad]
-    D: Matrix6  # the same times s
+    D: Matrix6  # [N s/m, N s, N m s/rad]
     R_a: Matrix = IDENTITY
     R_b: Matrix = IDENTITY
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return self.a, self.b
 
 
 class Characteristic(Element, frozen=True, tag=True):
@@ -168,10 +156,6 @@ class Characteristic(Element, frozen=True, tag=True):
     signal: Signal = Signal()
     coordinate: str = ""  # of a joint that has several
 
-    @property
-    def along(self) -> tuple[str, str] | None:
-        return (self.joint, self.coordinate) if self.joint else None
-
 
 class UserLaw(Element, frozen=True, tag=True):
     """A law of the user's own: `function` is "package.module:function" or "file.py:function" (see `user_laws.py`).
@@ -184,19 +168,11 @@ class UserLaw(Element, frozen=True, tag=True):
     function: str
     joint: str = ""
     ends: tuple[Point, ...] = ()
-    parameters: tuple[float, ...] = ()
+    parameters: tuple[u.Number, ...] = ()
     signal: Signal = Signal()
     guards: str = ""
     modes: int = 0
     coordinate: str = ""  # of a joint that has several
-
-    @property
-    def points(self) -> tuple[Point, ...]:
-        return self.ends
-
-    @property
-    def along(self) -> tuple[str, str] | None:
-        return (self.joint, self.coordinate) if self.joint else None
 
 
 class Sheave(Struct, frozen=True):
@@ -208,10 +184,10 @@ class Sheave(Struct, frozen=True):
     """
 
     at: Point
-    axis: Vector = (0.0, 1.0, 0.0)
-    radius: float = 0.0  # [m]
-    friction: float = 0.0  # mu
-    efficiency: float = 1.0
+    axis: u.Direction = (0.0, 1.0, 0.0)
+    radius: u.Gap = 0.0
+    friction: u.Ratio = 0.0
+    efficiency: u.Ratio = 1.0
     edge: str = ""  # its name
     span: tuple[float, float] = (0.0, 0.0)  # of an edge: its ends along the axis from `at` [m]
 
@@ -227,9 +203,9 @@ class Reeving(Element, frozen=True, tag=True):
     a: Point
     sheaves: tuple[Sheave, ...]
     b: Point
-    EA: float  # [N]
+    EA: u.AxialStiffness
     signal: Signal
-    damping: float = 0.0
+    damping: u.Damping = 0.0
     hooked: bool = True  # at the start
 
     @property

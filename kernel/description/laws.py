@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from . import units as u
 from .forces import Force, Wave
 from .points import Line, Point
 
@@ -33,9 +34,9 @@ class JointSpring(AlongJoint):
 
     name: str
     joint: str
-    k: float = 0.0  # [N/m] or [N m/rad]
-    d: float = 0.0  # [N s/m] or [N m s/rad]
-    q_rest: float = 0.0
+    k: u.AnyStiffness = 0.0
+    d: u.AnyDamping = 0.0
+    q_rest: u.Stroke = 0.0
     coordinate: str = ""  # of a joint that has several
 
 
@@ -45,10 +46,10 @@ class Stop(AlongJoint):
 
     name: str
     joint: str
-    lower: float
-    upper: float
-    k: float
-    d: float
+    lower: u.Stroke
+    upper: u.Stroke
+    k: u.AnyStiffness
+    d: u.AnyDamping = 0.0
     coordinate: str = ""  # of a joint that has several
 
 
@@ -61,9 +62,9 @@ class Brake(AlongJoint):
 
     name: str
     joint: str
-    moment: float  # [N] or [N m]
-    k: float
-    d: float
+    moment: u.Effort
+    k: u.AnyStiffness
+    d: u.AnyDamping = 0.0
     engaged: bool = False
     coordinate: str = ""  # of a joint that has several
 
@@ -93,8 +94,8 @@ class Drive(AlongJoint):
     name: str
     joint: str
     kind: Literal["prescribed", "servo", "speed"]
-    kp: float = 0.0
-    kv: float = 0.0
+    kp: u.AnyStiffness = 0.0
+    kv: u.AnyDamping = 0.0
     coordinate: str = ""  # of a joint that has several
     wave: Wave | None = None
 
@@ -124,12 +125,12 @@ class Rope(Straight):
 
     name: str
     lines: tuple[Line, ...]
-    EA: float  # [N]
-    L0: float  # unstretched length [m]
-    damping: float = 0.0  # [N s/m]
+    EA: u.AxialStiffness
+    L0: u.Extent  # unstretched length
+    damping: u.Damping = 0.0
     winch: bool = False
     hooked: bool = True
-    mass: float = 0.0  # [kg]
+    mass: u.Mass = 0.0
 
 
 @dataclass(frozen=True)
@@ -142,10 +143,10 @@ class RigidRope(Straight):
 
     name: str
     lines: tuple[Line, ...]
-    L0: float  # [m]
+    L0: u.Extent
     winch: bool = False
     hooked: bool = True
-    mass: float = 0.0  # [kg]
+    mass: u.Mass = 0.0
 
 
 @dataclass(frozen=True)
@@ -158,12 +159,12 @@ class Support:
 
     name: str
     point: Point
-    height: float
-    k: float
-    d: float
-    mu: float = 0.0
-    kt: float = 0.0
-    dt: float = 0.0
+    height: u.Length
+    k: u.Stiffness
+    d: u.Damping = 0.0
+    mu: u.Ratio = 0.0
+    kt: u.Stiffness = 0.0
+    dt: u.Damping = 0.0
     on: str = ""
 
     along = None

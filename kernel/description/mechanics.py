@@ -30,16 +30,14 @@ from .points import Line as Line
 from .points import Matrix as Matrix
 from .points import Point as Point
 from .points import Vector as Vector
+from .signals import Quantity as Quantity
+from .signals import Threshold as Threshold
 
 MethodName = Literal["semi-implicit-euler", "rk4", "dopri5", "dop853", "radau5"]
 RemovedMethod = Literal["ros34pw2", "sdirk2", "sdirk3"]  # in older scenes: radau5 takes their place
 JointKind = Literal[
     "fixed", "revolute", "prismatic", "cylindrical", "screw", "universal", "planar", "constant-velocity",
     "spherical", "free", "slider",
-]  # fmt: skip
-Quantity = Literal[
-    "height", "height difference", "tension", "load", "moment", "angle", "joint", "speed", "length", "wind",
-    "swing along", "swing across", "off-lead", "radius", "gap", "use", "use by place",
 ]  # fmt: skip
 
 
@@ -113,24 +111,6 @@ class Measured:
     axis: int = 0
     coordinate: str = ""  # of a joint that has several
     followers: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Threshold:
-    """A guard on a scalar; it reports when the scalar crosses a value that is set at run time.
-
-    `quantity` and the fields that it needs: see `signals.Signal`.
-    """
-
-    name: str
-    quantity: Quantity
-    of: str = ""
-    point: Point | None = None
-    ropes: tuple[str, ...] = ()
-    axis: int = 0
-    coordinate: str = ""  # of a joint that has several
-    origin: Point | None = None
-    numbers: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

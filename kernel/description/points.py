@@ -1,4 +1,4 @@
-"""Places as plain data: what bodies, joints and forces are described with; imports nothing.
+"""Places as plain data: what bodies, joints and forces are described with.
 
 SI units; rotations are row-major 3x3 tuples; a point is (body, position in that body's frame).
 """
@@ -6,6 +6,8 @@ SI units; rotations are row-major 3x3 tuples; a point is (body, position in that
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+from .units import Ratio
 
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
@@ -28,4 +30,4 @@ class Line:
 
     a: Point
     b: Point
-    share: float = 1.0
+    share: Ratio = 1.0

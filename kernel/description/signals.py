@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-from .mechanics import Point, Quantity, Threshold
+from .points import Point
+
+Quantity = Literal[
+    "height", "height difference", "tension", "load", "moment", "angle", "joint", "speed", "length", "wind",
+    "swing along", "swing across", "off-lead", "radius", "gap", "use", "use by place",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -39,6 +45,18 @@ class Signal:
     numbers: tuple[float, ...] = ()
 
 
+@dataclass(frozen=True)
+class Named:
+    """What has a name, before all else."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Threshold(Signal, Named):
+    """A guard on a signal; it reports when the signal crosses a value that is set at run time."""
+
+
 def guard_of(name: str, x: Signal) -> Threshold:
     """The threshold that guards a signal."""
-    return Threshold(name, x.quantity, x.of, x.point, x.ropes, x.axis, x.coordinate, x.origin, x.numbers)
+    return Threshold(name, **vars(x))

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
-from heavylift.kernel.description.forces import Characteristic, Signal
+from heavylift.kernel.description.forces import Characteristic
 
 from .force_law import Answer, ForceLaw, Poses, Shown
 
@@ -29,9 +29,6 @@ class CharacteristicLaw(ForceLaw[Characteristic]):
         self.demand(f, "effort", n == m > 0, f"has {m} values at {n} places; give one for each place, at least one")
         low = next((b for a, b in pairwise(f.x) if b <= a), None)
         self.demand(f, "x", low is None, f"does not rise at {low}; its places must rise")
-
-    def signal(self, f: Characteristic) -> Signal:
-        return f.signal
 
     def shape(self, f: Characteristic) -> Hashable:
         return f.of

@@ -70,15 +70,12 @@ class Answer:
 
 class ForceLaw(ABC, Generic[F]):
     """One row of the force table; `kind`: of its numbers in P; `works`: it brings work in from outside; `timed`: it
-    looks at the clock; `initial`: its guards find the states of the initial pose, without events; `positive` and
-    `not_negative`: fields whose sign is checked."""
+    looks at the clock; `initial`: its guards find the states of the initial pose, without events."""
 
     kind = "force"
     works = False
     timed = False
     initial = True
-    positive: tuple[str, ...] = ()
-    not_negative: tuple[str, ...] = ()
 
     def check(self, f: F) -> None:
         """Raises KernelError for a description that cannot be."""
@@ -90,7 +87,8 @@ class ForceLaw(ABC, Generic[F]):
 
     def signal(self, f: F) -> Signal | None:
         """What commands or histories change."""
-        return None
+        signal: Signal | None = getattr(f, "signal", None)
+        return signal
 
     def shape(self, f: F) -> Hashable:
         """Everything that its text branches on."""

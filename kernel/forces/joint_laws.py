@@ -16,7 +16,6 @@ class JointSpringLaw(ForceLaw[JointSpring]):
     """Linear, with a damper beside it."""
 
     kind = "spring"
-    not_negative = ("k", "d")
 
     def numbers(self, f: JointSpring, poses: Poses) -> list[float]:
         return [f.k, f.d, f.q_rest]
@@ -40,7 +39,6 @@ class StopLaw(ForceLaw[Stop]):
     clamped: bool = True
 
     kind = "stop"
-    not_negative = ("k", "d")
 
     def within(self, f: Stop, setting: Setting) -> StopLaw:
         return StopLaw(setting.clamped)
@@ -85,7 +83,6 @@ class BrakeLaw(ForceLaw[Brake]):
 
     kind = "brake"
     initial = False
-    not_negative = ("moment", "k", "d")
 
     def within(self, f: Brake, setting: Setting) -> BrakeLaw:
         place, _ = setting.graph.coordinate(f.name, *f.along)

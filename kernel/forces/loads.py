@@ -7,7 +7,7 @@ from collections.abc import Hashable
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, sqrt
-from heavylift.kernel.description.forces import Load, Signal, Wind
+from heavylift.kernel.description.forces import Load, Wind
 
 from .force_law import Answer, ForceLaw, Poses, Shown, attachment, wrench
 
@@ -18,9 +18,6 @@ class LoadLaw(ForceLaw[Load]):
     """Force and moment times the signal; what they do to the body is work."""
 
     works = True
-
-    def signal(self, f: Load) -> Signal:
-        return f.signal
 
     def shape(self, f: Load) -> Hashable:
         return f.axes, any(f.force), any(f.moment)
@@ -47,15 +44,10 @@ class WindLaw(ForceLaw[Wind]):
     """Drag at a point that may move itself."""
 
     works = True
-    not_negative = ("area", "drag", "density")
 
     def check(self, f: Wind) -> None:
         size = norm(f.direction)
-        self.demand(f, "sides", min(f.sides) >= 0.0, f"are {f.sides}; none can be negative")
         self.demand(f, "direction", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
-
-    def signal(self, f: Wind) -> Signal:
-        return f.signal
 
     def numbers(self, f: Wind, poses: Poses) -> list[float]:
         half = 0.5 * f.density * f.drag

@@ -41,8 +41,6 @@ class RopeLaw(ForceLaw[Rope]):
     gravity: float = 0.0
 
     kind = "rope"
-    positive = ("EA", "L0")
-    not_negative = ("damping", "mass")
 
     def within(self, f: Rope, setting: Setting) -> RopeLaw:
         return RopeLaw(setting.clamped, f.name in setting.calm, f.winch, setting.gravity)

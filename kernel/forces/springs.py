@@ -54,8 +54,6 @@ def _rotation_vector(R: Array) -> tuple[Any, Any]:
 class SpringLaw(ForceLaw[Spring]):
     """Translational: pulls and pushes along the line between its points."""
 
-    not_negative = ("k", "d", "rest")
-
     def check(self, f: Spring) -> None:
         self.demand(f, "b", f.a != f.b, "is the same point as a; it has no direction")
 
@@ -84,8 +82,6 @@ class SpringLaw(ForceLaw[Spring]):
 
 class TorsionLaw(ForceLaw[Torsion]):
     """Torsional: acts on the twist angle, wherever the axes lean (swing-twist decomposition)."""
-
-    not_negative = ("k", "d")
 
     def check(self, f: Torsion) -> None:
         size = float(np.linalg.norm(f.axis))

@@ -29,7 +29,6 @@ class SupportLaw(ForceLaw[Support]):
     at_rest: bool = False
 
     kind = "support"
-    not_negative = ("k", "d", "mu", "kt", "dt")
 
     def within(self, f: Support, setting: Setting) -> SupportLaw:
         return SupportLaw(setting.clamped, setting.at_rest)

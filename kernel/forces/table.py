@@ -12,19 +12,10 @@ from typing import Any
 
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalars
-from heavylift.kernel.description.forces import (
-    Bushing,
-    Characteristic,
-    Force,
-    Load,
-    Reeving,
-    Signal,
-    Spring,
-    Torsion,
-    UserLaw,
-    Wind,
-)
+from heavylift.kernel.description import forces as kinds
+from heavylift.kernel.description.forces import Force, Signal
 from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope, Stop, Support
+from heavylift.kernel.description.units import wrong_sign
 
 from .characteristic import CharacteristicLaw
 from .force_law import BODY, Answer, ForceLaw, Setting, Shown
@@ -44,14 +35,14 @@ FORCES: dict[type, ForceLaw[Any]] = {
     JointSpring: JointSpringLaw(),
     Stop: StopLaw(),
     Brake: BrakeLaw(),
-    Load: LoadLaw(),
-    Wind: WindLaw(),
-    Spring: SpringLaw(),
-    Torsion: TorsionLaw(),
-    Bushing: BushingLaw(),
-    Characteristic: CharacteristicLaw(),
-    UserLaw: UserLawEntry(),
-    Reeving: ReevingLaw(),
+    kinds.Load: LoadLaw(),
+    kinds.Wind: WindLaw(),
+    kinds.Spring: SpringLaw(),
+    kinds.Torsion: TorsionLaw(),
+    kinds.Bushing: BushingLaw(),
+    kinds.Characteristic: CharacteristicLaw(),
+    kinds.UserLaw: UserLawEntry(),
+    kinds.Reeving: ReevingLaw(),
 }
 
 
@@ -125,10 +116,8 @@ def signals(forces: tuple[Force, ...]) -> dict[str, Signal]:
 def check_force(f: Law) -> None:
     """Raises KernelError for a force that cannot be."""
     law = law_of(f)
-    for field in law.positive:
-        law.demand(f, field, getattr(f, field) > 0.0, f"is {getattr(f, field):g}; it must be positive")
-    for field in law.not_negative:
-        law.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
+    field, message = wrong_sign(f)
+    law.demand(f, field, not field, message)
     law.check(f)
     s = law.signal(f)
     if s and s.wave:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, is_sym
-from heavylift.kernel.description.forces import Signal, UserLaw
+from heavylift.kernel.description.forces import UserLaw
 from heavylift.kernel.description.user_code import imported
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.trust import foreign, namer, refusal
@@ -65,9 +65,6 @@ class UserLawEntry(ForceLaw[UserLaw]):
                 f"law '{f.name}': '{f.function}' computes something else each time it is called; a law depends on what "
                 "it is given only, not on random numbers, clocks or what it remembers"
             )
-
-    def signal(self, f: UserLaw) -> Signal:
-        return f.signal
 
     def shape(self, f: UserLaw) -> tuple[int, str]:
         return f.modes, _digest(self._traced(f))

@@ -19,10 +19,11 @@ from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.constraints.contact.pairs import check_contact
 from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.field_types import choice, field_names, item_word, plain
-from heavylift.kernel.description.flexible_checks import check_flexible
+from heavylift.kernel.description.flexible import check_flexible
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, RigidRope, Rope, Stop, System
 from heavylift.kernel.description.names import check_names
+from heavylift.kernel.description.units import wrong_sign
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import FORCES, check_force
 
@@ -45,8 +46,6 @@ _checked: WeakValueDictionary[int, System] = WeakValueDictionary()  # by id: des
 _last: list[tuple[bytes, System, System]] = []  # the last one, encoded, as it was given and as it was checked
 _items: dict[tuple[type, bytes], Any] = {}  # that were checked, by their numbers, the oldest first
 MOST_KEPT = 4096
-POSITIVE = {"RigidRope": ("L0",)}  # of laws see the force table
-NOT_NEGATIVE = {"Drive": ("kp", "kv"), "RigidRope": ("mass",)}
 
 
 def check_description(system: System) -> System:
@@ -161,12 +160,9 @@ def _check_item(x: Any) -> None:
             raise KernelError(f"{where}: {field} is {value:g} m; it must lie within {FARTHEST:g} m")
     if kind in ("Measured", "Threshold") and x.axis not in AXES:
         raise KernelError(f"{where}: axis is '{x.axis}'; it must be {choice(AXES)}")
-    for field in POSITIVE.get(kind, ()):
-        if not getattr(x, field) > 0.0:
-            raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it must be positive")
-    for field in NOT_NEGATIVE.get(kind, ()):
-        if getattr(x, field) < 0.0:
-            raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it cannot be negative")
+    field, message = wrong_sign(x)
+    if field:
+        raise KernelError(f"{where}: {field} {message}")
 
 
 def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:

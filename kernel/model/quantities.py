@@ -13,11 +13,10 @@ from typing import Any, TypeAlias
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.compiler.symbol import Scalar, Scalars, maximum, minimum, select, sqrt
-from heavylift.kernel.description.mechanics import Line, Point, System, Threshold
+from heavylift.kernel.description.mechanics import Line, Point, System
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.errors import KernelError
 
-Watched: TypeAlias = Signal | Threshold
 Places: TypeAlias = Sequence[Scalars]  # of points, each x, y, z
 BEYOND = 1e-3  # of the last tension of a chart: what may hang beyond its last radius
 PROJECTIONS = 10  # by which nearest points are found
@@ -176,12 +175,12 @@ LINED = ("swing along", "swing across", "off-lead")  # quantities of the lines o
 COUNTS = {"gap": 6, "load": 2}  # numbers that a quantity has
 
 
-def scalar(h: Watched, places: Places, numbers: Scalars, values: Scalars) -> Scalar:
+def scalar(h: Signal, places: Places, numbers: Scalars, values: Scalars) -> Scalar:
     """The quantity, of the places of its `points`, its `numbers` and the values of its `names`."""
     return ROWS[h.quantity].formula(Given(places, numbers, values))
 
 
-def points(h: Watched, system: System) -> tuple[Point, ...]:
+def points(h: Signal, system: System) -> tuple[Point, ...]:
     """The points whose places its formula is over."""
     if h.quantity in LINED:
         return tuple(p for line in _lines(h, system) for p in (line.a, line.b))
@@ -191,12 +190,12 @@ def points(h: Watched, system: System) -> tuple[Point, ...]:
     return tuple(given)
 
 
-def numbers(h: Watched, system: System) -> tuple[float, ...]:
+def numbers(h: Signal, system: System) -> tuple[float, ...]:
     """The numbers that its formula is over."""
     return tuple(line.share for line in _lines(h, system)) if h.quantity in LINED else h.numbers
 
 
-def names(h: Watched) -> tuple[str, ...]:
+def names(h: Signal) -> tuple[str, ...]:
     """Of what its formula takes a value: ropes, or the one thing that it is of."""
     if h.quantity in ("tension", "load", "moment", "use", "use by place"):
         return h.ropes
@@ -205,7 +204,7 @@ def names(h: Watched) -> tuple[str, ...]:
     return (h.of,) if h.quantity in ("angle", "joint", "speed", "wind") else ()
 
 
-def check_signal(h: Watched, system: System, label: str) -> None:
+def check_signal(h: Signal, system: System, label: str) -> None:
     """Raises KernelError for a signal that lacks what its quantity needs."""
     a = f"an {h.quantity}" if h.quantity[0] in "aeiou" else f"a {h.quantity}"
     for need in ROWS[h.quantity].needs:
@@ -233,11 +232,11 @@ def check_signal(h: Watched, system: System, label: str) -> None:
         _lines(h, system)
 
 
-def _places(h: Watched) -> int:
+def _places(h: Signal) -> int:
     return sum(need in ("point", "origin") for need in ROWS[h.quantity].needs)
 
 
-def _lines(h: Watched, system: System) -> tuple[Line, ...]:
+def _lines(h: Signal, system: System) -> tuple[Line, ...]:
     found = next((rope.lines for rope in system.straight_ropes if rope.name in h.ropes[:1]), None)
     if found is None:
         raise KernelError(f"signal '{h.quantity}': there is no straight rope '{h.ropes[0] if h.ropes else ''}'")

@@ -31,6 +31,7 @@ MODULES = (  # and perhaps which names of each
     "heavylift.nodes.models: Sample SetPoint",
     "heavylift.nodes.testing",
     "heavylift.kernel.description.mechanics",
+    "heavylift.kernel.description.signals: Threshold",
     "heavylift.kernel.description.points",
     "heavylift.kernel.description.contacts",
     "heavylift.kernel.description.laws",

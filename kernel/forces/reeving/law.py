@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
-from heavylift.kernel.description.forces import Reeving, Signal
+from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.forces.force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
 from msgspec import structs
 
@@ -48,8 +48,6 @@ class ReevingLaw(ForceLaw[Reeving]):
     its N; per part whether it is limp; per sheave whether the rope lies on it; the nodes."""
 
     works = True
-    positive = ("EA",)
-    not_negative = ("damping",)
 
     def check(self, f: Reeving) -> None:
         self.demand(f, "length", f.signal.value > 0.0, f"is {f.signal.value:g}; it must be positive")
@@ -70,9 +68,6 @@ class ReevingLaw(ForceLaw[Reeving]):
             self.demand(f, what, s.radius > 0.0, "has no radius; it must be positive")
             self.demand(f, what, s.efficiency == 1.0, "has an efficiency; edges have friction only")
             self.demand(f, what, s.span[0] < s.span[1], "has no length; keep its ends apart")
-
-    def signal(self, f: Reeving) -> Signal:
-        return f.signal
 
     def shape(self, f: Reeving) -> Hashable:
         kinds = tuple((s.radius > 0.0, s.friction > 0.0, s.efficiency < 1.0, bool(s.edge)) for s in f.sheaves)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.joint_table import JOINTS
@@ -30,7 +30,7 @@ class Checking:
     """
 
     def __init__(
-        self, source: Source, given: mechanics.Mechanism, lift: k.System, base: Path, edges: Mapping[str, Edge] = NONE
+        self, source: Source, given: mechanics.Parts[Any], lift: k.System, base: Path, edges: Mapping[str, Edge] = NONE
     ) -> None:
         self.source, self.given, self.lift, self.fault = source, given, lift, source.fault
         self.base, self.edges = base, edges

@@ -5,7 +5,7 @@ Units are read again here, since they depend on whether the coordinate slides or
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from heavylift.kernel.description import mechanics as k
@@ -24,13 +24,7 @@ from heavylift.nodes.scene.text.units import Dimension
 from .checking import Checking
 from .yard import ramp_of
 
-LAWS: dict[str, Callable[[str, Any], object]] = {  # by the field of the kernel's `System`, from a name and its keys
-    "springs": lambda n, x: k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest, x.coordinate),
-    "stops": lambda n, x: k.Stop(n, x.joint, x.range[0], x.range[1], x.stiffness, x.damping, x.coordinate),
-    "brakes": lambda n, x: k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged, x.coordinate),
-    "locks": lambda n, x: k.Lock(n, x.joint, x.engaged),
-    "drives": lambda n, x: k.Drive(n, x.joint, x.type, x.stiffness, x.damping, x.coordinate),
-}
+KINDS = {"springs": k.JointSpring, "stops": k.Stop, "brakes": k.Brake, "locks": k.Lock, "drives": k.Drive}
 
 
 def check_laws(checks: Checking) -> None:
@@ -116,12 +110,13 @@ def _names(checks: Checking) -> None:
             taken.setdefault(name, kind)
 
 
-def laws_of(given: mechanics.Mechanism) -> dict[str, tuple[Any, ...]]:
+def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
     """The kernel's laws, by the field of its `System`: those that are written and those of the joints themselves."""
     own = [law for name, joint in given.joints.items() for law in joint.laws(name)]
-    made = {key: [make(name, x) for name, x in getattr(given, key).items()] for key, make in LAWS.items()}
-    kinds = {"springs": k.JointSpring, "stops": k.Stop, "brakes": k.Brake}
-    return {key: (*laws, *(x for x in own if isinstance(x, kinds.get(key, ())))) for key, laws in made.items()}
+    return {
+        key: (*(x.built(name) for name, x in getattr(given, key).items()), *(x for x in own if isinstance(x, kind)))
+        for key, kind in KINDS.items()
+    }
 
 
 def actuators(checks: Checking) -> list[plan.Actuator]:

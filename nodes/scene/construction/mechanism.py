@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path as FilePath
+from typing import Any
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.constraints.contact.pairs import check_contact
 from heavylift.kernel.description import forces as forces
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.contacts import Contact
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.flexible_checks import check_flexible
+from heavylift.kernel.description.flexible import Beam, Flexible, check_flexible
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.table import check_force
@@ -26,6 +26,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Bend, Heavy
 from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.forces import Characteristic
+from heavylift.nodes.scene.keys.parts.joints import POSITIONS
 from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.source import Path, Source
 
@@ -45,7 +46,7 @@ TOUCH = 1e-9  # a rope or support this close carries [m]
 
 def build_mechanism(
     source: Source,
-    given: mechanics.Mechanism,
+    given: mechanics.Parts[Any],
     gravity: float,
     lift: k.System = NO_LIFT,
     base: Path = ("mechanism",),
@@ -81,7 +82,7 @@ class _Assembly(Checking):
             joints=made,
             ropes=tuple(r for r in ropes if isinstance(r, k.Rope)),
             rigid_ropes=tuple(r for r in ropes if isinstance(r, k.RigidRope)),
-            supports=tuple(_support(name, support) for name, support in given.supports.items()),
+            supports=tuple(support.built(name) for name, support in given.supports.items()),
             forces=(*reevings, *self._forces()),
             contacts=tuple(self._contacts()),
             gravity=gravity,
@@ -206,10 +207,10 @@ class _Assembly(Checking):
         for name, joint in self.given.joints.items():
             path: Path = (*self.base, "joints", name)
             self.known((*path, "parent"), joint.parent)
-            if isinstance(joint, joints.Slider):
+            if joint.type == "slider":
                 if joint.parent in self.bodies and not self.beam(joint.parent):
                     self.fault((*path, "parent"), f"a slider needs a flexible beam, and '{joint.parent}' has none")
-                self.on_beam((*path, "start"), joint.parent, joint.start)
+                self.on_beam((*path, "start"), joint.parent, *joint.values(POSITIONS))
             else:
                 self.on_beam((*path, "at"), joint.parent, joint.at[0])
             self.known((*path, "child"), joint.child)
@@ -306,7 +307,7 @@ class _Assembly(Checking):
             along = self.along(path, joint, getattr(force, "coordinate", "")) if joint else None
             if along and isinstance(force, Characteristic):
                 check_curve(self, path, force, along[1])
-            made = force.built(name, FilePath(self.source.mark(path).file).parent)
+            made = force.built(name, folder=FilePath(self.source.mark(path).file).parent)
             self.checked(path, check_force, made)
             yield made
 
@@ -326,9 +327,3 @@ def _moments(body: mechanics.Body) -> k.Matrix:
     i: tuple[float, ...] = box(body.mass or 0.0, body.box) if body.box else body.inertia
     xx, yy, zz, xy, xz, yz = (*i, 0.0, 0.0, 0.0)[:6]
     return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-
-
-def _support(name: str, s: mechanics.Support) -> k.Support:
-    at = k.Point(s.body, s.at)
-    kt, dt = s.tangential_stiffness, s.tangential_damping
-    return k.Support(name, at, s.height, s.stiffness, s.damping, s.friction, kt, dt)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import msgspec
 from heavylift.kernel.description.mechanics import System, merge
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys.parts.mechanics import Mechanism
+from heavylift.nodes.scene.keys.parts.mechanics import Mechanism, Parts
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source
@@ -26,7 +28,7 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     """Each is built about the bodies and joints that the lift, at rest as well as in a run, and those before it have;
     what is wrong is added to the faults of the scene."""
     source, scene = yard.source, yard.scene
-    bases: dict[Path, Mechanism] = {("machines", name): machine for name, machine in scene.machines.items()}
+    bases: dict[Path, Parts[Any]] = {("machines", name): machine for name, machine in scene.machines.items()}
     if scene.mechanism is not None:
         bases["mechanism",] = scene.mechanism
     fixed = bool(scene.obstacles or scene.floor)

@@ -9,7 +9,7 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.table import check_force
-from heavylift.nodes.scene.keys.base import End, unit
+from heavylift.nodes.scene.keys.base import End
 from heavylift.nodes.scene.keys.parts import kinematics, mechanics
 from heavylift.nodes.scene.text.source import Path
 
@@ -64,9 +64,7 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reev
     if rope.rigid:
         message = "a rigid rope runs over points only: leave 'radius', 'friction' and 'efficiency' of its sheaves away"
         checks.fault((*path, "rigid"), message, on_key=True)
-    sheaves = tuple(
-        forces.Sheave(k.Point(s.body, s.at), unit(s.axis), s.radius, s.friction, s.efficiency) for s in rope.over
-    )
+    sheaves: tuple[forces.Sheave, ...] = tuple(s.built() for s in rope.over)
     signal = forces.Signal(rope.length, driven=rope.winch is not None)
     ends = k.Point(start.body, start.at), k.Point(end.body, end.at)
     faults = len(checks.source.faults)

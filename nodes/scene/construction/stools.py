@@ -12,8 +12,7 @@ from collections.abc import Iterator
 
 from heavylift.kernel.algebra.dense import dot, least_norm, singular_values
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.flexible import Beam, Flexible, Gauge, Modal
-from heavylift.kernel.description.flexible_checks import check_flexible
+from heavylift.kernel.description.flexible import Beam, Flexible, Gauge, Modal, check_flexible
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_inertia

@@ -3,6 +3,7 @@
 schema, validate  every key, its unit, its default; data through the models, with errors as sentences
 quantities        which quantity stands at a path, and whether its uncertainty makes sense
 base              names, places, ends; directions and attitudes
+described         keys of what the kernel or the plan describes, made of that description
 parts             bodies, joints, laws and hooks of a mechanism or machine
 environment       what floats, and the waves; floor and boxes that blocks meet; what blows, as forces of a mechanism
 actions           the lines of the action list; interlocks: what stops a machine by itself

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import inspect
 import re
+from contextlib import suppress
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, TypeVar, cast, get_args
+from typing import Annotated, ClassVar, TypeVar, cast
 
-import msgspec
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.points import Matrix, Vector
 from heavylift.nodes.scene.text.units import Length, Number
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, create_model
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
 
 def _named(word: str) -> str:
@@ -56,8 +56,10 @@ def written(name: str) -> str:
 class Base(BaseModel):
     """Frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True, alias_generator=written)
-    struct: ClassVar[type | None] = None  # the struct whose fields are its keys, if there is one
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", populate_by_name=True, alias_generator=written, defer_build=True
+    )  # deferred: one schema is built, that of the scene
+    struct: ClassVar[type | None] = None  # the class whose fields are its keys, if there is one
 
 
 class End(Base):
@@ -67,21 +69,13 @@ class End(Base):
     at: Station = (0.0, 0.0, 0.0)
 
 
-def keys_of(struct: type[msgspec.Struct], *without: str) -> Any:
-    """The model whose keys are the fields of a struct of the plan, with their defaults and limits."""
-    fields: dict[str, Any] = {}
-    for field in (field for field in msgspec.structs.fields(struct) if field.name not in without):
-        limits = [x for x in get_args(field.type) if isinstance(x, msgspec.Meta)]
-        limit = Field(ge=limits[0].ge, le=limits[0].le) if limits else Field()
-        fields[field.name] = (Annotated[field.type, limit], field.default)
-    model = create_model(struct.__name__, __base__=Base, **fields)
-    model.struct = struct
-    return model
-
-
 def comments(model: type[Base]) -> dict[str, str]:
     """What the comments behind the fields of a model say, by key."""
-    found = re.findall(r"^    (\w+): .*?  # (?!type:)(.*)$", inspect.getsource(model.struct or model), re.M)
+    text = inspect.getsource(model.struct) if model.struct else ""
+    for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Base)):
+        with suppress(OSError):  # it is made of another
+            text += inspect.getsource(kind)
+    found = re.findall(r"^    (\w+): .*?  # (?!type:|\[)(.*)$", text, re.M)
     return {field.alias or name: comment for name, comment in found if (field := model.model_fields.get(name))}
 
 

@@ -16,8 +16,7 @@ from .base import Base, comments
 from .schema import Scene
 
 Schema = dict[str, Any]
-ALL = (*u.DIMENSIONS, u.STROKE, u.STROKE_SPEED, u.STROKE_RAMP, u.REACH, u.EFFORT, u.ANY_STIFFNESS, u.ANY_DAMPING)
-FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in ALL}
+FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in u.NAMED.values()}
 OTHER = {  # than a goliath, whose keys are known
     "type": "object",
     "description": "a crane of another type, with parameters of that",

@@ -16,7 +16,8 @@ from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
 from .actions import Action, Condition, Interlock, Touching
-from .base import Base, Name, Place, keys_of
+from .base import Base, Name, Place
+from .described import keys_of
 from .environment import Floor, Obstacle, Vessel, Waves, Wind
 from .nodes import OwnModel, Process
 from .parts.flexible import Hull, Mode

@@ -256,6 +256,8 @@ REACH = either(STROKE, STROKE_SPEED)
 EFFORT = either(FORCE, MOMENT)
 ANY_STIFFNESS = either(STIFFNESS, TURN_STIFFNESS)
 ANY_DAMPING = either(DAMPING, TURN_DAMPING)
+EITHER = (STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
+NAMED: dict[str, Dimension] = {dimension.name: dimension for dimension in (*DIMENSIONS, *EITHER)}
 
 Length = Annotated[float, Quantity(LENGTH)]
 Extent = Annotated[float, Quantity(LENGTH, "positive")]
@@ -298,8 +300,6 @@ Rigidity = Annotated[float, Quantity(RIGIDITY, "zero")]
 Modulus = Annotated[float, Quantity(MODULUS, "zero")]
 SecondMoment = Annotated[float, Quantity(SECOND_MOMENT, "zero")]
 Tension = Annotated[float, Quantity(FORCE, "zero")]
-Push = Annotated[float, Quantity(FORCE)]
-Twist = Annotated[float, Quantity(MOMENT)]
 Reach = Annotated[float, Quantity(REACH)]
 Thrust = Annotated[float, Quantity(EFFORT)]
 Instant = Annotated[float, Quantity(TIME, "zero")]

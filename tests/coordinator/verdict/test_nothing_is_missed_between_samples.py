@@ -23,7 +23,7 @@ from heavylift.coordinator.verdict import (
     whole,
 )
 from heavylift.coordinator.verdict.moving import Frame
-from heavylift.kernel.description.points import Vector
+from heavylift.kernel.description import Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import Solid, Strand
 from heavylift.nodes.scene import load

@@ -23,10 +23,6 @@ class EddyBrake(Element, frozen=True, tag=True):
     largest: float  # torque [N m], at the critical speed
     critical: float  # speed [rad/s]
 
-    @property
-    def along(self) -> tuple[str, str]:
-        return self.joint, ""
-
 
 class EddyBrakeLaw(ForceLaw):
     def numbers(self, f: EddyBrake, poses: Poses) -> list[float]:

@@ -7,7 +7,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.fidelity import by_ways, case_of, girder
 from heavylift.nodes.plan import Fidelity, drive_name
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.checks import LOADED
+from heavylift.nodes.scene.checks.orders import LOADED
 from heavylift.nodes.scene.text import library
 from lifted import lifted
 

@@ -8,25 +8,27 @@ brake that never lets go, written where the joint is.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import reduce
 from math import pi
-from typing import Annotated, ClassVar, Literal
+from operator import itemgetter, or_
+from types import NoneType
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, Station, across, turned, unit
+from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, Station, across, turned, unit, written
+from heavylift.nodes.scene.keys.described import keys_of, one
 from heavylift.nodes.scene.text.units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
-from pydantic import Field
+from pydantic import Field, create_model
 
+Range = tuple[Stroke, Stroke]
+ENDS = {key: one("range", Range, itemgetter(i)) for i, key in enumerate(("lower", "upper"))}  # of a stop
 X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 POSITIONS, SPEEDS = ("start", "position", "attitude"), ("speed", "velocity", "rate")  # keys that q0 and v0 are made of
 
 
-class Limits(Base):
+class Limits(keys_of(k.Stop, "joint", "coordinate", **ENDS)):  # type: ignore[misc]
     """Elastic end stops of a coordinate."""
-
-    range: tuple[Stroke, Stroke]
-    stiffness: AnyStiffness
-    damping: AnyDamping = 0.0
 
 
 class Friction(Base):
@@ -86,96 +88,12 @@ class AnyJoint(Base):
     def laws(self, name: str) -> Iterator[k.Stop | k.Brake | k.JointSpring]:
         """What its `limits` and `friction` are to the kernel."""
         for c, x in self.limits.items():
-            yield k.Stop(f"{name}.{c}.limits", name, *x.range, x.stiffness, x.damping, coordinate=c)
+            yield x.built(f"{name}.{c}.limits", name, coordinate=c)
         for c, f in self.friction.items():
             if f.viscous:
                 yield k.JointSpring(f"{name}.{c}.viscous", name, d=f.viscous, coordinate=c)
             if f.dry:
                 yield k.Brake(f"{name}.{c}.dry", name, f.dry, f.stiffness, f.damping, engaged=True, coordinate=c)
-
-
-class Fixed(AnyJoint):
-    """No motion."""
-
-    type: Literal["fixed"]
-
-
-class _Axial(AnyJoint):
-    axis: Direction
-    directions: ClassVar[tuple[str, ...]] = ("axis",)
-
-
-class Revolute(_Axial):
-    """Turns about `axis`."""
-
-    type: Literal["revolute"]
-    start: Angle = 0.0
-    speed: Rate = 0.0
-
-
-class Prismatic(_Axial):
-    """Slides along `axis`."""
-
-    type: Literal["prismatic"]
-    start: Length = 0.0
-    speed: Velocity = 0.0
-
-
-class Slider(AnyJoint):
-    """Slides along a flexible beam; `start` is its place there, `at` an arm from the beam's axis."""
-
-    type: Literal["slider"]
-    start: Length = 0.0
-    speed: Velocity = 0.0
-
-
-class Cylindrical(_Axial):
-    """Slides along and turns about `axis`: travel, angle."""
-
-    type: Literal["cylindrical"]
-    start: tuple[Length, Angle] = (0.0, 0.0)
-    speed: tuple[Velocity, Rate] = (0.0, 0.0)
-
-
-class Screw(_Axial):
-    """Turns about `axis` and advances along it by `lead` a turn."""
-
-    type: Literal["screw"]
-    lead: Length
-    start: Angle = 0.0
-    speed: Rate = 0.0
-
-
-class Universal(_Axial):
-    """Turns about `axis` of the parent, then about `second axis`, which the first turn carries along."""
-
-    type: Literal["universal"]
-    second_axis: Direction
-    start: tuple[Angle, Angle] = (0.0, 0.0)
-    speed: tuple[Rate, Rate] = (0.0, 0.0)
-    directions: ClassVar[tuple[str, ...]] = ("axis", "second axis")
-
-
-class Planar(AnyJoint):
-    """Slides in the plane across `normal` and turns about it: x along `x axis`, y, angle."""
-
-    type: Literal["planar"]
-    normal: Direction
-    x_axis: Direction | None = None
-    start: tuple[Length, Length, Angle] = (0.0, 0.0, 0.0)
-    speed: tuple[Velocity, Velocity, Rate] = (0.0, 0.0, 0.0)
-    directions: ClassVar[tuple[str, ...]] = ("normal", "x axis")
-
-
-class ConstantVelocity(AnyJoint):
-    """Bends a shaft along `shaft` about two axes across it, the first of which may be given as `bend axis`."""
-
-    type: Literal["constant-velocity"]
-    shaft: Direction
-    bend_axis: Direction | None = None
-    start: tuple[Angle, Angle] = (0.0, 0.0)
-    speed: tuple[Rate, Rate] = (0.0, 0.0)
-    directions: ClassVar[tuple[str, ...]] = ("shaft", "bend axis")
 
 
 class Spherical(AnyJoint):
@@ -196,17 +114,45 @@ class Free(AnyJoint):
     rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
 
 
-Joint = Annotated[
-    Fixed
-    | Revolute
-    | Prismatic
-    | Cylindrical
-    | Screw
-    | Universal
-    | Planar
-    | ConstantVelocity
-    | Slider
-    | Spherical
-    | Free,
-    Field(discriminator="type"),
-]
+TYPES: dict[k.JointKind, tuple[str, dict[str, Any]]] = {  # of the other joints: what they do, their keys
+    "fixed": ("No motion.", {}),
+    "revolute": ("Turns about `axis`.", {"axis": Direction}),
+    "prismatic": ("Slides along `axis`.", {"axis": Direction}),
+    "cylindrical": ("Slides along and turns about `axis`: travel, angle.", {"axis": Direction}),
+    "screw": ("Turns about `axis` and advances along it by `lead` a turn.", {"axis": Direction, "lead": Length}),
+    "universal": (
+        "Turns about `axis` of the parent, then about `second axis`, which the first turn carries along.",
+        {"axis": Direction, "second_axis": Direction},
+    ),
+    "planar": (
+        "Slides in the plane across `normal` and turns about it: x along `x axis`, y, angle.",
+        {"normal": Direction, "x_axis": Direction | None},
+    ),
+    "constant-velocity": (
+        "Bends a shaft along `shaft` about two axes across it, the first of which may be given as `bend axis`.",
+        {"shaft": Direction, "bend_axis": Direction | None},
+    ),
+    "slider": ("Slides along a flexible beam; `start` is its place there, `at` an arm from the beam's axis.", {}),
+}
+
+
+def _model(kind: k.JointKind, about: str, own: dict[str, Any]) -> Any:
+    """The keys of a type: its directions, and where its coordinates start."""
+    turns = [JOINTS[kind].turns(i) for i in range(JOINTS[kind].n_q)]
+    fields: dict[str, Any] = {"type": (Literal[kind], ...)}
+    fields |= {key: (each, None if NoneType in get_args(each) else ...) for key, each in own.items()}
+    for key, slide, turn in (("start", Length, Angle), ("speed", Velocity, Rate)):
+        each = tuple(turn if x else slide for x in turns)
+        if each:
+            fields[key] = (tuple[each], (0.0,) * len(each)) if len(each) > 1 else (each[0], 0.0)  # type: ignore[valid-type]
+    name = kind.title().replace("-", "")
+    model: Any = create_model(name, __base__=AnyJoint, __doc__=about, **fields)
+    model.directions = tuple(written(key) for key in own if key != "lead")
+    return model
+
+
+if TYPE_CHECKING:
+    Joint = AnyJoint
+else:
+    MODELS = (*(_model(kind, *row) for kind, row in TYPES.items()), Spherical, Free)
+    Joint = Annotated[reduce(or_, MODELS), Field(discriminator="type")]

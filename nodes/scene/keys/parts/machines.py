@@ -6,13 +6,9 @@ from typing import Annotated, Literal
 
 from heavylift.nodes.scene.keys.base import Base, Name, Place, part_name
 from heavylift.nodes.scene.text import units as u
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator
 
-from .contacts import Contact
-from .flexible import Elastic
-from .forces import Force
-from .joints import Joint
-from .mechanics import Body, Brake, Drive, Hook, Lock, Mechanism, Rope, Spring, Stop, Support
+from .mechanics import Parts
 
 PartName = Annotated[str, AfterValidator(part_name)]  # `west.boom` of the machine `west`
 
@@ -64,19 +60,5 @@ class GoliathParts(Base):
     hooks: dict[Name, GoliathHook]
 
 
-class Machine(Mechanism):
+class Machine(Parts[PartName]):
     """A machine as its type makes it: a mechanism whose parts have its name in front."""
-
-    bodies: dict[PartName, Body] = Field(default_factory=dict)
-    joints: dict[PartName, Joint] = Field(default_factory=dict)
-    ropes: dict[PartName, Rope] = Field(default_factory=dict)
-    supports: dict[PartName, Support] = Field(default_factory=dict)
-    springs: dict[PartName, Spring] = Field(default_factory=dict)
-    stops: dict[PartName, Stop] = Field(default_factory=dict)
-    brakes: dict[PartName, Brake] = Field(default_factory=dict)
-    locks: dict[PartName, Lock] = Field(default_factory=dict)
-    drives: dict[PartName, Drive] = Field(default_factory=dict)
-    forces: dict[PartName, Force] = Field(default_factory=dict)
-    contacts: dict[PartName, Contact] = Field(default_factory=dict)
-    hooks: dict[PartName, Hook] = Field(default_factory=dict)
-    elastic: dict[PartName, Elastic] = Field(default_factory=dict)

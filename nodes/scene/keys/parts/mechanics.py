@@ -7,9 +7,13 @@ whether their units are those of a sliding or a turning one.
 from __future__ import annotations
 
 from math import inf
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from heavylift.nodes.scene.keys.base import Base, Direction, End, Name, Place, Station, rising
+from heavylift.kernel.description import laws as k
+from heavylift.kernel.description import points
+from heavylift.kernel.description.forces import Sheave
+from heavylift.nodes.scene.keys.base import Base, End, Name, Place, rising
+from heavylift.nodes.scene.keys.described import keys_of, one
 from heavylift.nodes.scene.language.grammar import read_ramp
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text import units as u
@@ -19,7 +23,7 @@ from pydantic_core import CoreSchema, core_schema
 from .contacts import Contact
 from .flexible import Beam, Elastic, Matrices
 from .forces import Force as ForceElement
-from .joints import Joint
+from .joints import ENDS, Joint, Range
 
 
 def _shape(given: object) -> str:
@@ -59,6 +63,7 @@ Moments = Annotated[
 
 
 ROUNDING = 1e-9  # relative, of lengths and masses that are the same
+PartKey = TypeVar("PartKey", bound=str)
 MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
 Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValidator(rising)]
 
@@ -79,12 +84,8 @@ class Body(Base):
     matrices: Matrices | None = None
 
 
-class Line(Base):
+class Line(keys_of(points.Line)):  # type: ignore[misc]
     """One straight part of a rope, with its weight in the rope's length."""
-
-    start: End
-    end: End
-    share: u.Ratio = 1.0
 
 
 class Winch(Base):
@@ -95,17 +96,12 @@ class Winch(Base):
     longest: u.Extent
 
 
-class Over(End):
+class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
     """What a rope runs over: a point, or a sheave about whose axis it turns positively.
 
     Sliding, the tension grows against the motion by exp(friction * wrap) / efficiency.  The rope leaves a sheave with a
     radius where its wrap falls to zero, and finds it again.
     """
-
-    axis: Direction = (0.0, 1.0, 0.0)
-    radius: u.Gap = 0.0
-    friction: u.Ratio = 0.0
-    efficiency: u.Ratio = 1.0
 
     @property
     def plain(self) -> bool:
@@ -139,67 +135,33 @@ class Rope(Base):
         return not self.over_edges and all(x.plain for x in self.over)
 
 
-class Support(Base):
+class Support(keys_of(k.Support, "on")):  # type: ignore[misc]
     """A point that a horizontal pad can push up and rub, never pull."""
 
-    body: str
-    at: Station = (0.0, 0.0, 0.0)
-    height: u.Length
-    stiffness: u.Stiffness
-    damping: u.Damping = 0.0
-    friction: u.Ratio = 0.0
-    tangential_stiffness: u.Stiffness = 0.0
-    tangential_damping: u.Damping = 0.0
 
-
-class Spring(Base):
+class Spring(keys_of(k.JointSpring)):  # type: ignore[misc]
     """A linear spring and damper on a joint."""
 
-    joint: str
-    stiffness: u.AnyStiffness = 0.0
-    damping: u.AnyDamping = 0.0
-    rest: u.Stroke = 0.0
-    coordinate: str = ""
 
-
-class Stop(Base):
+class Stop(keys_of(k.Stop, **ENDS)):  # type: ignore[misc]
     """End stops of a joint."""
 
-    joint: str
-    range: tuple[u.Stroke, u.Stroke]
-    stiffness: u.AnyStiffness
-    damping: u.AnyDamping = 0.0
-    coordinate: str = ""
 
-
-class Brake(Base):
+class Brake(keys_of(k.Brake, moment=one("holds", u.Effort))):  # type: ignore[misc]
     """A dry brake on a joint, slipping at `holds`."""
 
-    joint: str
-    holds: u.Effort
-    stiffness: u.AnyStiffness
-    damping: u.AnyDamping = 0.0
-    engaged: bool = False
-    coordinate: str = ""
 
-
-class Lock(Base):
+class Lock(keys_of(k.Lock)):  # type: ignore[misc]
     """A joint that orders can lock and unlock; `engaged`: locked at the start."""
 
-    joint: str
-    engaged: bool = False
 
-
-class Drive(Base):
+class Drive(keys_of(k.Drive, "wave")):  # type: ignore[misc]
     """A drive of a joint, following what the action list orders; with a verb orders to its machine find it."""
 
-    joint: str
-    type: Literal["prescribed", "servo", "speed"]
     stiffness: u.AnyStiffness = 0.0  # servo: per displacement
     damping: u.AnyDamping = 0.0  # servo and speed: per velocity
     ramp: StrokeRamp  # or without swing: `one swing`, `0.1 m/s2 in two pulses`
-    range: tuple[u.Stroke, u.Stroke] | None = None
-    coordinate: str = ""
+    range: Range | None = None
     verb: Literal["travel", "traverse", "slew", "luff"] | None = None
     speed: u.StrokeSpeed | None = None  # the highest that orders may give it
     emergency: u.StrokeRamp | None = None  # deceleration by `stop` and interlocks; left out: the ramp
@@ -260,28 +222,32 @@ class Hook(Base):
         return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0))).chart
 
 
-class Mechanism(Base):
+class Parts(Base, Generic[PartKey]):
+    """Bodies, joints and laws by their names."""
+
+    name: Name = "mechanism"
+    bodies: dict[PartKey, Body] = Field(default_factory=dict)
+    joints: dict[PartKey, Joint] = Field(default_factory=dict)
+    ropes: dict[PartKey, Rope] = Field(default_factory=dict)
+    supports: dict[PartKey, Support] = Field(default_factory=dict)
+    springs: dict[PartKey, Spring] = Field(default_factory=dict)
+    stops: dict[PartKey, Stop] = Field(default_factory=dict)
+    brakes: dict[PartKey, Brake] = Field(default_factory=dict)
+    locks: dict[PartKey, Lock] = Field(default_factory=dict)
+    drives: dict[PartKey, Drive] = Field(default_factory=dict)
+    forces: dict[PartKey, ForceElement] = Field(default_factory=dict)
+    contacts: dict[PartKey, Contact] = Field(default_factory=dict)
+    hooks: dict[PartKey, Hook] = Field(default_factory=dict)
+    elastic: dict[PartKey, Elastic] = Field(default_factory=dict)  # bodies
+
+    @property
+    def laws(self) -> dict[str, dict[PartKey, Any]]:
+        """All that acts along a coordinate of a joint, by key."""
+        return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}
+
+
+class Mechanism(Parts[Name]):
     """A system of bodies, joints and laws; it becomes one coupled model.
 
     Beside a lift it may name the lift's bodies and joints, and need have none of its own.
     """
-
-    name: Name = "mechanism"
-    bodies: dict[Name, Body] = Field(default_factory=dict)
-    joints: dict[Name, Joint] = Field(default_factory=dict)
-    ropes: dict[Name, Rope] = Field(default_factory=dict)
-    supports: dict[Name, Support] = Field(default_factory=dict)
-    springs: dict[Name, Spring] = Field(default_factory=dict)
-    stops: dict[Name, Stop] = Field(default_factory=dict)
-    brakes: dict[Name, Brake] = Field(default_factory=dict)
-    locks: dict[Name, Lock] = Field(default_factory=dict)
-    drives: dict[Name, Drive] = Field(default_factory=dict)
-    forces: dict[Name, ForceElement] = Field(default_factory=dict)
-    contacts: dict[Name, Contact] = Field(default_factory=dict)
-    hooks: dict[Name, Hook] = Field(default_factory=dict)
-    elastic: dict[Name, Elastic] = Field(default_factory=dict)  # bodies
-
-    @property
-    def laws(self) -> dict[str, dict[str, Any]]:
-        """All that acts along a coordinate of a joint, by key."""
-        return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}

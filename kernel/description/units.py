@@ -1,0 +1,65 @@
+"""What the numbers of a description are, as annotations of its fields: their kind, in SI units, and their sign.
+
+Scenes write them with a unit of that kind (`nodes.scene.text.units` has the tables).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
+
+
+class Unit(NamedTuple):
+    """A kind of quantity, and whether it must be zero or more, or positive."""
+
+    dimension: str
+    least: Literal["", "zero", "positive"] = ""
+
+
+Number = Annotated[float, Unit("ratio")]
+Ratio = Annotated[float, Unit("ratio", "zero")]
+Length = Annotated[float, Unit("length")]  # [m]
+Gap = Annotated[float, Unit("length", "zero")]
+Angle = Annotated[float, Unit("angle")]  # [rad]
+Extent = Annotated[float, Unit("length", "positive")]
+Mass = Annotated[float, Unit("mass", "zero")]  # [kg]
+AxialStiffness = Annotated[float, Unit("force", "positive")]  # EA [N]
+Area = Annotated[float, Unit("area", "zero")]  # [m2]
+Density = Annotated[float, Unit("density", "zero")]  # [kg/m3]
+Push = Annotated[float, Unit("force")]  # [N]
+Twist = Annotated[float, Unit("moment")]  # [N m]
+Stiffness = Annotated[float, Unit("stiffness", "zero")]  # [N/m]
+Damping = Annotated[float, Unit("damping", "zero")]  # [N s/m]
+TurnStiffness = Annotated[float, Unit("torsional stiffness", "zero")]  # [N m/rad]
+TurnDamping = Annotated[float, Unit("torsional damping", "zero")]  # [N m s/rad]
+
+# of a coordinate that slides or turns
+Stroke = Annotated[float, Unit("length or angle")]  # [m] or [rad]
+Effort = Annotated[float, Unit("force or moment", "zero")]  # [N] or [N m]
+AnyStiffness = Annotated[float, Unit("stiffness or torsional stiffness", "zero")]  # [N/m] or [N m/rad]
+AnyDamping = Annotated[float, Unit("damping or torsional damping", "zero")]  # [N s/m] or [N m s/rad]
+
+Direction = Annotated[tuple[float, float, float], Unit("direction")]  # of length 1; a scene may give it any
+
+
+def wrong_sign(x: Any) -> tuple[str, str]:
+    """The first field of a description that has the wrong sign, and what is wrong; empty if there is none."""
+    for field, least in _signs(x.__class__):
+        value = getattr(x, field)
+        low = min(value) if isinstance(value, tuple) else value
+        if not (low > 0.0 if least == "positive" else low >= 0.0):
+            if isinstance(value, tuple):
+                return field, f"are {value}; none can be negative"
+            return field, f"is {value:g}; it {'must be positive' if least == 'positive' else 'cannot be negative'}"
+    return "", ""
+
+
+@cache
+def _signs(kind: type) -> tuple[tuple[str, str], ...]:
+    """The fields that cannot have any sign, with the least that they can be."""
+    found = []
+    for field, hint in get_type_hints(kind, include_extras=True).items():
+        inner = get_args(hint)
+        units = [x for x in (*inner, *(get_args(inner[0]) if inner else ())) if isinstance(x, Unit)]
+        found += [(field, x.least) for x in units[:1] if x.least]
+    return tuple(found)

@@ -1,0 +1,135 @@
+"""The recipe for a force in a copy of the product: description, law, row of the table; scenes have its keys by that."""
+
+import os
+import subprocess
+import sys
+from math import radians
+from pathlib import Path
+from shutil import copytree
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+DESCRIPTION = '''
+class EddyBrake(Element, frozen=True, tag=True):
+    """An eddy-current brake on a joint: torque = 2 T u / (1 + u^2), u = speed over the critical one (Wouterse 1991)."""
+
+    name: str
+    joint: str
+    largest: u.Effort  # torque at the critical speed
+    critical: Annotated[float, u.Unit("angular rate", "positive")] = 12.0
+    d: u.TurnDamping = 0.0
+
+
+Force = EddyBrake | '''
+LAW = '''
+from heavylift.kernel.description.forces import EddyBrake
+from .force_law import Answer, ForceLaw
+
+
+class EddyBrakeLaw(ForceLaw[EddyBrake]):
+    """Torque against the turning."""
+
+    def numbers(self, f, poses):
+        return [f.largest, f.critical, f.d]
+
+    def answer(self, f, p, ends, signal, joint, t):
+        u = joint[1] / p[1]
+        torque = 2.0 * p[0] * u / (1.0 + u * u) + p[2] * joint[1]
+        return Answer(effort=-torque, heat=torque * joint[1], shown=[])
+'''
+SCENE = """\
+heavylift: 1
+name: bench
+end: 2 s
+mechanism:
+  bodies:
+    disc: {mass: 100 kg, inertia: [80 kg m2, 80 kg m2, 80 kg m2]}
+  joints:
+    hinge: {type: revolute, child: disc, axis: [0, 0, 1], speed: 30 rad/s}
+  forces:
+    retarder: {type: eddy brake, joint: hinge, largest: 0.4 kN m, critical: 700 deg/s, damping: 2 N m s/rad}
+"""
+ASKED = """
+import sys
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.scene import json_schema, parse
+from heavylift.coordinator.run.in_memory import play
+
+text = sys.stdin.read()
+try:
+    scene = parse(text)
+    print(scene.plan.mechanisms[0].system.forces[0])
+    played = play(scene.plan)
+    print(played.rows[-1, played.layout.find('joint/velocity').start])
+except HeavyliftError as error:
+    print(error)
+keys = json_schema()["$defs"]["EddyBrake"]
+print(keys["description"], keys["required"], keys["properties"]["critical"])
+"""
+
+
+def _edit(path: Path, *changes: tuple[str, str]) -> None:
+    text = path.read_text()
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path.write_text(text)
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    product = tmp_path_factory.mktemp("copy") / "heavylift"
+    copytree(ROOT / "kernel", product / "kernel")
+    for room in ("nodes", "coordinator", "recordings"):
+        (product / room).symlink_to(ROOT / room)
+    (product / "__init__.py").symlink_to(ROOT / "coordinator" / "face" / "__init__.py")
+    kernel = product / "kernel"
+    _edit(
+        kernel / "description" / "forces.py",
+        ("\nForce = ", DESCRIPTION),
+        ("from typing import Literal", "from typing import Annotated, Literal"),
+        ('"Bushing", "Char', '"Bushing", "EddyBrake", "Char'),
+    )
+    (kernel / "forces" / "eddy_brake.py").write_text(LAW)
+    row = ("    kinds.Load: LoadLaw(),", "    kinds.Load: LoadLaw(),\n    kinds.EddyBrake: EddyBrakeLaw(),")
+    imported = ("from .loads", "from .eddy_brake import EddyBrakeLaw\nfrom .loads")
+    _edit(kernel / "forces" / "table.py", row, imported)
+    return product.parent
+
+
+def _answer(copy: Path, scene: str) -> list[str]:
+    own = {**os.environ, "PYTHONPATH": str(copy), "HEAVYLIFT_CACHE": str(copy / "cache")}
+    asked = [sys.executable, "-c", ASKED]
+    done = subprocess.run(asked, input=scene, env=own, capture_output=True, text=True, timeout=300, check=False)
+    assert not done.returncode, done.stderr
+    return done.stdout.splitlines()
+
+
+def test_a_scene_reads_and_runs_it(copy: Path) -> None:
+    made, speed, keys = _answer(copy, SCENE)
+    assert made.startswith("EddyBrake(name='retarder', joint='hinge', largest=400.0, critical=12.2")
+    assert "d=2.0" in made
+    w, critical, dt = 30.0, radians(700.0), 1e-4
+    for _ in range(20000):
+        u = w / critical
+        w -= dt / 80.0 * (800.0 * u / (1.0 + u * u) + 2.0 * w)
+    assert float(speed) == pytest.approx(w, rel=1e-3)
+    assert keys.startswith("An eddy-current brake on a joint. ['type', 'joint', 'largest']")
+    assert "'default': '687.5493542 deg/s'" in keys
+    assert "'dimension': 'angular rate'" in keys
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("0.4 kN m", "400", "missing unit: write '400 kN' or '400000 N'"),
+        ("700 deg/s", "700 m/s", "is no angular rate"),
+        ("joint: hinge", "joint: hinges", "there is no joint 'hinges'"),
+        ("critical", "critcal", "unknown key 'critcal'"),
+        ("eddy brake", "eddy break", "'eddy break' is not known here"),
+    ],
+)
+def test_mistakes_are_told_where_they_stand(copy: Path, old: str, new: str, sentence: str) -> None:
+    told = _answer(copy, SCENE.replace(old, new))[0:-1]
+    assert any(sentence in line and line.partition(":")[0] for line in told), told
