@@ -13,7 +13,6 @@ import numpy as np
 from heavylift.kernel.description.forces import Signal, Wind
 from heavylift.kernel.description.mechanics import Point, System
 from heavylift.kernel.model.quantities import names, numbers, points, scalar
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
@@ -206,9 +205,14 @@ def _coordinate(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
 
 
 def _along(plan: Plan, signals: Signals, body: str, axis: int) -> Column | None:
-    """A coordinate of a part of a goliath, from where that counts its own [m]."""
-    origin = next((crane.at for crane in plan.cranes if body.startswith(f"{crane.name}.")), (0.0, 0.0))
-    return signals.poses[body][0][:, axis] - origin[axis] if body in signals.poses else None
+    """A coordinate of a body, from where the machine counts its own [m]."""
+    if body not in signals.poses:
+        return None
+    carried, origin = {j.child: j for machine in plan.machines for j in machine.system.joints}, 0.0
+    at = body
+    while (joint := carried.get(at)) is not None:
+        origin, at = origin + joint.p_PJ[axis], joint.parent
+    return signals.poses[body][0][:, axis] - origin
 
 
 # air
@@ -217,7 +221,7 @@ def _along(plan: Plan, signals: Signals, body: str, axis: int) -> Column | None:
 def _wind(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Speed of the strongest wind that the scene tells [m/s]: at each instant, and at the bends of its histories as far
     as a run went; of a path at rest, which knows no time, all that are before the end of the scene."""
-    winds = [f.signal for m in plan.mechanisms for f in m.system.forces if isinstance(f, Wind)]
+    winds = [f.signal for m in plan.machines for f in m.system.forces if isinstance(f, Wind)]
     if not winds and not limit.known:
         return None
     ran = signals.dynamic and len(signals.t) > 0
@@ -249,11 +253,11 @@ def _signal(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """A signal at each instant, in its unit of SI; of a rope that is on no record nothing."""
     x = limit.signal
     assert x is not None
-    ropes = tuple(rope for machine in machines(plan) for rope in machine.system.ropes)
+    ropes = tuple(rope for machine in plan.machines for rope in machine.system.ropes)
     places = [place(signals, point) for point in points(x, System(ropes=ropes))]
     values = [signals.tensions.get(name) for name in names(x)]
     if x.quantity == "wind":
-        winds = [f.signal for m in plan.mechanisms for f in m.system.forces if f.name == x.of and isinstance(f, Wind)]
+        winds = [f.signal for m in plan.machines for f in m.system.forces if f.name == x.of and isinstance(f, Wind)]
         values = [_strongest(winds, signals.t)]
     known_places, known = [p for p in places if p is not None], [v for v in values if v is not None]
     if len(known_places) < len(places) or len(known) < len(values):
@@ -294,7 +298,7 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
 
 
 def _lug(plan: Plan, name: str) -> Point | None:
-    return lug_places(machines(plan)).get(name)
+    return lug_places(plan.machines).get(name)
 
 
 def _near(signals: Signals, values: Column, t: float) -> float:

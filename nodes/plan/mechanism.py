@@ -39,7 +39,8 @@ class Hoist(Item, frozen=True, kw_only=True):
     [kg]), `axis`: from where its radius is measured.
     `on`: the body that its rope leaves; `line`: mass of all falls [kg/m]; `ends`: where the rope begins and where its
     eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg]; `falls` and `drum_ends`
-    of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given.
+    of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given; `rated`: the tension that
+    counts as 100 % of its use [N].
     """
 
     rope: str
@@ -56,6 +57,7 @@ class Hoist(Item, frozen=True, kw_only=True):
     drum_ends: int = 1
     efficiency: float = 1.0
     breaking: float = 0.0
+    rated: float = 0.0
 
 
 class Tie(Item, frozen=True, kw_only=True):
@@ -74,12 +76,13 @@ class Tie(Item, frozen=True, kw_only=True):
 
 
 class Cell(Item, frozen=True, kw_only=True):
-    """A load cell on a body: it reports when ropes together carry more than `rated` [N]."""
+    """A load cell on a body: it reports when ropes carry more than `rated` [N] together; `capacity`: below hooks."""
 
     name: str
     body: str
     ropes: tuple[str, ...]
     rated: float
+    capacity: float = 0.0
 
 
 class Latch(Item, frozen=True, kw_only=True):
@@ -90,11 +93,16 @@ class Latch(Item, frozen=True, kw_only=True):
 
 
 class Cargo(Item, frozen=True, kw_only=True):
-    """A body that is lifted: centre of mass and lugs [m], the face that each support belongs to, and, where its
-    attitude is reported, by how much it is turned at the start [rad]."""
+    """A body that is lifted: its mass [kg], centre of mass and lugs [m], moments about it [kg m2], edges of its box [m]
+    (zeros: not given), the face that each support belongs to, and, where its attitude is reported, by how much
+    it is turned at the start [rad]; `marks`: where its lugs are written, and "" its centre of mass."""
 
     body: str
+    mass: float = 0.0
     com: Vector = (0.0, 0.0, 0.0)
+    moments: Vector = (0.0, 0.0, 0.0)
+    size: Vector = (0.0, 0.0, 0.0)
+    marks: dict[str, str] = msgspec.field(default_factory=dict)
     lugs: dict[str, Vector] = msgspec.field(default_factory=dict)
     faces: dict[str, str] = msgspec.field(default_factory=dict)
     turned: float | None = None
@@ -142,7 +150,8 @@ class Mechanism(Item, frozen=True, kw_only=True):
     """A machine or a researcher's own system, written as bodies, joints and laws; it becomes one coupled model.
 
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
-    supports that carry at the start.  Its parts may name bodies and joints of other machines.
+    supports that carry at the start.  Its parts may name bodies and joints of other machines.  `levels`: it is modelled
+    as far as the fidelity says, not as it is written.
     """
 
     name: str
@@ -157,6 +166,7 @@ class Mechanism(Item, frozen=True, kw_only=True):
     latches: tuple[Latch, ...] = ()
     cargo: tuple[Cargo, ...] = ()
     girders: tuple[Girder, ...] = ()
+    levels: bool = False
 
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:

@@ -101,7 +101,7 @@ def check(scene: LoadedScene | str | Path) -> Report:
     from .report import report
 
     scene = loaded(scene)
-    return report(scene.plan, scene.statics, scene.followed, scene.uses, scene.findings, str(scene.verdict or ""))
+    return report(scene.plan, scene.statics, scene.uses, scene.findings, str(scene.verdict or ""))
 
 
 class _Kept(msgspec.Struct):
@@ -128,7 +128,7 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
 
     before = named_so_far()
     loaded = build(path, name, text, overrides)
-    if named_so_far() == before and not (loaded.plan.mechanisms or loaded.plan.models):
+    if named_so_far() == before and all(machine.levels for machine in loaded.plan.machines) and not loaded.plan.models:
         kept = _Kept(loaded.plan, loaded.facts, loaded.verdict, loaded.merged, loaded.whole)
         write_cached(file, msgspec.msgpack.encode(kept))
     return loaded

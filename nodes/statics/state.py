@@ -25,7 +25,7 @@ class StaticState:
     references: Mapping[str, float]  # drive or winch -> commanded coordinate, or unstretched length [m]
     speeds: Mapping[str, float]  # drive or winch -> commanded speed [m/s]; hoisting is negative
     hooked: Mapping[str, str]  # sling -> lug
-    grounded: bool  # whether a support of the block is closed
+    grounded: bool  # whether a support of a load is closed
     stiffness: float | None  # smallest eigenvalue of stiffness over inertia [1/s2], below 0 unstable; None: not looked
     modes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # of flexible bodies: coordinates [m or rad]
 

@@ -6,37 +6,43 @@ Names are resolved here and defaults become numbers; loaders hang and the block 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import get_args
 
 import msgspec
-from heavylift.kernel.description.mechanics import RemovedMethod
+from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, RemovedMethod, System, Vector
+from heavylift.nodes.limits.sentences import past_the_end
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.mechanism import Cell, Girder
 from heavylift.nodes.plan.planar import groups_of, planar
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.parts.machines import GoliathBody, GoliathDrive
+from heavylift.nodes.scene.keys.parts.machines import GoliathBody, GoliathParts
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-from .loaders import add_loader
-from .stools import build_block
-from .yard import LOWER, UPPER, Level, Yard, box, parts_of, ramp_of, trolley_start
+from .beams import OnHook, on_hook, trolley_start
+from .stools import block_machine
+from .yard import LEVELS, LOWER, UPPER, Yard, box, parts_of, ramp_of
+
+LEG, GIRDER = 4.0, 8.0  # widths of a portal's legs and of its girder [m]
+DECK = 2.0  # from the exits of the ropes to the girder, which lies between their two levels [m]
+TOUCH = 1e-6  # [m]
+TROLLEY = 4.0  # height of a trolley [m]
 
 
 def build_machines(source: Source, scene: schema.Scene) -> Yard:
     """All machines of the scene; what is wrong is added to the faults of the source."""
     yard = Yard(source, scene)
-    if scene.block:
-        yard.block = build_block(yard, scene.block)
+    block = [block_machine(yard, ("block",))] if scene.block else []
     if scene.rig:
         _hang(yard, scene.rig)
+    hung = {name: on_hook(yard, scene.rig, name, scene.rig.loaders[name]) for name in yard.hooks} if scene.rig else {}
     lifting = {crane for crane, _ in yard.hooks.values()}
     for name, crane in scene.cranes.items():
-        yard.cranes.append(_crane(yard, name, crane, tandem=len(lifting) > 1))
+        own = [hung[beam] for beam, (owner, _) in yard.hooks.items() if owner == name]
+        yard.machines.append(_crane(yard, name, crane, own, tandem=len(lifting) > 1))
+    yard.machines += [x.beam for x in hung.values()] + block
     if scene.rig:
-        for name, loader in scene.rig.loaders.items():
-            if name in yard.hooks:
-                add_loader(yard, scene.rig, name, loader)
         _groups(yard, scene.rig)
     return yard
 
@@ -106,67 +112,103 @@ def _hang(yard: Yard, rig: schema.Rig) -> None:
             used.setdefault(lug, name)
 
 
-def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.Crane:
-    where, parts = yard.source.where(("cranes", name)), parts_of(crane)
-    accel, pulses = ramp_of(crane.ramp)
-
-    def axis(start: float, ends: tuple[float, float], servo: GoliathDrive) -> plan.Axis:
-        omega = 2 * math.pi * servo.frequency
-        mass = sum(getattr(parts.bodies, moved).mass for moved in servo.moves)
-        kp, kv = mass * omega * omega, 2 * servo.damping * mass * omega
-        return plan.Axis(
-            start=start, lower=ends[0], upper=ends[1], accel=accel, kp=kp, kv=kv, pulses=pulses,
-            emergency=crane.emergency,
-        )  # fmt: skip
-
-    def inertia(body: GoliathBody) -> plan.Inertia:
-        return plan.Inertia(mass=body.mass, com=body.com, moments=box(body.mass, body.box))
-
-    def trolley(which: Level, body: GoliathBody, servo: GoliathDrive, capacity: float) -> plan.Trolley:
-        moved = axis(trolley_start(yard, name, crane, which), crane.girder, servo)
-        place = yard.source.where(("cranes", name, f"{which} trolley"))
-        return plan.Trolley(name=which, body=inertia(body), axis=moved, capacity=capacity, where=place)
-
+def _crane(yard: Yard, name: str, crane: schema.Crane, hung: Sequence[OnHook], *, tandem: bool) -> plan.Mechanism:
+    """A main body on rails with two trolleys on servos, from which its hook ropes hang."""
+    parts, (accel, pulses) = parts_of(crane), ramp_of(crane.ramp)
+    starts = {"gantry": crane.at} | {f"{of}-slide": trolley_start(yard, name, crane, of) for of in LEVELS}
     if crane.drum_ends and crane.falls % crane.drum_ends:
         message = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
         yard.source.fault(("cranes", name, "drum ends"), f"{message}, or 'drum ends: 1'", on_key=True)
-    hooks = []
-    for loader, (owner, hook) in yard.hooks.items():
-        if owner == name:
-            place = yard.source.where(("rig", "loaders", loader, "hook"))
-            hooks.append(
-                plan.Hook(
-                    name=hook,
-                    rope=f"{name}.{hook}",
-                    trolley=parts.hooks[hook].on,
-                    accel=accel,
-                    shortest=crane.shortest_rope,
-                    drum=crane.drum,
-                    highest=crane.highest_hook,
-                    capacity=crane.hook_capacity,
-                    block_mass=crane.hook_block,
-                    emergency=crane.emergency,
-                    where=place,
-                )
+    bodies, joints, drives, actuators = list[Body](), list[Joint](), list[Drive](), list[plan.Actuator]()
+    servos = {"gantry": parts.drives.gantry, "upper-slide": parts.drives.upper, "lower-slide": parts.drives.lower}
+    main, at = f"{name}.main", (0.0, 0.0, 0.0)
+    for (slide, servo), (part, body) in zip(servos.items(), parts.bodies, strict=True):
+        bodies.append(_body(f"{name}.{part}", body))
+        joint, on = f"{name}.{slide}", part == "main"
+        parent, axis = (WORLD, (1.0, 0.0, 0.0)) if on else (main, (0.0, 1.0, 0.0))
+        joints.append(Joint(joint, "prismatic", parent, bodies[-1].name, at, axis=axis, q0=(starts[slide],), v0=(0.0,)))
+        omega, mass = 2 * math.pi * servo.frequency, sum(getattr(parts.bodies, moved).mass for moved in servo.moves)
+        gains = mass * omega * omega, 2 * servo.damping * mass * omega
+        drives.append(Drive(f"{joint}.drive", joint, "servo", *gains))
+        lower, upper = crane.rails if on else crane.girder
+        place: Path = ("cranes", name) if on else ("cranes", name, f"{part} trolley")
+        if not lower - TOUCH <= starts[slide] <= upper + TOUCH:
+            subject, along = (name, ("x", "rails")) if on else (f"{name} {part}", ("y", "girder"))
+            told = past_the_end(subject, along[0], starts[slide], along[1], (lower, upper))
+            yard.source.fault(place, told, on_key=True)
+        actuators.append(
+            plan.Actuator(
+                name=drives[-1].name, start=starts[slide], accel=accel, lower=lower, upper=upper, pulses=pulses,
+                emergency=crane.emergency, where=yard.source.where(place),
             )
-    return plan.Crane(
-        name=name,
-        main=inertia(parts.bodies.main),
-        gantry=axis(crane.at, crane.rails, parts.drives.gantry),
-        upper=trolley(UPPER, parts.bodies.upper, parts.drives.upper, crane.upper_capacity),
-        lower=trolley(LOWER, parts.bodies.lower, parts.drives.lower, crane.lower_capacity),
-        hooks=tuple(sorted(hooks, key=lambda hook: hook.name)),
-        capacity=crane.capacity * (crane.tandem if tandem else 1.0),
-        girder=plan.Girder(
-            mass=crane.girder_mass,
-            stiffness=crane.girder_stiffness,
-            span=crane.span,
-            height=(crane.upper_exit + crane.lower_exit) / 2,
-            damping=crane.girder_damping,
-        ),
-        width=crane.width,
-        where=where,
+        )  # fmt: skip
+    girder = Girder(
+        body=main, slides=(joints[1].name, joints[2].name), mass=crane.girder_mass, stiffness=crane.girder_stiffness,
+        span=crane.span, height=(crane.upper_exit + crane.lower_exit) / 2, damping=crane.girder_damping,
+    )  # fmt: skip
+    system = System(
+        bodies=tuple(bodies),
+        joints=tuple(joints),
+        drives=tuple(drives),
+        ropes=tuple(x.rope for x in hung),
+        gravity=yard.scene.gravity,
     )
+    capacity = crane.capacity * (crane.tandem if tandem else 1.0)
+    return plan.Mechanism(
+        name=name,
+        system=system,
+        actuators=(*actuators, *(x.winch for x in hung)),
+        taut=tuple(x.rope.name for x in hung),
+        hooks=tuple(x.hoist for x in hung),
+        cells=tuple(_cells(yard, name, crane, capacity, sorted(hung, key=lambda x: x.hook))),
+        girders=(girder,),
+        shapes=(*_portal(name, crane, girder, hung), *_trolleys(name, parts)),
+        levels=True,
+        where=yard.source.where(("cranes", name)),
+    )
+
+
+def _body(name: str, given: GoliathBody) -> Body:
+    x, y, z = box(given.mass, given.box)
+    return Body(name, given.mass, given.com, ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))
+
+
+def _cells(yard: Yard, name: str, crane: schema.Crane, capacity: float, hung: Sequence[OnHook]) -> Iterator[Cell]:
+    """Load cells of all hooks together, and of those of a trolley that has several; rated for the blocks, too."""
+    groups: dict[str, tuple[float, list[OnHook]]] = {"main": (capacity, [*hung])} if hung else {}
+    for of, most in ((UPPER, crane.upper_capacity), (LOWER, crane.lower_capacity)):
+        own = [x for x in hung if x.hoist.on == f"{name}.{of}"]
+        if len(own) > 1:
+            groups[of] = most, own
+    for part, (most, own) in groups.items():
+        body, ropes = f"{name}.{part}", tuple(x.rope.name for x in own)
+        rated = (most + sum(x.hoist.block_mass for x in own)) * yard.scene.gravity
+        yield Cell(name=f"{body}.load", body=body, ropes=ropes, rated=rated, capacity=most)
+
+
+def _portal(name: str, crane: schema.Crane, girder: Girder, hung: Sequence[OnHook]) -> Iterator[plan.Shape]:
+    """Girder between the two levels of rope exits (about its axis if nothing hangs from it), two pairs of legs on the
+    rails under cross beams, each on a sill as long as the portal is wide over its buffers."""
+    exits, axis = [line.a.p[2] for x in hung for line in x.rope.lines], girder.height
+    low, high = (min(exits) + DECK, max(exits) - DECK) if exits else (axis - LEG, axis + LEG)
+    span, half = 2.0 * parts_of(crane).bodies.main.com[1], crane.width / 2 - LEG
+
+    def shape(part: str, centre: Vector, size: Vector) -> plan.Shape:
+        return plan.Shape(body=f"{name}.main", centre=centre, size=size, thing=f"portal of {name}", part=part)
+
+    yield shape("girder", (0.0, span / 2, (low + high) / 2), (GIRDER, span + LEG, max(high - low, LEG)))
+    for x in (-half, half):
+        for y in (0.0, span):
+            yield shape("leg", (x, y, low / 2), (LEG, LEG, low))
+    for y in (0.0, span):
+        yield shape("sill", (0.0, y, LEG / 4), (crane.width, LEG, LEG / 2))
+        yield shape("cross beam", (0.0, y, low + LEG / 2), (crane.width - LEG, LEG, LEG))
+
+
+def _trolleys(name: str, parts: GoliathParts) -> Iterator[plan.Shape]:
+    for of, body in ((UPPER, parts.bodies.upper), (LOWER, parts.bodies.lower)):
+        size = (*body.box[:2], TROLLEY)
+        yield plan.Shape(body=f"{name}.{of}", centre=body.com, size=size, thing=f"{of} trolley of {name}")
 
 
 def _groups(yard: Yard, rig: schema.Rig) -> None:

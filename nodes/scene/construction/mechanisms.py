@@ -38,7 +38,7 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
     around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
     built = [vessel_machine(yard, name) for name in scene.vessels]
-    built += [block_machine(yard, name) for name in scene.blocks]
+    built += [block_machine(yard, ("blocks", name)) for name in scene.blocks]
     if source.faults:
         return tuple(built)
     around = merge([around, *(block.system for block in built)], scene.gravity) if built else around

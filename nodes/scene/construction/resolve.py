@@ -50,7 +50,7 @@ class _Resolver:
         self.yard, self.source = yard, yard.source
         self.targets = targets(yard, mechanisms)
         self.words = lugs_of(yard.scene)
-        self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
+        self.lugs = {name: p for cargo in yard.cargo for name, p in cargo.lugs.items()}
         self.conditions = Conditions(yard, mechanisms)
         self.condition = self.conditions.read
         self.levelling = Levelling(yard, self.conditions)
@@ -178,7 +178,7 @@ class _Resolver:
             case "brake" | "release":
                 if found[0].kind in ("sling", "rope"):
                     return [actions.Unhook(sling=a.name, parted=True, where=where) for a in found]
-                locks = ((a.loader or a.model, f"{a.loader}.hinge.lock" if a.loader else a.name) for a in found)
+                locks = ((a.beam or a.model, f"{a.beam}.hinge.lock" if a.beam else a.name) for a in found)
                 return [actions.Brake(model=m, brake=b, engaged=verb.engages, where=where) for m, b in locks]
             case "move":
                 if isinstance(phrase.ramp, phrases.SwingRamp) and found[0].kind in ("hook", "winch"):
@@ -294,4 +294,4 @@ class _Resolver:
     def _slings_of(self, actor: Actor) -> list[str]:
         if actor.kind in ("sling", "rope"):
             return [actor.name]
-        return [s.name for s in self.yard.slings if s.loader == actor.loader]
+        return [tie.rope for tie in self.yard.slings(actor.beam)]

@@ -16,6 +16,7 @@ from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.simulation.native.native_state import _loaded
 from heavylift.nodes.devs import Simulator, Tag, seconds
 from heavylift.nodes.fidelity.cost import radau_algebra
+from heavylift.nodes.fidelity.lifts import lift_of
 from heavylift.nodes.models import COMMANDER, KERNEL, build
 from heavylift.nodes.models.parts.messages import Finished, Stage
 from heavylift.nodes.scene import load
@@ -83,8 +84,8 @@ def _lifted(scene) -> Lifted:
         rows.append(np.broadcast_to(some, (len(t), width)))  # of a rest there is one
     table = np.concatenate(rows)
     first, names = at["rope/peak"]
-    hooks = [first + names.index(r.name) for r in plan.rig.hook_ropes]
-    pose, _ = at[f"pose/{plan.block.name}"]
+    hooks = [first + names.index(r.name) for r in lift_of(plan).rig.hook_ropes]
+    pose, _ = at[f"pose/{lift_of(plan).block.name}"]
     s = kernel.simulation
     return Lifted(
         table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], s.native.evaluations,

@@ -12,9 +12,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from heavylift.nodes.fidelity.lifts import drive_name, lift_of
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.fidelity import SHORTEST
-from heavylift.nodes.plan.plan import drive_name
 from heavylift.nodes.plan.verbs import VERBS
 
 STANDS = "up"  # the first stage in which the block hangs
@@ -57,7 +57,7 @@ class Seen:
 
     def _sideways(self):
         """Stage, move, part of the hooks that it moves."""
-        hung = [(c, hook) for c in self.plan.cranes for hook in c.hooks if hook.rope in self._ropes]
+        hung = [(c, hook) for c in lift_of(self.plan).cranes for hook in c.hooks if hook.rope in self._ropes]
         drives = [drive_name(c.name, which) for c, hook in hung for which in ("gantry", hook.trolley)]
         for action in self.plan.actions:
             for order in action.orders:
@@ -66,7 +66,7 @@ class Seen:
 
     @property
     def _ropes(self) -> list[str]:
-        return [r.name for r in self.plan.rig.hook_ropes]
+        return [r.name for r in lift_of(self.plan).rig.hook_ropes]
 
     def lifting(self) -> list[tuple[float, float]]:
         """Begin and end of the stages that lift the block [s]."""

@@ -3,9 +3,10 @@
 import pytest
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity.case import case_of
+from heavylift.nodes.fidelity.lifts import drive_name, lift_of
 from heavylift.nodes.fidelity.moving import by_ways
 from heavylift.nodes.fidelity.rules import girder
-from heavylift.nodes.plan.plan import Fidelity, drive_name
+from heavylift.nodes.plan.plan import Fidelity
 from heavylift.nodes.scene import load
 from lifted import lifted
 
@@ -51,7 +52,8 @@ def test_what_is_predicted_bounds_a_lift_by_a_way():
 def test_a_move_to_a_place_has_a_way():
     scene = load("lift", ["actions.3.trolleys=traverse 20 m/min to 82 m"])
     starts = {
-        drive_name("crane", t.name): t.axis.start for t in (scene.plan.cranes[0].upper, scene.plan.cranes[0].lower)
+        drive_name("crane", t.name): t.axis.start
+        for t in (lift_of(scene.plan).cranes[0].upper, lift_of(scene.plan).cranes[0].lower)
     }
     assert scene.plan.actions[3].orders[0].by is None
     sideways = by_ways(scene.plan, scene.followed).actions[3].orders

@@ -17,6 +17,7 @@ from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.scene import check, json_schema, load
 from heavylift.nodes.scene.keys.base import comments
 from heavylift.nodes.scene.keys.schema import Block, Crane, Loader, SlingType, Supports
+from lifting import hook_ropes
 
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
 
@@ -140,7 +141,7 @@ def test_what_a_load_cell_tells_between_samples_is_red() -> None:
     """The sum of three ropes is only sampled; the cell saw it pass its rated value."""
     built = load("lift").plan
     rated = (900e3 + 75e3) * built.gravity
-    ropes = {r.name: np.array([0.3 * rated]) for r in built.rig.hook_ropes}
+    ropes = {name: np.array([0.3 * rated]) for name in hook_ropes(built)}
     quiet = Signals(t=np.array([3.0]), tensions=ropes, dynamic=True)
     assert not [f for f in judge(built, uses_of(built, [quiet]), dynamic=True) if f.subject == "crane"]
     heard = Signals(

@@ -142,9 +142,10 @@ def test_rated_values_count_the_hook_blocks() -> None:
 
 def test_a_heavier_block_is_declared_heavier() -> None:
     plan = turnover()
-    assert plan.block
-    body = msgspec.structs.replace(plan.block.body, mass=910e3)
-    heavier = msgspec.structs.replace(plan, block=msgspec.structs.replace(plan.block, body=body))
+    *others, block = plan.machines
+    (body,) = block.system.bodies
+    heavy = replace(block.system, bodies=(replace(body, mass=910e3),))
+    heavier = msgspec.structs.replace(plan, machines=(*others, msgspec.structs.replace(block, system=heavy)))
     assert [b.mass for b in system(heavier).bodies if b not in system(plan).bodies] == [910e3]
 
 
@@ -191,7 +192,7 @@ def test_a_mechanism_declares_exactly_what_was_written() -> None:
         ropes=(Rope("rope", (Line(Point("world"), Point("mass")),), 1e6, 2.0, winch=True),),
         supports=(Support("foot", Point("mass"), 0.0, 1e6, 1e3),),
     )
-    plan = Plan(name="arm", mechanisms=(Mechanism(name="arm", system=written),), end=1.0)
+    plan = Plan(name="arm", machines=(Mechanism(name="arm", system=written),), end=1.0)
     assert system(plan) == written
     models = [m.path for m in below(build(plan)["arm"])]
     assert models[:5] == [

@@ -7,7 +7,6 @@ import pytest
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.commander.actuator_registry import first_lugs
 from heavylift.nodes.models.commander.turn_law import Follower, followers
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import Plan
 from yard import turnover
 
@@ -17,7 +16,7 @@ SECOND = [(90, 46.4, 37.0, 0.0, -5.6), (120, 48.4, 32.6, 7.30, -10.85), (180, 61
 
 
 def laws(plan: Plan, lugs: dict[str, str]) -> dict[str, Follower]:
-    return {f.actuator: f for f in followers(machines(plan), lugs)}
+    return {f.actuator: f for f in followers(plan.machines, lugs)}
 
 
 def way(f: Follower, a: float, b: float) -> float:
@@ -25,7 +24,7 @@ def way(f: Follower, a: float, b: float) -> float:
 
 
 def half(lug: str) -> dict[str, str]:
-    return {sling: name.replace("B", lug) for sling, name in first_lugs(machines(turnover())).items()}
+    return {sling: name.replace("B", lug) for sling, name in first_lugs(turnover().machines).items()}
 
 
 @pytest.mark.parametrize(("lug", "table"), [("B", FIRST), ("B'", SECOND)])
@@ -45,7 +44,7 @@ def test_every_trolley_and_winch_follows_and_no_crane_travels() -> None:
 
 
 def test_a_winch_without_slings_stays_where_it_is() -> None:
-    found = laws(turnover(), first_lugs(machines(turnover(hooked="A"))))
+    found = laws(turnover(), first_lugs(turnover(hooked="A").machines))
     assert [name for name in found if "H3" in name or "lower" in name] == []
 
 
@@ -57,9 +56,10 @@ def test_one_trolley_cannot_follow_two_places() -> None:
 
 def test_a_centre_of_gravity_off_the_middle_is_what_stays_in_place() -> None:
     plan = turnover()
-    assert plan.block
-    body = msgspec.structs.replace(plan.block.body, com=(0.0, 0.5, 0.25))
-    moved = msgspec.structs.replace(plan, block=msgspec.structs.replace(plan.block, body=body))
+    *others, block = plan.machines
+    (cargo,) = block.cargo
+    aside = msgspec.structs.replace(block, cargo=(msgspec.structs.replace(cargo, com=(0.0, 0.5, 0.25)),))
+    moved = msgspec.structs.replace(plan, machines=(*others, aside))
     assert laws(moved, half("B"))["west.H1"] == Follower("west", "west.H1", 0.25, -15.1)
 
 

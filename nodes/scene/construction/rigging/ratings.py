@@ -140,7 +140,7 @@ def lug_limits(yard: Yard) -> Iterator[Limit]:
             for word in given.to if isinstance(given, Equaliser) else [sling.holds]:
                 held.setdefault(lugs.get(word, word), []).append(rope)
     if scene.block and scene.block.lug_capacity:
-        every = [sling.name for sling in yard.slings]  # of loaders, which may take any lug
+        every = [tie.rope for tie in yard.slings()]  # of beams, which may take any lug
         for lug in scene.block.lugs:
             yield from _lug(yard, lug, scene.block.lug_capacity, [*held.get(lugs[lug], ()), *every], ("block",))
     for name, block in scene.blocks.items():
