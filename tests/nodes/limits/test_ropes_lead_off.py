@@ -113,8 +113,8 @@ def test_the_side_pull_is_held_against_drive_and_brake() -> None:
 def spread(built: Plan, angle: float, tension: float = 5e5) -> Signals:
     """One sling that stands so much off the vertical."""
     tie, sling = slings(built)["loader-3.sling-1"]
-    at = np.array(cargo(built).lugs[tie.lug]) - tie.upper.p
-    at = at + [0.0, sling.L0 * np.sin(angle), sling.L0 * np.cos(angle)]
+    up = np.array([0.0, sling.L0 * np.sin(angle), sling.L0 * np.cos(angle)])
+    at = np.array(cargo(built).lugs[tie.lug]) - tie.upper.p + up
     poses = {"block": (np.zeros((1, 3)), LEVEL[None]), "loader-3.lower": (at[None, :], LEVEL[None])}
     tensions = {sling.name: np.array([tension])}
     return Signals(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: tie.lug})])

@@ -120,7 +120,7 @@ def test_the_loader_declares_its_hinge_with_stops_damper_and_lock() -> None:
     ]
     assert (low.joints[1].p_PJ, low.joints[1].axis) == ((0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
     assert [stop.name for stop in low.stops] == ["loader-1.hinge.stop"]
-    assert [spring.d for spring in low.springs] == [1e4]
+    assert [spring.d for spring in low.springs] == [1e5]
     assert [brake.engaged for brake in (*low.brakes, *high.brakes)] == [False, True]
     assert low.bodies == (
         Body("loader-1.upper", 35e3, (0.0, 0.0, 0.0), ((4e4, 0.0, 0.0), (0.0, 4e4, 0.0), (0.0, 0.0, 4e4))),

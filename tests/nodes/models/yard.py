@@ -47,7 +47,8 @@ def scene() -> Plan:
 
 def turnover(*actions: Action, hooked: str = "AB", end: float | None = None) -> Plan:
     """The plan of the scene `turnover` at the start of the lift, with any action list."""
-    machines = tuple(_rigged(machine, hooked) for machine in scene().machines)
+    east, west, *others = scene().machines
+    machines = tuple(_rigged(machine, hooked) for machine in (west, east, *others))
     return replace(scene(), machines=machines, actions=actions, end=end, limits=(), interlocks=())
 
 
@@ -61,7 +62,8 @@ def _rigged(machine: Mechanism, hooked: str) -> Mechanism:
         ropes=tuple(dataclasses.replace(r, hooked=r.winch or r.name in on) for r in machine.system.ropes),
         brakes=tuple(dataclasses.replace(brake, engaged=not on) for brake in machine.system.brakes),
     )
-    return replace(machine, cargo=cargo, ties=ties, system=system)
+    cells = tuple(replace(cell, rated=2.6e6) if machine.ties else cell for cell in machine.cells)
+    return replace(machine, cargo=cargo, ties=ties, cells=cells, system=system)
 
 
 class KernelDouble(Atomic):
