@@ -105,7 +105,7 @@ def _built(
         msgspec.structs.replace(
             lift,
             **_common(scene),
-            machines=(*lift.machines, *mechanisms),
+            machines=(*yard.machines, *mechanisms),
             models=build_models(yard, mechanisms),
             interlocks=yard.interlocks,
             limits=build_limits(yard, mechanisms),

@@ -224,9 +224,9 @@ def moved(x: Any, prefix: str, d: Vector) -> Any:
         changed["ends"] = tuple(_sum(p, d) for p in x.ends)
     if isinstance(x, Shape) and x.thing:
         *kind, thing = x.thing.split(" ")
-        changed["thing"] = " ".join([*kind, f"{prefix}{thing}"])
+        changed["thing"] = " ".join([*kind, _renamed(thing, prefix)])
     if isinstance(x, Cargo):
-        changed |= {"faces": {f"{prefix}{support}": face for support, face in x.faces.items()}}
+        changed |= {"faces": {_renamed(support, prefix): face for support, face in x.faces.items()}}
         changed |= {"marks": {_renamed(lug, prefix): where for lug, where in x.marks.items()}}
     if isinstance(x, Joint) and x.parent == WORLD:
         free = x.kind == "free" and x.q0

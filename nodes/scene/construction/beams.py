@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 from heavylift.kernel.description.mechanics import (
@@ -23,16 +24,18 @@ from heavylift.kernel.description.mechanics import (
     Stop,
     System,
     Vector,
+    merge,
 )
 from heavylift.nodes.limits.reeving import lead_factor
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Cell, Latch
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.text.source import Path
 
 from .limiting import reeving, rope_factor
 from .rigging.edges import SPREAD, along_edges, height_of
-from .rigging.slings import lugs_of
+from .rigging.slings import key_of, lugs_of
 from .yard import UPPER, Yard, box, by_beam, parts_of, ramp_of
 
 THIN = 1.0  # edge of what has no other [m]
@@ -134,7 +137,7 @@ def _beam(
         else:
             ropes.append(Rope(sling, (Line(beam, to),), EA, given.sling, damping, hooked=bool(lug)))
         rated, where = rig.sling.breaking / rig.sling.factor, yard.source.where((*path, "sling"))
-        ties.append(plan.Tie(rope=sling, upper=beam, lug=lug, rated=rated, where=where))
+        ties.append(plan.Tie(rope=sling, upper=beam, lug=key_of(lug, to) if lug else "", rated=rated, where=where))
     turn = Joint(hinge, "revolute", upper, lower, (0.0, 0.0, -given.hinge), axis=(0.0, 1.0, 0.0), q0=(0.0,), v0=(0.0,))
     stop = Stop(f"{hinge}.stop", hinge, -given.stop, given.stop, given.stop_stiffness, given.stop_damping)
     lock = given.lock_moment, given.lock_stiffness, given.lock_damping
@@ -245,3 +248,32 @@ def trolley_start(yard: Yard, name: str, crane: schema.Crane, trolley: str) -> f
     blocks = yard.scene.all_blocks
     y = blocks[lugs[0].body].at[1]
     return y + sum(lug.p[1] + (blocks[lug.body].at[1] - y) for lug in lugs) / len(lugs)
+
+
+def spare_hooks(yard: Yard, crane: str = "") -> dict[str, Hook]:
+    """Hooks of cranes on rails, or of one of them, on which no beam hangs: rigging may."""
+    found, taken = dict[str, Hook](), {f"{owner}.{hook}" for owner, hook in yard.hooks.values()}
+    for name, given in yard.scene.cranes.items():
+        accel, _ = ramp_of(given.ramp)
+        for hook, leaves in parts_of(given).hooks.items() if crane in ("", name) else ():
+            if f"{name}.{hook}" not in taken:
+                found[f"{name}.{hook}"] = Hook.model_construct(
+                    on=f"{name}.{leaves.on}", at=leaves.at, falls=given.falls, block=given.hook_block,
+                    capacity=given.hook_capacity, fall_EA=given.fall_EA, fall_breaking=given.fall_breaking,
+                    mechanism_group=given.mechanism_group, speed=given.empty_hoist_speed, ramp=accel,
+                    emergency=given.emergency, shortest=given.shortest_rope, longest=given.drum,
+                    highest=given.highest_hook, damping=given.rope_damping,
+                )  # fmt: skip
+    return found
+
+
+def with_hooks(yard: Yard, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
+    """A crane with the hooks of rigging, too, which its load cells weigh."""
+    hooks, cells = hung.hooks, []
+    for cell in crane.cells:
+        own = [hook for hook in hooks if cell.body in (hook.on, crane.system.bodies[0].name)]
+        ropes, more = tuple(hook.rope for hook in own), sum(hook.block_mass for hook in own) * yard.scene.gravity
+        cells.append(msgspec.structs.replace(cell, ropes=cell.ropes + ropes, rated=cell.rated + more))
+    both = {of: getattr(crane, of) + getattr(hung, of) for of in ("actuators", "taut", "shapes", "ties")}
+    both |= {"hooks": crane.hooks + hooks, "cells": tuple(cells)}
+    return msgspec.structs.replace(crane, system=merge([crane.system, hung.system], yard.scene.gravity), **both)

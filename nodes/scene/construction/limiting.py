@@ -25,8 +25,15 @@ from .yard import LEVELS, Yard
 def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
+    rows += [row for crane in yard.cranes for row in rigging_limits(yard, crane)]
     rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
-    return (*rows, *tandem_limits(yard, mechanisms), *_rig(yard), *lug_limits(yard), *_ropes(yard, mechanisms))
+    return (
+        *rows,
+        *tandem_limits(yard, [*yard.machines, *mechanisms]),
+        *_rig(yard),
+        *lug_limits(yard),
+        *_ropes(yard, mechanisms),
+    )
 
 
 def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:

@@ -21,6 +21,7 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .beams import OnHook, on_hook, trolley_start
+from .rigging.slings import lugs_of
 from .stools import block_machine
 from .yard import LEVELS, LOWER, UPPER, Yard, box, parts_of, ramp_of
 
@@ -33,15 +34,18 @@ TROLLEY = 4.0  # height of a trolley [m]
 def build_machines(source: Source, scene: schema.Scene) -> Yard:
     """All machines of the scene; what is wrong is added to the faults of the source."""
     yard = Yard(source, scene)
-    block = [block_machine(yard, ("block",))] if scene.block else []
+    blocks = [block_machine(yard, ("block",))] if scene.block else []
+    blocks += [block_machine(yard, ("blocks", name)) for name in scene.blocks] if scene.cranes else []
     if scene.rig:
         _hang(yard, scene.rig)
     hung = {name: on_hook(yard, scene.rig, name, scene.rig.loaders[name]) for name in yard.hooks} if scene.rig else {}
-    lifting = {crane for crane, _ in yard.hooks.values()}
+    words = (word for given in scene.rigging.values() for word in getattr(given, "holders", ()))
+    others = {word.replace(".", " ").split()[0] for word in words} - {*scene.rigging}
+    lifting = {crane for crane, _ in yard.hooks.values()} | others
     for name, crane in scene.cranes.items():
         own = [hung[beam] for beam, (owner, _) in yard.hooks.items() if owner == name]
         yard.machines.append(_crane(yard, name, crane, own, tandem=len(lifting) > 1))
-    yard.machines += [x.beam for x in hung.values()] + block
+    yard.machines += [x.beam for x in hung.values()] + blocks
     if scene.rig:
         _groups(yard, scene.rig)
     return yard
@@ -50,9 +54,6 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
 def check_parts(source: Source, scene: schema.Scene) -> None:
     """A lift needs cranes, a rig and a block, which alone does beside machines, vessels and obstacles; a scene needs
     something that moves."""
-    if scene.cranes and scene.blocks:
-        told = "the loaders of a goliath carry one block, `block:`; `rigging:` of cranes of other types lifts several"
-        return source.fault(("blocks",), told, on_key=True)
     block = scene.block is not None or bool(scene.blocks)
     parts = {"cranes": bool(scene.cranes), "block": block, "rig": scene.rig is not None}
     missing = [key for key, there in parts.items() if not there]
@@ -100,16 +101,18 @@ def _hang(yard: Yard, rig: schema.Rig) -> None:
             yard.hooks[name] = (crane, hook)
         if name in yard.scene.cranes:
             yard.source.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)
-    used: dict[str, str] = {}
+    used, lugs = dict[str, str](), lugs_of(yard.scene)
     for name, loader in rig.loaders.items():
         for i, lug in enumerate(loader.lugs or ()):
             path = ("rig", "loaders", name, "lugs", i)
-            lugs = yard.scene.block.lugs if yard.scene.block else {}
             if lug not in lugs:
-                yard.source.fault(path, f"the block has no lug '{lug}'", closest(lug, lugs))
+                told = f"no block has a lug '{lug}'" if yard.scene.blocks else f"the block has no lug '{lug}'"
+                yard.source.fault(path, told, closest(lug, lugs))
             elif lug in used:
                 yard.source.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
             used.setdefault(lug, name)
+        if len({lugs[lug].body for lug in loader.lugs or () if lug in lugs}) > 1:
+            yard.source.fault(("rig", "loaders", name, "lugs"), "the slings of one hook hang on one block")
 
 
 def _crane(yard: Yard, name: str, crane: schema.Crane, hung: Sequence[OnHook], *, tandem: bool) -> plan.Mechanism:

@@ -51,6 +51,10 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
         for of, slide in ((UPPER, upper), (LOWER, lower)):
             table[f"{crane.name} {of} trolley"] = (_driven("trolley", crane.name, slide.name, slide),)
         for winch in sorted(winches, key=lambda winch: winch.name):
+            if winch.name not in on_hook:
+                hooks[winch.name] = _driven("winch", crane.name, winch.name, winch)
+                table[winch.name.replace(".", " ", 1)] = table[winch.name] = (hooks[winch.name],)
+                continue
             words, beam = on_hook[winch.name]
             hooks[beam] = Actor("hook", crane.name, winch.name, winch.accel, beam, emergency=winch.emergency)
             table[words] = table[beam] = (hooks[beam],)
