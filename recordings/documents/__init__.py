@@ -4,7 +4,6 @@ facts     numbers of a recording, as frozen tables
 document  the same as one self-contained page, as PDF or as a workbook
 
 loads     what lugs, slings, stools and portals bore, and where the block was
-machines  cranes, slings and the block of a recorded plan
 scene     what was lifted, with what, and how it was computed
 tables    what is printed of all that
 workbook  tables as sheets

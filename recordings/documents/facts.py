@@ -16,12 +16,12 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import REEVING, reeved
+from heavylift.recordings.read import machines
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.read.verdict import Judged, recorded_peaks, recorded_verdict
 from numpy.typing import NDArray
 
-from . import machines
 from .loads import Borne, Loads, SlingUse, loads_of
 from .scene import block_table, scene_table
 

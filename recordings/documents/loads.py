@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.viewer_messages import Rig, RopeLine, corners, turned
+from heavylift.recordings.read import machines
 from heavylift.recordings.read.reader import Recording
 from numpy.typing import NDArray
-
-from . import machines
 
 CARRIES = 0.1  # of its largest tension: with less the angle of a sling matters to nobody
 Floats = NDArray[np.float64]

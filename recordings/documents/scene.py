@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from heavylift.recordings.format.settings import settings
+from heavylift.recordings.read import machines
 from heavylift.recordings.read.reader import Recording
-
-from . import machines
 
 COMPUTED = ("samples_hz", "seed")
 
@@ -19,7 +18,7 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
     if block:
         x, y, z = block["pose"][:3]
         told = f"{block['mass'] / 1e3:g} t, centre at {x:g}, {y:g}, {z:.3g} m, {len(block.get('lugs', ()))} lugs"
-        rows.append((f"block {block.get('name', '')}".strip(), told))
+        rows.append(("block" if block["body"] == "block" else f"block {block['body']}", told))
     tandem: dict[str, float] = rec.fact("tandem", {})
     cranes, slings = machines.cranes(plan), machines.ties(plan)
     for crane in cranes:

@@ -16,6 +16,7 @@ from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.format.viewer_messages import Box
+from heavylift.recordings.read import machines
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import AGAIN, Judged, recorded_peaks, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
@@ -110,14 +111,14 @@ def _loads(rec: Recording, columns: Shown) -> Floats:
 
 def _block(rec: Recording) -> dict[str, object] | None:
     """Name, mass [kg], centre of mass and lugs of the block, in its frame [m]; None without one."""
-    block = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}")).get("block")
+    block = machines.block(msgspec.json.decode(rec.attachments.get("resolved.json", b"{}")))
     if not block:
         return None
     return {
-        "name": block.get("name", "block"),
-        "mass": block["body"]["mass"],
-        "com": block["body"].get("com", (0.0, 0.0, 0.0)),
-        "lugs": [{"name": lug["name"], "p": lug["p"]} for lug in block["lugs"]],
+        "name": block["body"],
+        "mass": block["mass"],
+        "com": block.get("com", (0.0, 0.0, 0.0)),
+        "lugs": [{"name": name, "p": p} for name, p in block.get("lugs", {}).items()],
     }
 
 
