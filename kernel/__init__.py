@@ -18,3 +18,7 @@ How it moves and what can be asked of it
     equations              the equations in print, as text and LaTeX
     islands                parts that nothing ties together, solved apart
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

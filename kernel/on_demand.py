@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import sys
 from collections.abc import Callable, Mapping
+from functools import cache
 from importlib import import_module
+from pathlib import Path
+from typing import Any
 
 
 def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], object]:
@@ -15,3 +20,46 @@ def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], objec
         return getattr(import_module(modules[name], package), name)
 
     return attribute
+
+
+def face(package: str) -> None:
+    """Let a package offer all public names that exactly one of its modules defines, so that callers need not know
+    which; what the package itself imports or declares `on_demand` comes first."""
+    module: Any = sys.modules[package]
+    folder, declared = Path(module.__file__).parent, getattr(module, "__getattr__", None)
+
+    def attribute(name: str) -> object:
+        try:
+            if declared:
+                return declared(name)
+        except AttributeError:
+            pass
+        hidden = name.startswith("_") or (folder / f"{name}.py").exists()  # of a package's module, not of its face
+        if not hidden and len(found := _definitions(folder).get(name, [])) == 1:
+            return getattr(import_module(f".{found[0]}", package), name)
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+
+    module.__getattr__ = attribute
+
+
+@cache
+def _definitions(folder: Path) -> dict[str, list[str]]:
+    """The modules of a folder that define each name at their top."""
+    found: dict[str, list[str]] = {}
+    for path in sorted(folder.glob("[a-z]*.py")):
+        for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+            for name in sorted(set(_names(statement))):
+                if path.stem not in found.setdefault(name, []):
+                    found[name].append(path.stem)
+    return found
+
+
+def _names(statement: ast.stmt) -> list[str]:
+    match statement:
+        case ast.ClassDef(name=name) | ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
+            return [name]
+        case ast.Assign(targets=targets):
+            return [x.id for target in targets for x in ast.walk(target) if isinstance(x, ast.Name)]
+        case ast.AnnAssign(target=ast.Name(id=name)):
+            return [name]
+    return []

@@ -14,3 +14,7 @@ Beside them
     fmi        co-simulation units as models
     testing    drives one model offline, so that a user's model can be tested in three lines
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -13,7 +13,10 @@ from importlib import import_module
 
 from heavylift.coordinator.commands.common.app import app
 from heavylift.coordinator.commands.common.helping import HEADINGS
+from heavylift.kernel.on_demand import face
 
 __all__ = ["app"]
 for subject in HEADINGS:
     import_module(f"{__name__}.{subject}")
+
+face(__name__)

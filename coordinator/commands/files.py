@@ -46,7 +46,8 @@ def plot(
 
     With a second recording, both over one another: heavylift plot lift.mcap slower.mcap 'rope/tension/*'
     """
-    from heavylift.recordings import curves, overlay, storyboard
+    from heavylift.coordinator.record.resting import at_rest
+    from heavylift.recordings import Recording, curves, overlay, storyboard
     from heavylift.recordings import plot as tensions
     from heavylift.recordings.write.outputs import beside
 
@@ -61,7 +62,8 @@ def plot(
     elif signals or out.suffix.lower() == ".html":
         out = curves(file, signals or [], out, force)
     else:
-        out = tensions(file, out, force=force)
+        rec = Recording(file)
+        out = tensions(rec, out, force=force, rest=at_rest(rec))
     typer.echo(f"wrote {out}")
 
 

@@ -62,6 +62,7 @@ def run(
         float | None, typer.Option("--real-time", help="the same, so many times as fast as real time")
     ] = None,
     strict: o.Strict = False,
+    fail_on: o.FailOn = "",
     as_json: o.Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
@@ -144,7 +145,7 @@ def run(
         if crew is not None:
             crew.end()
     summary(loaded.plan, result, as_json, certificate)
-    _exit(result, strict)
+    _exit(result, strict, fail_on)
 
 
 @app.command()
@@ -156,6 +157,7 @@ def branch(
     output: Annotated[Path | None, o.written_to("recording; default NAME-branch.mcap")] = None,
     force: o.Force = False,
     strict: o.Strict = False,
+    fail_on: o.FailOn = "",
     as_json: o.Json = False,
 ) -> None:
     """Run a recorded lift otherwise from some time on.    heavylift branch lift.mcap --at 'stage up' --set end='2 min'
@@ -171,7 +173,7 @@ def branch(
     with Progress(what.scene.plan, as_json) as watch:
         result = simulate(what, output, watch, force)
     summary(what.scene.plan, result, as_json)
-    _exit(result, strict)
+    _exit(result, strict, fail_on)
 
 
 @app.command()
@@ -185,6 +187,7 @@ def resume(
     output: Annotated[Path | None, o.written_to("default NAME-resumed.mcap")] = None,
     force: o.Force = False,
     strict: o.Strict = False,
+    fail_on: o.FailOn = "",
     as_json: o.Json = False,
 ) -> None:
     """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
@@ -200,12 +203,12 @@ def resume(
         with Progress(begun.scene.plan, as_json) as watch:
             result = go_on(file, begun, output, watch, crew, force=force)
     summary(begun.scene.plan, result, as_json)
-    _exit(result, strict)
+    _exit(result, strict, fail_on)
 
 
-def _exit(result: Result, strict: bool) -> None:
-    """With exit code 1 where the verdict is red, if that is wanted."""
-    if strict and result.verdict is not None and result.verdict.red:
+def _exit(result: Result, strict: bool, fail_on: str) -> None:
+    """With exit code 1 where the verdict is as bad as is named."""
+    if (strict or fail_on) and result.verdict is not None and o.fails(result.verdict.state, strict, fail_on):
         raise typer.Exit(1)
 
 

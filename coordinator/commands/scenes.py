@@ -16,7 +16,13 @@ from heavylift.kernel.errors import SceneError
 
 
 @app.command()
-def check(scene: o.Scene, as_json: o.Json = False, sets: o.Sets = None) -> None:
+def check(
+    scene: o.Scene,
+    strict: o.Strict = False,
+    fail_on: o.FailOn = "",
+    as_json: o.Json = False,
+    sets: o.Sets = None,
+) -> None:
     """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift"""
     from heavylift.coordinator.participants.pause import check_steps
     from heavylift.coordinator.transport.placement import Placement
@@ -29,10 +35,12 @@ def check(scene: o.Scene, as_json: o.Json = False, sets: o.Sets = None) -> None:
     if not as_json:
         crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
         typer.echo("\n".join([str(found), *([f"\n  {crowd}"] if crowd else [])]))
-        return
-    told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
-    told |= {"modelled": loaded.verdict.data() if loaded.verdict else None}
-    typer.echo(msgspec.json.encode(told).decode())
+    else:
+        told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
+        told |= {"modelled": loaded.verdict.data() if loaded.verdict else None}
+        typer.echo(msgspec.json.encode(told).decode())
+    if o.fails(found.state, strict, fail_on or "red"):
+        raise typer.Exit(1)
 
 
 @app.command()

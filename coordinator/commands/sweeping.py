@@ -40,6 +40,7 @@ def sweep(
     limit: Annotated[str, typer.Option("--limit", help="wall time of a run, then it is cut")] = "60 s",
     sets: o.Sets = None,
     strict: o.Strict = False,
+    fail_on: o.FailOn = "",
     as_json: o.Json = False,
 ) -> None:
     """Run variants of a scene.    heavylift sweep lift --vary 'block.mass=200..400 t by 25 t' -o study
@@ -80,7 +81,8 @@ def sweep(
         for number, equal in again:
             typer.echo(f"variant {number}: {'the same digest again' if equal else 'ANOTHER DIGEST'}")
         typer.echo(f"wrote {output / 'summary.html'} and {output / 'rows.parquet'}")
-    if differing or (strict and set(found.counts) - {"done"}):
+    states = {str(row.get("state") or ("green" if row["status"] == "done" else "red")) for row in study.rows.values()}
+    if differing or any(o.fails(state, strict, fail_on) for state in states):
         raise typer.Exit(1)
 
 

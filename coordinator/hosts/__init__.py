@@ -6,3 +6,7 @@ remote_node         the process at the other end
 
 Which process hosts which nodes stands in `transport.placement`; HOSTS.md tells it all step by step.
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

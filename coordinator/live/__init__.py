@@ -15,6 +15,8 @@ keyboard, keys, pace, run_control   keys of the terminal; how fast a run goes, a
 show                                a run can be found and watched
 """
 
+from heavylift.kernel.on_demand import face
+
 from .announce import Found, Notice, find, running
 from .audience import Audience, Ended
 from .commands import Given, operator_commands
@@ -27,3 +29,5 @@ __all__ = [
     "Audience", "Ended", "Found", "Given", "Notice", "Observer", "Order", "Pace", "RealTime", "find", "observe",
     "operator_commands", "order", "running", "shown",
 ]  # fmt: skip
+
+face(__name__)

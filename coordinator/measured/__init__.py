@@ -8,3 +8,7 @@ parameters       runs of a scene with other inputs; estimates written back
 measuring        all of it for one recording and one log
 driving          drives of a run that follow a log
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

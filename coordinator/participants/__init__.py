@@ -13,8 +13,12 @@ transitions              of models, as a data topic
 Node processes import these modules one by one and nothing else of this room.
 """
 
+from heavylift.kernel.on_demand import face
+
 __all__ = ["NODE_MODULE", "PRELOAD", "PRELOAD_SCENE"]
 
 NODE_MODULE = f"{__name__}.node_process"
 PRELOAD = (NODE_MODULE, f"{__name__}.configuration")  # what every node of a scene imports
 PRELOAD_SCENE = (*PRELOAD, f"{__name__}.kernel_node")  # its kernel, too
+
+face(__name__)

@@ -10,3 +10,7 @@ memory              both sides in one loop, for tests and trials
 
 The numbered steps with their proof, and the invariants of the messages, stand in PROTOCOL.md.
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

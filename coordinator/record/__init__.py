@@ -3,5 +3,10 @@
 tape                any run: events, protocol traffic, the reason of its end
 scene               the run of a scene: facts, samples, pictures, the energy balance
 drawing, shapes     what viewers draw
+resting             what ropes would carry at rest, at the times of a run
 energy, budget      the balance of energy; where the wall time went
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -86,6 +86,7 @@ class Record(FileTape):
         self._page = page
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
+        self._errors = scene.errors
         self._layout = SampleLayout([])
         self._ropes = RopeLines([])
         facts = {
@@ -93,6 +94,7 @@ class Record(FileTape):
             "seed": plan.seed,
             **_asked(scene),
             "modelled": remembered(f"{plan_key(plan)}.modelled", str, lambda: str(modelled_as(plan, scene.followed))),
+            "errors": self._errors,
             "tolerance": f"{plan.tolerance:.6g}",
             "method": plan.method,
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
@@ -235,10 +237,10 @@ class Record(FileTape):
         said = self._conduct
         said.notes = [(note.t_ns * 1e-9, note.sentence) for note in self.recorder.notes]
         try:
-            return verdicts.judge(self._plan, self._collector, said)
+            return verdicts.judge(self._plan, self._collector, said, self._errors)
         except Exception as error:
             told = f"red: no verdict could be made, which is a defect of heavylift ({type(error).__name__}: {error})"
-            return Judged(red=True, line=told)
+            return Judged(red=True, state="red", line=told)
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         told = {"reason": str(error)}

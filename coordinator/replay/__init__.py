@@ -8,6 +8,8 @@ single      one model for real against the recorded rest: where it first deviate
 deviation   where a new run parts from a recorded one
 """
 
+from heavylift.kernel.on_demand import face
+
 from .deviation import Deviation, Outcome
 from .publish import Player, Publisher, Replay, Said
 from .recorded import RecordedRun
@@ -16,3 +18,5 @@ from .single import single
 __all__ = [
     "Deviation", "Outcome", "Player", "Publisher", "RecordedRun", "Replay", "Said", "single",
 ]  # fmt: skip
+
+face(__name__)

@@ -13,7 +13,10 @@ time_budget         the settings with which a run is as accurate as it can be in
 """
 
 from heavylift.coordinator.record.scene import Result
+from heavylift.kernel.on_demand import face
 
 from .scene import run
 
 __all__ = ["Result", "run"]
+
+face(__name__)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby
 from math import inf
@@ -36,6 +36,7 @@ from heavylift.kernel.islands.dense_output import Looks
 from heavylift.kernel.simulation.commanded import OwnRows
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
+from heavylift.nodes.limits.checks import Errors
 from heavylift.nodes.models import COMMANDER, KERNEL, build, driving
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
@@ -74,6 +75,7 @@ class Played:
     start_s: float
     wall_s: float
     cpu_s: float
+    errors: Errors = field(default_factory=dict)  # of its figures, as far as they are known
 
     @cached_property
     def digest(self) -> str:
@@ -135,7 +137,7 @@ class Played:
         """The same, with options of `judged_with_uses`."""
         from heavylift.coordinator.verdict.judging import judged_with_uses
 
-        return judged_with_uses(self.plan, self.past, self.conduct, mechanics=self.mechanics, **options)
+        return judged_with_uses(self.plan, self.past, self.conduct, self.errors, mechanics=self.mechanics, **options)
 
     @cached_property
     def past(self) -> Collector:
@@ -193,7 +195,13 @@ class _Counting(OpenCoordinator):
         return granted
 
 
-def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = (), instants: Sequence[int] = ()) -> Played:
+def play(
+    plan: Plan,
+    limit: float = inf,
+    commands: Sequence[Given] = (),
+    instants: Sequence[int] = (),
+    errors: Errors | None = None,
+) -> Played:
     """Run a plan to its end within `limit` seconds of wall time, and look at `instants` [ns]; raises HeavyliftError."""
     began, start = time.perf_counter(), time.thread_time()
     models, events, rigs = build(plan), list[Event](), list[tuple[int, list[RopeLine]]]()
@@ -257,4 +265,5 @@ def play(plan: Plan, limit: float = inf, commands: Sequence[Given] = (), instant
         started - start,
         wall,
         cpu,
+        errors or {},
     )

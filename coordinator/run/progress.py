@@ -18,11 +18,12 @@ import msgspec
 from heavylift.coordinator.record.scene import Result, rated
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
+from heavylift.nodes.limits.checks import ASSUMED, UNKNOWN, WARNED
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.format.text import clock
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read.verdict import Check, Judged
 
 from .watch import Watch
 
@@ -156,6 +157,12 @@ def summary(plan: Plan, result: Result, as_json: bool = False, certificate: Cert
         tell_verdict(result.verdict)
 
 
+REMEDY = {
+    UNKNOWN: ": nobody has measured how wrong these values may be",
+    ASSUMED: ": limits that heavylift assumes; give your own, or confirm them with 'assumed: accept'",
+}
+
+
 def tell_verdict(verdict: Judged) -> None:
     """Print what was found, the smallest clearance, and the verdict as the last line."""
     styles = {"red": "bold red", "warning": "yellow", "note": None}
@@ -167,10 +174,30 @@ def tell_verdict(verdict: Judged) -> None:
         stage = f" ({f.stage})" if f.stage else ""
         told = f"{f.severity}: {f.sentence}{at}{stage}" + (f" [{f.where}]" if f.where else "")
         _tell(told, styles[f.severity])
+    _open_checks(verdict)
     if verdict.clearances and not verdict.red:
         c = verdict.clearances[0]
         _tell(f"smallest clearance: {c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}")
-    _tell(f"verdict: {verdict.line}", "bold red" if verdict.red else "bold green")
+    styles = {"red": "bold red", "undecided": "bold yellow", "amber": "yellow"}
+    _tell(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
+
+
+def _open_checks(verdict: Judged) -> None:
+    """What is undecided or amber, each kind once, with what would decide it."""
+    kinds: dict[str, list[Check]] = {}
+    for check in verdict.checks:
+        if check.state in ("undecided", "amber") and check.why != WARNED:
+            kinds.setdefault(check.why or check.state, []).append(check)
+    for kind, checks in kinds.items():
+        if kind in (UNKNOWN, ASSUMED):
+            names = ", ".join(dict.fromkeys(check.quantity for check in checks))
+            _tell(f"{kind}: {names}{REMEDY[kind]}", "yellow")
+            continue
+        alike: dict[str, list[Check]] = {}
+        for check in checks:
+            alike.setdefault(check.quantity, []).append(check)
+        for first, *more in alike.values():
+            _tell(f"{kind}: {first.sentence}{f'; likewise {len(more)} more' if more else ''}", "yellow")
 
 
 def _tell(text: str, style: str | None = None) -> None:

@@ -198,7 +198,7 @@ def _of_scene(
         words[t_ns] = said
         order = b"" if said == STOP else msgspec.msgpack.encode(spoken(scene, said))
         given.append(Given(Tag(t_ns), encode(OperatorCommand(said, order))))
-    run = play(plan, commands=given)
+    run = play(plan, commands=given, errors=scene.errors)
 
     def again(instants: list[int]) -> dict[str, Signal]:
         repeated = play(plan, commands=given, instants=instants)

@@ -10,3 +10,7 @@ hash_seed               one seed for the hashes of all processes
 
 What a run survives stands in CRASHES.md.
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

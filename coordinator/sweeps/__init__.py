@@ -9,6 +9,10 @@ timing, timetable   what of it can be quicker; two timings beside each other
 summary, page       what the rows say: counts, curves, histograms, indices, probabilities of exceeding each limit
 """
 
+from heavylift.kernel.on_demand import face
+
 from .sweeping import sweep
 
 __all__ = ["sweep"]
+
+face(__name__)

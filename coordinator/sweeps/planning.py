@@ -150,7 +150,7 @@ class _Search:
     def run(self, scene: LoadedScene, told: str) -> Played:
         """A run in what is left of the budget."""
         began = time.monotonic()
-        found = play(scene.plan, max(0.0, self.until - began))
+        found = play(scene.plan, max(0.0, self.until - began), errors=scene.errors)
         self.say(
             f"run {told}: {clock(done(found))}, {found.verdict.line} ({time.monotonic() - began:.0f} s of wall time)"
         )

@@ -42,6 +42,7 @@ TEXTS = (
     "sentence",
     "digest",
     "verdict",
+    "state",
     "unfinished",
     "limit",
     "limit stage",
@@ -115,7 +116,7 @@ def played(task: Task, variant: Variant) -> Row:
     try:
         scene = parse(task.text, task.name, settings, passing=True, followed=task.judged)
         try:
-            run = play(scene.plan, task.limit_s)
+            run = play(scene.plan, task.limit_s, errors=scene.errors if task.judged else None)
         except HeavyliftError:
             if not task.judged:
                 parse(task.text, task.name, settings, passing=True)  # which may know better why
@@ -142,7 +143,7 @@ def _numbers(run: Played, judged: bool) -> Row:
     row["off-lead [deg]"] = _off_lead(run)
     if judged:
         verdict, found = run.judging(smallest=1)
-        row |= {"verdict": verdict.line, "status": "red" if verdict.red else "done"}
+        row |= {"verdict": verdict.line, "state": verdict.state, "status": "red" if verdict.red else "done"}
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
         uses = judged_uses(found)
         row |= {f"use/{name}": x.use for name, x in uses.items()}

@@ -13,7 +13,11 @@ figure, page, files   what is written
 communication         what processes would cost a scene
 """
 
+from heavylift.kernel.on_demand import face
+
 from .files import write
 from .measuring import Measured, measure
 
 __all__ = ["Measured", "measure", "write"]
+
+face(__name__)

@@ -9,3 +9,7 @@ placement           which process hosts which nodes
 
 What a message and a round cost, layer by layer, stands in SPEED.md.
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

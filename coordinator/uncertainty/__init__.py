@@ -7,3 +7,7 @@ running         runs with other inputs, steps or rungs, side by side
 certificate     the three bars of each figure: numerical, model, inputs
 sensitivities   by which input a figure moves, and by how much
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.on_demand import on_demand
+from heavylift.kernel.on_demand import face, on_demand
 
 if TYPE_CHECKING:
     from .judging import judge, verdict_of
@@ -29,3 +29,6 @@ __getattr__ = on_demand(__name__, dict.fromkeys(("judge", "verdict_of"), ".judgi
 def prepare() -> None:
     """Import what a verdict needs, while there is nothing else to do."""
     from . import judging  # noqa: F401
+
+
+face(__name__)

@@ -9,22 +9,26 @@ import msgspec
 import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
+from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
-from heavylift.nodes.limits.telling import likewise
+from heavylift.nodes.limits.sentences import WORDS
+from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.recordings import Recording
-from heavylift.recordings.read.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
+from heavylift.recordings.read import verdict as read
+from heavylift.recordings.read.verdict import Clearance, Found, Judged, recorded_verdict
 
 from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing
 from .history import Past, blocks, history_of
-from .limits import signals_of_run, table
+from .limits import signals_of_run
 
+NO_ERRORS: Errors = {}  # nobody has measured any
 RESOLVED = "resolved.json"  # the plan in a recording
 SEVERITIES = ("red", "warning", "note")
 
@@ -41,8 +45,8 @@ class Bench:
     clearances: list[Clearance] = field(default_factory=list)
     smallest: int = SMALLEST
     mechanics: System | None = None
-    limits: LimitTable | None = None
     uses: Sequence[Use] = ()
+    shapeless: tuple[str, ...] = ()
 
 
 def _geometry(bench: Bench) -> None:
@@ -64,9 +68,6 @@ def _limits(bench: Bench) -> None:
         for part in blocks(shown)
     )  # fmt: skip
     bench.uses = uses_of(plan, signals)
-    found = limits_judged(plan, bench.uses, dynamic=True)
-    bench.findings += found
-    bench.limits = table(plan, bench.uses, found)
 
 
 def _clearances(bench: Bench) -> None:
@@ -76,6 +77,7 @@ def _clearances(bench: Bench) -> None:
     bench.clearances += clearances(bench.plan, bench.history, limit, lands, bench.smallest, bench.mechanics)
     bench.findings += too_near(bench.clearances, bench.plan)
     bench.not_looked_at += Shapes(bench.plan).untouched
+    bench.shapeless = Shapes(bench.plan).shapeless
 
 
 def _bending(bench: Bench) -> None:
@@ -94,7 +96,7 @@ def _bending(bench: Bench) -> None:
 
 def _conduct(bench: Bench) -> None:
     """Whether it went as the action list means it."""
-    told = {(f.kind, f.subject) for f in bench.findings}  # a hook beyond its height was seen there as well
+    told = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in bench.uses if use.beyond}
     bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
 
@@ -118,29 +120,55 @@ Judge = Callable[[Bench], None]
 JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _bending, _conduct, _edges)
 
 
-def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
-    """The verdict of a run."""
-    return judged_with_uses(plan, history, conduct)[0]
+def judge(plan: Plan, history: Past, conduct: Conduct, errors: Errors = NO_ERRORS) -> Judged:
+    """The verdict of a run; `errors` of its figures, as far as they are known."""
+    return judged_with_uses(plan, history, conduct, errors)[0]
 
 
 def judged_with_uses(
-    plan: Plan, history: Past, conduct: Conduct, smallest: int = SMALLEST, mechanics: System | None = None
+    plan: Plan,
+    history: Past,
+    conduct: Conduct,
+    errors: Errors = NO_ERRORS,
+    smallest: int = SMALLEST,
+    mechanics: System | None = None,
 ) -> tuple[Judged, Sequence[Use]]:
     """The verdict of a run, and the worst of each limit; `smallest`: clearances that are told though nothing is too
     near; `mechanics`: those of the plan, if they are known."""
     bench = Bench(plan, history, conduct, smallest=smallest, mechanics=mechanics)
     for one in JUDGES:
         one(bench)
-    findings = [_placed(f, conduct) for f in _in_order(bench.findings)]
+    others = _in_order(_placed(f, conduct) for f in bench.findings)
+    checks = checks_of(plan, [*bench.uses, *_smallest(bench)], others, errors, bench.shapeless)
+    red = {(c.quantity, c.subject) for c in checks if c.state == "red"}
+    certain = [use for use in bench.uses if not use.beyond or (use.limit.quantity, use.limit.subject) in red]
+    of_limits = [_placed(f, conduct) for f in limits_judged(plan, certain, dynamic=True)]
+    findings = _in_order([*others, *of_limits])
     verdict = Judged(
-        red=any(f.severity == "red" for f in findings),
-        line=_line(findings, bool(plan.limits or bench.clearances)),
-        findings=tuple(msgspec.convert(msgspec.to_builtins(f), Found) for f in findings),
-        not_looked_at=tuple(bench.not_looked_at),
+        red=bool(red),
+        state=state_of(checks),
+        line=line_of(checks),
+        head=HEAD,
+        rows=tuple(rows(checks)),
+        told=(*hoisting_foreseen(plan), *shared(plan)),
+        dynamic=dynamics_foreseen(plan),
         clearances=tuple(bench.clearances),
-        limits=bench.limits,
+        not_looked_at=tuple(bench.not_looked_at),
+        findings=tuple(msgspec.convert(msgspec.to_builtins(findings), list[Found])),
+        checks=tuple(msgspec.convert(msgspec.to_builtins(checks), list[read.Check])),
     )
     return verdict, bench.uses
+
+
+def _smallest(bench: Bench) -> list[Use]:
+    """The smallest clearance of all that is kept apart, where none is too small."""
+    limit = next((x for x in bench.plan.limits if x.quantity == "clearance"), None)
+    apart = [c for c in bench.clearances if limit and c.limit == limit.value]
+    if limit is None or not apart or any(f.kind == "clearance" for f in bench.findings):
+        return []
+    least = min(apart, key=lambda c: c.distance)
+    pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}")
+    return [Use(pair, least.distance, least.t, use=limit.use(least.distance))]
 
 
 def verdict_of(rec: Recording) -> Judged | None:
@@ -153,7 +181,8 @@ def verdict_of(rec: Recording) -> Judged | None:
     except UNREADABLE:
         return None
     with rec.reading():
-        return judge(plan, history_of(rec), conduct_of(rec))
+        errors = msgspec.convert(rec.fact("errors", {}), dict[str, float])
+        return judge(plan, history_of(rec), conduct_of(rec), errors)
 
 
 def _in_order(findings: Iterable[Finding]) -> list[Finding]:
@@ -167,18 +196,3 @@ def _placed(f: Finding, conduct: Conduct) -> Finding:
         return f
     stage = next((name for t, _, name in reversed(conduct.stages) if name and t <= f.t), "")
     return msgspec.structs.replace(f, stage=stage)
-
-
-def _line(findings: list[Finding], judged: bool) -> str:
-    """The verdict in one line: what is worst, and how much more there is."""
-    reds = [f for f in findings if f.severity == "red"]
-    warnings = sum(f.severity == "warning" for f in findings)
-    rest = f"; {warnings} warning{'s' * (warnings > 1)}" if warnings else ""
-    if not reds:
-        told = (
-            "nothing is beyond its limits" if judged else "nothing was found, but the scene has no limits to judge by"
-        )
-        return f"green: {told}{rest}"
-    grouped = likewise(reds)
-    more = f", and {len(grouped) - 1} more" if len(grouped) > 1 else ""
-    return f"red: {grouped[0].sentence}{more}{rest}"

@@ -1,33 +1,17 @@
-"""The limits of a run: their worst values and what was beyond them, as a table for the report."""
+"""The columns of a run that limits are read from."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.signals import Signals, hooked_in
-from heavylift.nodes.limits.telling import HEAD, rows, unjudged
-from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.read.verdict import LimitTable
 from numpy.typing import NDArray
 
 from .rotating import matrices
 
 Floats = NDArray[np.float64]
-
-
-def table(plan: Plan, uses: Sequence[Use], findings: Sequence[Finding]) -> LimitTable:
-    """The worst of each limit, and what was found, as the report shows them."""
-    return LimitTable(
-        head=HEAD,
-        rows=tuple(rows(uses)),
-        red=any(f.severity == "red" for f in findings),
-        findings=tuple((f.severity, f.subject, f.sentence, f.t) for f in findings),
-        told=(*hoisting_foreseen(plan), *shared(plan), *unjudged(plan.limits, uses)),
-        dynamic=dynamics_foreseen(plan),
-    )
 
 
 def signals_of_run(

@@ -9,3 +9,7 @@ ldlt                 A = L D L^T without pivoting
 attitudes            rotations as quaternions, for what is shown
 spatial              spatial vectors in world axes about a common point (Featherstone)
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

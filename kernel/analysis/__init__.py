@@ -12,6 +12,7 @@ Joint reactions, mobility and inverse dynamics are named here, too; they stand i
 from heavylift.kernel.model.reactions.joint_reactions import Reaction, Reactions, reactions
 from heavylift.kernel.model.reactions.mobility import Mobility, mobility
 from heavylift.kernel.multibody.inverse_dynamics import inverse_dynamics
+from heavylift.kernel.on_demand import face
 
 from .equilibrium import Equilibrium, equilibrium
 from .modes import Mode, Modes, modes
@@ -21,3 +22,5 @@ __all__ = [
     "Equilibrium", "Mobility", "Mode", "Modes", "Momentum", "Reaction", "Reactions", "equilibrium", "inverse_dynamics",
     "mobility", "modes", "momentum", "reactions",
 ]  # fmt: skip
+
+face(__name__)

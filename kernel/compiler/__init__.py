@@ -8,3 +8,7 @@ vector_loops                  arithmetic on whole states as loops
 native_loops, native_linear_algebra   loops written by hand; LU factors of dense systems
 machine_code                  IR to machine code of this process, with a cache of object files
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

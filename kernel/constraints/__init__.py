@@ -11,3 +11,7 @@ unsymmetric_matrix   the same, entry by entry, where contacts push otherwise tha
 complementarity   which one-sided rows are active: pivoting; multipliers of redundant rows
 contact           rigid contact with friction
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -11,3 +11,7 @@ field_types, flexible_checks  what every field must hold; what a flexible body m
 name_order, names, notes      the order of names, what they refer to; non-fatal warnings of a run
 user_code                     modules of the user, as they stand in their files
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

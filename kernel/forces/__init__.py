@@ -9,3 +9,7 @@ reeving                 ropes over sheaves and edges, with friction
 rope_mass               what the ends of a rope bear of its mass
 user_laws, mathematics  laws of the user's own, and what they may compute with
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

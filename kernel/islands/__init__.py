@@ -11,7 +11,7 @@ sample_merge     samples, log and notes of the scene from those of its islands
 
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.on_demand import on_demand
+from heavylift.kernel.on_demand import face, on_demand
 
 if TYPE_CHECKING:
     from .choice import simulate
@@ -19,3 +19,5 @@ if TYPE_CHECKING:
 
 __all__ = ["Islands", "simulate"]
 __getattr__ = on_demand(__name__, {"Islands": ".islands", "simulate": ".choice"})
+
+face(__name__)

@@ -14,7 +14,11 @@ Acceptance of steps, location of guards, commits and samples are the same for al
 `kernel.simulation.native.steps`.
 """
 
+from heavylift.kernel.on_demand import face
+
 from .choice import METHODS, choose
 from .method import Method
 
 __all__ = ["METHODS", "Method", "choose"]
+
+face(__name__)

@@ -16,3 +16,7 @@ tangent_stiffness    derivatives of the accelerations along all coordinates
 kinetic_energy       by bodies and joint velocities
 reactions            constraint Jacobian at a pose, mobility, joint reactions
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

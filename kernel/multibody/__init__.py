@@ -10,3 +10,7 @@ continuous_angles             angles that go on beyond half a turn
 joint_locking                 joints locked in mid-run
 flexible, formulations        flexible bodies; embedding, augmented, articulated formulations
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -16,10 +16,12 @@ safeguards           what is refused, calmed or warned of
 
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.on_demand import on_demand
+from heavylift.kernel.on_demand import face, on_demand
 
 if TYPE_CHECKING:
     from .simulation import FOREVER_NS, Simulation
 
 __all__ = ["FOREVER_NS", "Simulation"]
 __getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".simulation"))
+
+face(__name__)

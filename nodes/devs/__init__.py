@@ -18,6 +18,7 @@ execution                       the abstract simulator
 """
 
 from heavylift.kernel.description import user_code as user_code  # from now on it sees what is imported
+from heavylift.kernel.on_demand import face
 from heavylift.nodes.devs.execution.simulator import Simulator
 from heavylift.nodes.devs.execution.transitions import Trace, Transition
 
@@ -34,3 +35,5 @@ __all__ = [
     "TimeWeighted", "Trace", "Transition", "after", "decode", "encode", "message_type", "ms", "ns", "seconds",
     "stream", "succ", "us",
 ]  # fmt: skip
+
+face(__name__)

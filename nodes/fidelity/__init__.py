@@ -12,6 +12,7 @@ method             method and tolerance by cost (STEPS.md)
 verdict, own       the report, and what is not guaranteed; what the fidelity of a scene leaves out
 """
 
+from heavylift.kernel.on_demand import face
 from heavylift.nodes.plan.fidelity import ASKABLE, Question
 
 from .choose import choose, unpromised
@@ -20,3 +21,5 @@ from .lifts import lift_of
 from .verdict import Verdict
 
 __all__ = ["ASKABLE", "Following", "Question", "Verdict", "choose", "following", "lift_of", "unpromised"]
+
+face(__name__)

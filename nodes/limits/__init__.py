@@ -8,12 +8,15 @@ Finding   one thing that was found, with its place, time, value and limit
     uses_on_path(plan, states)  -> a Use of each limit of the plan, on the equilibrium path
     uses_of(plan, [signals])    -> the same in a run
     judge(plan, uses, dynamic)  -> the findings, worst first
-    rows(uses)                  -> cells of the table that people read
+    checks_of(plan, uses, ...)  -> rows with a state: red, undecided, amber, green
+    line_of(checks)             -> how many have which, and the worst
+    rows(checks)                -> cells of the table that people read
 
 judging, reading, signals    the table judged; how each quantity is read; what it is read from
 rope_signals                 ropes and points of bodies in these signals
 standards, reeving, sharing  factors of standards; parts of a reeved rope; shares that are indeterminate
 geometry                     whether a block can be what the scene says
+checks                       the state of each check: error and limit, what is assumed or not checked
 telling, sentences           uses in words; the sentence of each quantity
 
 Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.
@@ -23,16 +26,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.on_demand import on_demand
+from heavylift.kernel.on_demand import face, on_demand
 from heavylift.nodes.plan.limit import Finding, Limit, Use
 
 if TYPE_CHECKING:
+    from .checks import checks_of, line_of, rows
     from .judging import judge, uses_of, uses_on_path
     from .signals import Signals, signals_of
-    from .telling import rows
 
 __all__ = [
-    "Finding", "Limit", "Signals", "Use", "judge", "rows", "signals_of", "uses_of", "uses_on_path",
+    "Finding", "Limit", "Signals", "Use", "checks_of", "judge", "line_of", "rows", "signals_of", "uses_of",
+    "uses_on_path",
 ]  # fmt: skip
+CHECKS = dict.fromkeys(("checks_of", "line_of", "rows"), ".checks")
 SIGNALS = dict.fromkeys(("Signals", "signals_of"), ".signals")
-__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | {"rows": ".telling"})
+__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | CHECKS)
+
+face(__name__)

@@ -1,18 +1,16 @@
-"""Uses of limits in a planner's words: findings of what is beyond its limit, and the rows of the table."""
+"""Uses of limits in a planner's words: findings of what is beyond its limit."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from math import isfinite
+from collections.abc import Iterable
 
-from heavylift.nodes.plan.limit import Finding, Limit, Use
+from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace
 
-from .sentences import NOISE, WORDS, bound, percent, shown
+from .sentences import WORDS, bound
 
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is told first
-HEAD = ("limit", "worst of", "worst", "at", "may be", "use", "source")
 
 
 def finding_of(plan: Plan, use: Use, *, dynamic: bool) -> Finding | None:
@@ -58,71 +56,8 @@ def _together(group: list[Finding]) -> Finding:
     return replace(first, sentence=f"{first.sentence}; likewise {', '.join(others)}") if others else first
 
 
-def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
-    """Cells under `HEAD`: per quantity and limit the subject that uses it most; `every`: all subjects."""
-    groups: dict[object, list[Use]] = {}
-    for number, use in enumerate(uses):
-        if use.value is not None:
-            key = (number,) if every else (use.limit.quantity, use.limit.over, use.limit.known)
-            groups.setdefault(key, []).append(use)
-    return [_row(group) for group in groups.values()]
-
-
-def _row(group: list[Use]) -> tuple[str, ...]:
-    sizes = [_size(use) for use in group]
-    most = max(sizes)
-    least = most - SAME * abs(most) if isfinite(most) else most  # beyond a chart nothing may hang: infinite
-    worst = next(use for use, size in zip(group, sizes, strict=True) if size >= least)
-    limit = worst.limit
-    many = len({use.limit.subject for use in group})
-    subject = limit.subject if many == 1 else f"{limit.subject} (of {many})"
-    at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
-    source = "; ".join(part for part in (limit.source, limit.note) if part)
-    used = "" if worst.use is None or limit.between is not None else percent(worst.use)
-    return (limit.quantity, subject, shown(limit, worst.value), at, _allowed(worst), used, source)
-
-
-def _size(use: Use) -> float:
-    """How bad a use is among others of its kind."""
-    value = use.value or 0.0
-    if abs(value) < NOISE.get(use.limit.unit, 0.0):
-        return 0.0
-    return value if use.use is None else use.use
-
-
-def unjudged(limits: Iterable[Limit], uses: Sequence[Use] = ()) -> list[str]:
-    """What nobody judged, in sentences: limits that are not known, and what could not be read."""
-    unknown: dict[str, list[Limit]] = {}
-    for limit in limits:
-        if not limit.known:
-            unknown.setdefault(limit.quantity, []).append(limit)
-    found = []
-    for quantity, group in unknown.items():
-        why = ", ".join(dict.fromkeys(limit.note for limit in group if limit.note)) or "no limit is known"
-        found.append(f"{quantity} of {_few([limit.subject for limit in group])}: not judged; {why}")
-    unread: dict[str, list[str]] = {}
-    for use in uses:
-        if use.value is None and use.limit.known:
-            unread.setdefault(use.limit.quantity, []).append(use.limit.subject)
-    return found + [f"{quantity} of {_few(names)}: nothing to judge" for quantity, names in unread.items()]
-
-
-def _few(names: Sequence[str]) -> str:
-    each = list(dict.fromkeys(names))
-    return ", ".join(each[:3]) + (f" and {len(each) - 3} more" if len(each) > 3 else "")
-
-
 def clock(t: float | None) -> str:
     """A time of a run, m:ss.s or h:mm:ss.s; nothing for the start, or where there is none."""
     minutes, seconds = divmod(round(t or 0.0, 1), 60.0)
     hours, minutes = divmod(int(minutes), 60)
     return (f"{hours}:{minutes:02}:{seconds:04.1f}" if hours else f"{minutes}:{seconds:04.1f}") if t else ""
-
-
-def _allowed(use: Use) -> str:
-    limit = use.limit
-    if not limit.known:
-        return "not known"
-    if limit.between is not None:
-        return f"{limit.between[0]:g} to {limit.between[1]:g} {limit.unit}"
-    return ("at least " if limit.least else "") + shown(limit, bound(use))

@@ -14,6 +14,7 @@ parts                                  what machines are made of: drives, gauges
 commander                              carries out the action list
 """
 
+from heavylift.kernel.on_demand import face
 from heavylift.nodes.models.commander.actuator_registry import hooked_later
 
 from .assembly import (
@@ -40,3 +41,5 @@ __all__ = [
     "build_one", "couplings", "divided", "driving", "hooked_later", "node_names", "sample_port", "subscriptions",
     "system", "together", "tree", "tree_data",
 ]  # fmt: skip
+
+face(__name__)

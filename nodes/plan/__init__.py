@@ -2,7 +2,6 @@
 
 plan              machines, rig and everything else that node processes are built from
 mechanism         a machine made of parts: its system, hooks, ties, loads, cells, shapes
-goliaths          goliaths, loaders and blocks as machines made of parts
 bending           the body of a block, rigid or as a beam
 interlock         what stops a machine by itself
 own               models of a user's own: what they hear and lead
@@ -13,3 +12,7 @@ fidelity, planar  how much is modelled, and for what a scene asks; what a planar
 limit             a row of the table of limits; something that was found
 shapes            what collides and what is drawn
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

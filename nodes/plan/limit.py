@@ -46,6 +46,7 @@ Quantity: TypeAlias = Literal[
     "signal",
 ]
 Severity = Literal["red", "warning", "note"]
+State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a check, worst first
 
 
 class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -138,6 +139,13 @@ class Use:
             return False
         return not self.tolerance or self.limit.excess(self.value) > self.tolerance
 
+    @property
+    def excess(self) -> float:
+        """How far the value is beyond the limit and what is still at it [unit]; negative within it."""
+        if self.value is None or self.bound is None:
+            return self.limit.excess(self.value or 0.0) - self.tolerance
+        return (self.bound - self.value if self.limit.least else self.value - self.bound) - self.tolerance
+
 
 class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What was found of a subject: a sentence for planners, and the numbers behind it."""
@@ -152,3 +160,29 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     value: float | None = None
     limit: float | None = None
     unit: str = ""
+
+
+class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """One row of the list that a planner signs: a quantity of a subject, its worst value and limit [unit], the error of
+    the value [unit] (None: unknown), and a state; which `amber` it is stands in `why`.
+
+    `shown`, `allowed`: value and limit as people write them; `basis`: where the limit comes from; `sentence`: what was
+    found, or what must be written or known for the row to turn green.
+    """
+
+    quantity: str
+    subject: str
+    state: State
+    why: str = ""
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""
+    use: float | None = None
+    error: float | None = None
+    t: float | None = None
+    stage: str = ""
+    basis: str = ""
+    where: str = ""
+    shown: str = ""
+    allowed: str = ""
+    sentence: str = ""

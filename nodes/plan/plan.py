@@ -61,6 +61,7 @@ class Plan(Item, frozen=True, kw_only=True):
     machines: tuple[Mechanism, ...] = ()  # in the order of their nodes
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
+    accepts_assumed: bool = False  # limits that heavylift assumes count as the scene's own
     models: tuple[Own, ...] = ()
     interlocks: tuple[Interlock, ...] = ()
     actions: tuple[Action, ...] = ()

@@ -217,7 +217,18 @@ class Shapes:
         reeved = [rope.name for machine in self.machines for rope in machine.system.reevings]
         if any(rope in self.slings for rope in reeved):
             found.append("slings that bend over edges")
-        shaped = {solid.body for solid in self.solids}
+        for machine in self.machines:
+            if any(rope.name not in self.slings for rope in machine.system.reevings):
+                found.append("what ropes over sheaves carry between samples")
+            apart = [s.body for s in self.solids if s.machine == machine.name and s.kind == "machine"]
+            if self.lifts and len({*apart}) > 1:
+                found.append(f"parts of {machine.name} beside each other")
+        return tuple(dict.fromkeys(found)) + self.shapeless
+
+    @cached_property
+    def shapeless(self) -> tuple[str, ...]:
+        """What could be checked if the scene or a type gave its shape, for planners."""
+        shaped, found = {solid.body for solid in self.solids}, []
         for machine in self.machines:
             bare = [body.name for body in machine.system.bodies if body.name not in shaped]
             if bare:
@@ -228,11 +239,7 @@ class Shapes:
                 found.append(f"whether ropes of {machine.name} meet anything")
             if any(rope.name not in self.slings for rope in machine.system.reevings):
                 found.append(f"whether ropes over sheaves of {machine.name} meet anything")
-                found.append("what ropes over sheaves carry between samples")
-            apart = [s.body for s in self.solids if s.machine == machine.name and s.kind == "machine"]
-            if self.lifts and len({*apart}) > 1:
-                found.append(f"parts of {machine.name} beside each other")
-        return tuple(dict.fromkeys(found))
+        return tuple(found)
 
 
 def _distance(p: Vector, solid: Solid) -> float:

@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.on_demand import on_demand
+from heavylift.kernel.on_demand import face, on_demand
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene.keys.editors import json_schema
@@ -50,3 +50,5 @@ __getattr__ = on_demand(
     | dict.fromkeys(("begun", "begun_with"), ".beginning")
     | {"LoadedScene": ".loaded_scene", "Report": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"},
 )
+
+face(__name__)

@@ -109,6 +109,7 @@ def _built(
             models=build_models(yard, mechanisms),
             interlocks=yard.interlocks,
             limits=build_limits(yard, mechanisms),
+            accepts_assumed=yard.scene.assumed == "accept",
             actions=build_actions(yard, mechanisms),
         ),
         text,

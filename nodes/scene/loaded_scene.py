@@ -12,14 +12,17 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.kernel.cache import remembered
 from heavylift.nodes.fidelity import Following, Question, Verdict, choose, following, lift_of, unpromised
+from heavylift.nodes.fidelity.own import modelled_as
+from heavylift.nodes.limits.checks import Errors, checks_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import Asked
-from heavylift.nodes.plan.limit import Finding, Use
+from heavylift.nodes.plan.limit import Check, Finding, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.planar import planar
+from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.statics import Followed, StaticState, follow, goal_states
 from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.nodes.statics.findings import path_findings
@@ -38,6 +41,9 @@ class Facts(msgspec.Struct, frozen=True):
     placement: dict[str, str]
     remote: list[str]
     tandem: dict[str, float]
+
+
+FAMILIES: tuple[tuple[Asked, str], ...] = (("rope tension", "tension"), ("swing", "swing"))  # of what can be asked
 
 
 @dataclass(frozen=True)
@@ -132,5 +138,21 @@ class LoadedScene:
     @cached_property
     def findings(self) -> list[Finding]:
         """What is beyond a limit on that path, or should be reported."""
-        judged = judge(self.plan, self.uses, dynamic=False)
-        return sorted_findings([*geometry_findings(self.plan), *judged, *path_findings(self.plan, self.statics)])
+        return sorted_findings([*self._others, *judge(self.plan, self.uses, dynamic=False)])
+
+    @cached_property
+    def errors(self) -> Errors:
+        """By how much the figures of a run may be wrong, as far as that is known."""
+        found = modelled_as(self.plan, self.followed).errors
+        return {name: found[asked] for asked, name in FAMILIES if asked in found}
+
+    @cached_property
+    def _others(self) -> list[Finding]:
+        return [*geometry_findings(self.plan), *path_findings(self.plan, self.statics)]
+
+    @cached_property
+    def checks(self) -> list[Check]:
+        """All checks of that path, and what nobody checks there."""
+        unread = {id(use.limit) for use in self.uses}
+        uses = [*self.uses, *(Use(limit, None) for limit in self.plan.limits if id(limit) not in unread)]
+        return checks_of(self.plan, uses, self._others, None, Shapes(self.plan).shapeless)

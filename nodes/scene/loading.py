@@ -101,7 +101,7 @@ def check(scene: LoadedScene | str | Path) -> Report:
     from .report import report
 
     scene = loaded(scene)
-    return report(scene.plan, scene.statics, scene.uses, scene.findings, str(scene.verdict or ""))
+    return report(scene.plan, scene.statics, scene.uses, scene.findings, scene.checks, str(scene.verdict or ""))
 
 
 class _Kept(msgspec.Struct):

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING
 
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
+from heavylift.nodes.limits.checks import HEAD, line_of, state_of
+from heavylift.nodes.limits.checks import rows as rows_of
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
-from heavylift.nodes.limits.telling import HEAD, likewise, unjudged
-from heavylift.nodes.limits.telling import rows as rows_of
+from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Turn
-from heavylift.nodes.plan.limit import Finding, Use
+from heavylift.nodes.plan.limit import Check, Finding, State, Use
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, StaticState
@@ -60,6 +61,9 @@ class Report:
     lines: tuple[str, ...]
     uses: tuple[Use, ...] = ()  # of each limit, the worst on the path at rest
     findings: tuple[Finding, ...] = ()  # what is beyond a limit there, or should be reported
+    checks: tuple[Check, ...] = ()  # all of that, and what is not checked, worst first
+    line: str = ""  # how many checks have which state
+    state: State = "amber"  # the worst
 
     def __str__(self) -> str:
         return "\n".join(self.lines)
@@ -70,6 +74,7 @@ def report(
     statics: Followed,
     uses: Sequence[Use],
     findings: Sequence[Finding],
+    checks: Sequence[Check] = (),
     pruning: str = "",
 ) -> Report:
     """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
@@ -90,12 +95,26 @@ def report(
     loads = any(machine.cargo for machine in built.machines) and not built.lists
     if loads and hooks and all(hook.capacity for hook in hooks):
         rows = _rows(built, statics)
-        lines += _page(rows) + _limits(built, uses, findings)
+        lines += _page(rows)
     else:
-        lines += _ropes_at_rest(statics) + (_limits(built, uses, findings) if uses else _lines(findings))
+        lines += _ropes_at_rest(statics)
+    lines += _limits(built, checks, findings) if checks else _lines(findings)
     lines += _swing_free(built)
     lines += ["", pruning] if pruning else []
-    return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
+    line = line_of(checks)
+    lines += ["", f"checks at rest: {line}"]
+    return Report(
+        built.name,
+        *counts,
+        mobility,
+        tuple(rows),
+        tuple(lines),
+        tuple(uses),
+        tuple(findings),
+        tuple(checks),
+        line,
+        state_of(checks),
+    )
 
 
 def _mobility(built: plan.Plan) -> Mobility:
@@ -185,19 +204,19 @@ def _line(label: str, cells: list[str]) -> str:
     return f"  {label:<28}" + "".join(f" {cell:>{max(9, len(cell))}}" for cell in cells)
 
 
-def _limits(built: plan.Plan, uses: Sequence[Use], findings: Sequence[Finding]) -> list[str]:
-    """What is used of each limit, where it comes from, and what is not judged."""
-    read = rows_of(uses)
+def _limits(built: plan.Plan, checks: Sequence[Check], findings: Sequence[Finding]) -> list[str]:
+    """The list of checks, worst first, and what standards foresee."""
+    read = rows_of(checks)
     table = [HEAD, *read] if read else []
     widths = [max(len(cells[i]) for cells in table) for i in range(len(HEAD) - 1)] if read else []
-    lines = ["", "Limits on the path at rest:"] if read else [""]
+    lines = ["", "Checks on the path at rest:"] if read else [""]
     for cells in table:
         lines.append(
             "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(cells, widths, strict=False)) + f"  {cells[-1]}"
         )
     foreseen = dynamics_foreseen(built)
     lines += [f"  dynamic amplification foreseen: {foreseen[0]:g} ({foreseen[1]})"] if foreseen else []
-    lines += [f"  {line}" for line in (*hoisting_foreseen(built), *shared(built), *unjudged(built.limits))]
+    lines += [f"  {line}" for line in (*hoisting_foreseen(built), *shared(built))]
     return [line.rstrip() for line in lines] + _lines(findings)
 
 

@@ -11,8 +11,12 @@ state, goals, resting       a point of the path; where moves are to lead; scenes
 findings                    what the path tells besides loads
 """
 
+from heavylift.kernel.on_demand import face
+
 from .action_preview import Followed, follow
 from .goals import goal_states
 from .state import Acted, StaticState
 
 __all__ = ["Acted", "Followed", "StaticState", "follow", "goal_states"]
+
+face(__name__)

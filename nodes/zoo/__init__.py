@@ -7,3 +7,7 @@ traffic_light        a light that an operator can take over: one atomic with pha
 anti_sway            a PID that damps the swing of a load, for the key `models` of a scene
 token_ring           stations that pass a token on: a cycle of atomics
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

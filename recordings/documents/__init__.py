@@ -10,7 +10,11 @@ workbook  tables as sheets
 browser   prints a page to PDF
 """
 
+from heavylift.kernel.on_demand import face
+
 from .document import Issue, report
 from .facts import Facts, facts
 
 __all__ = ["Facts", "Issue", "facts", "report"]
+
+face(__name__)

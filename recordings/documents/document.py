@@ -62,12 +62,12 @@ def report(
     found = facts(rec, verdict)
     title = f"Lift report: {rec.run.get('scene', rec.path.stem)}"
     first = Table("Issue", APPROVED, _approval(issue), "issue", [_origin(rec)])
-    made, (told, bad) = [first, *tables(rec, found, verdict)], _verdict(rec, found, verdict)
+    made, (told, state) = [first, *tables(rec, found, verdict)], _verdict(rec, found, verdict)
     if out.suffix.lower() == ".xlsx":
         return written(workbook(title, told, made), out, "a report", FORMATS, force)
     parts = [
         f"<h1>{escape(title)}</h1>",
-        f'<p class="verdict{" bad" * bad}">{escape(told)}</p>',
+        f'<p class="verdict {state}">{escape(told)}</p>',
         _section(first),
         *_picture(rec, plot, "tensions over time"),
         *map(_section, made[1:]),
@@ -106,8 +106,8 @@ def _origin(rec: Recording) -> str:
     return "; ".join([*facts_, *filter(None, versions), f"from {path_text(rec.path.name)}"])
 
 
-def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> tuple[str, bool]:
-    """The document in a few sentences, and whether they are bad ones."""
+def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> tuple[str, str]:
+    """The document in a few sentences, and their state: that of the verdict, or `bad`."""
     status = rec.result.get("status", "cut off")
     used = [r for r in found.ropes if r.rated]
     most = max(used, key=lambda r: r.peak / (r.rated or 1.0), default=None)
@@ -124,7 +124,8 @@ def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> tuple[str,
     if most and most.rated:
         told += f" The rope used most is {most.name}: {100 * most.peak / most.rated:.0f} % of its rated tension."
     wrong = complaints(rec)
-    return " ".join([*(f"Wrong: {what}." for what in wrong), told]), bad or bool(wrong)
+    state = "bad" if bad or wrong else verdict.state if verdict else ""
+    return " ".join([*(f"Wrong: {what}." for what in wrong), told]), state
 
 
 def _picture(rec: Recording, draw: Callable[[Recording, Path], Path], name: str) -> list[str]:

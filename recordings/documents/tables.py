@@ -12,7 +12,7 @@ from typing import NamedTuple
 from heavylift.recordings.format.html import Cell
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import Judged, LimitTable
+from heavylift.recordings.read.verdict import Judged
 
 from .facts import Facts, LoadUse, RopeUse, StageUse
 from .loads import Borne
@@ -45,12 +45,11 @@ class Table(NamedTuple):
 
 def tables(rec: Recording, found: Facts, verdict: Judged | None) -> list[Table]:
     """All tables that have rows, in the order in which a planner reads them."""
-    limits = verdict.limits if verdict else None
-    judged, hangs = limits is not None, {s.name: s for s in found.slings}
-    band = limits.dynamic[0] if limits and limits.dynamic else None
+    judged, hangs = bool(verdict and verdict.rows), {s.name: s for s in found.slings}
+    band = verdict.dynamic[0] if verdict and verdict.dynamic else None
     made = [
         _findings(verdict) if verdict else _warnings(found),
-        *([_limits(limits)] if limits else ()),
+        *([_checks(verdict)] if verdict and verdict.rows else ()),
         *([_clearances(verdict)] if verdict else ()),
         Table("Notes of the kernel", ["what", "at"], [[(told, True), clock(t, 1)] for t, told in found.notes], "told"),
         *(Table(title, [head], [[x] for x in rec.told(fact)], "told") for fact, head, title in TOLD),
@@ -85,7 +84,7 @@ def tables(rec: Recording, found: Facts, verdict: Judged | None) -> list[Table]:
             "Stages",
             ["stage", "from", "lasts", "rope used most", "use", "dynamic factor"],
             [_stage(s, band, judged) for s in found.stages],
-            told=[_amplified(found, limits)] if any(s.dynamic for s in found.stages) else [],
+            told=[_amplified(found, verdict)] if any(s.dynamic for s in found.stages) else [],
         ),
         Table(
             "Course of the block",
@@ -140,14 +139,14 @@ def _warnings(found: Facts) -> Table:
     return Table("Warnings", ["who", "what", "at"], rows, "told")
 
 
-def _amplified(found: Facts, limits: LimitTable | None) -> str:
+def _amplified(found: Facts, verdict: Judged | None) -> str:
     """The largest dynamic factor of the run beside that which a standard foresees."""
     each = [(factor, crane, s.name) for s in found.stages for crane, factor in s.dynamic.items()]
     factor, crane, stage = max(each)
     told = f"Dynamic factor: {factor:.3f} simulated ({crane}, {stage})"
-    if limits is None or limits.dynamic is None:
+    if verdict is None or verdict.dynamic is None:
         return f"{told}."
-    return f"{told}, {limits.dynamic[0]:g} foreseen ({limits.dynamic[1]}); what is beyond it is marked."
+    return f"{told}, {verdict.dynamic[0]:g} foreseen ({verdict.dynamic[1]}); what is beyond it is marked."
 
 
 def _load(c: LoadUse) -> list[Cell]:
@@ -165,16 +164,10 @@ def _rope(r: RopeUse, judged: bool) -> list[Cell]:
     return [r.name, *_force(r.peak), clock(r.when, 1), r.stage, *rated]
 
 
-def _limits(limits: LimitTable) -> Table:
-    """The table of limits, and what was assumed or not judged."""
-    rows: list[list[Cell]] = [[(cell, _beyond(cell)) for cell in row] for row in limits.rows]
-    return Table("Limits", limits.head, rows, "placed limits", limits.told)
-
-
-def _beyond(cell: str) -> bool:
-    """Whether a cell is a use of more than everything."""
-    number = cell.removesuffix(" %")
-    return number != cell and number.replace(".", "", 1).isdecimal() and float(number) > 100.0
+def _checks(verdict: Judged) -> Table:
+    """All checks, worst first."""
+    rows: list[list[Cell]] = [[(cell, row[0] == "red") for cell in row] for row in verdict.rows]
+    return Table("Checks", verdict.head, rows, "placed limits", verdict.told)
 
 
 def _stage(s: StageUse, band: float | None, judged: bool) -> list[Cell]:

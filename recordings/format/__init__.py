@@ -10,3 +10,7 @@ digest                 what two equal runs share to the last byte
 settings               what a run says of itself in one or two lines
 text, html             tables and time spans for people, what others wrote as it may be printed; pages of HTML
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

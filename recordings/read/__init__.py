@@ -13,3 +13,7 @@ said              what the ports of a DEVS run said, which has no samples
 recover           what a cut-off or damaged file still holds
 log, extended     the log of a real machine; a recording with what was measured beside it
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

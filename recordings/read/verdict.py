@@ -51,30 +51,46 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
     place: str
 
 
-class LimitTable(msgspec.Struct, frozen=True, kw_only=True):
-    """Rows of cells under `head`, whether anything is beyond its limit, and what is to be said.
+class Check(msgspec.Struct, frozen=True, kw_only=True):
+    """A row of the list of checks: the worst value of a quantity, its limit, its error [unit] (None: unknown) and its
+    state; `why`: which amber it is; `shown`, `allowed`, `basis`, `sentence`: in words."""
 
-    `findings`: (severity, subject, sentence, when [s] or None), red ones first.  `told`: what was foreseen,
-    assumed or not judged.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
-    """
-
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    red: bool
-    findings: tuple[tuple[str, str, str, float | None], ...] = ()
-    told: tuple[str, ...] = ()
-    dynamic: tuple[float, str] | None = None
+    quantity: str
+    subject: str
+    state: Literal["red", "undecided", "amber", "green", "none"]
+    why: str = ""
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""
+    use: float | None = None
+    error: float | None = None
+    t: float | None = None
+    stage: str = ""
+    basis: str = ""
+    where: str = ""
+    shown: str = ""
+    allowed: str = ""
+    sentence: str = ""
 
 
 class Judged(msgspec.Struct, frozen=True, kw_only=True):
-    """All of a verdict; findings are in order of severity and time."""
+    """All of a verdict: its state and line, all checks, worst first, and what was found in order of severity and time.
+
+    `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
+    and what is not determined.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
+    """
 
     red: bool
     line: str
+    state: Literal["red", "undecided", "amber", "green", "none"] = "amber"
     findings: tuple[Found, ...] = ()
     not_looked_at: tuple[str, ...] = ()
     clearances: tuple[Clearance, ...] = ()
-    limits: LimitTable | None = None
+    checks: tuple[Check, ...] = ()
+    head: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    told: tuple[str, ...] = ()
+    dynamic: tuple[float, str] | None = None
 
 
 def recorded_verdict(rec: Recording) -> Judged | None:

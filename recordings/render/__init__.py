@@ -7,3 +7,7 @@ view, content                a recording as one page; what it shows, and of anot
 live, server                 the page of a run that goes on, and its server; foxglove: for viewers of others
 lichtblick                   a layout for Lichtblick and Foxglove
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -35,36 +35,47 @@ LEFT, RIGHT, BOTTOM = 0.075, 0.955, 0.075  # the panels, as shares of the figure
 LABEL, SLOPE, GAP = 8.5, 38.0, 17.0  # stage labels: size [pt], angle [degrees], least distance [pt]
 LONGEST = 30  # [letters] of a stage label
 FINE = 4000  # steps of a band: two a pixel
+BEARS = 0.25  # of its largest tension at rest: what carries less is not shown over it
 PEAK = "peak tension "  # of a rope, in a certificate
 LEADER = {"arrowstyle": "-", "color": QUIET, "lw": 0.6, "alpha": 0.6, "shrinkA": 0, "shrinkB": 0}
+
+
+Floats = NDArray[np.float64]
+Rest = tuple[Floats, Floats]  # (n,) times [s], (n,) tensions at rest [N]
 
 
 class Curves(NamedTuple):
     """What is drawn: time [s], values (n, m), name and rated value per column, what it is."""
 
-    t: NDArray[np.float64]
-    values: NDArray[np.float64]
-    peaks: NDArray[np.float64]
+    t: Floats
+    values: Floats
+    peaks: Floats
     names: list[str]
     rated: list[float | None]
     quantity: str
-    measured: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]  # the same of a real machine, by column
+    measured: dict[int, tuple[Floats, Floats]]  # the same of a real machine, by column
     bars: dict[int, float]  # half-width of what a certificate leaves open of a peak, by column
+    over: dict[int, tuple[Floats, Floats]]  # (n,) tension and peak over that at rest, by column; NaN where none bears
 
 
 def plot(
-    path: str | Path | Recording, out: str | Path, ropes: Mapping[str, str] | None = None, force: bool = False
+    path: str | Path | Recording,
+    out: str | Path,
+    ropes: Mapping[str, str] | None = None,
+    force: bool = False,
+    rest: Mapping[str, Rest] | None = None,
 ) -> Path:
-    """Draw a recording into the file `out`; `ropes` by label, else those that are used most."""
+    """Draw a recording into the file `out`; `ropes` by label, else those that are used most; `rest`: tensions at rest
+    [N], over which a panel shows the tensions of the run."""
     out = output_path(out, "a figure", FORMATS)
     rec = opened(path)
     if silent(rec):
         return curves(rec.path, [], out, force)
     with rec.reading(), on_paper():
-        return save(_figure(rec, _curves(rec, ropes), rec.stages()), out, force)
+        return save(_figure(rec, _curves(rec, ropes, rest or {}), rec.stages()), out, force)
 
 
-def _curves(rec: Recording, ropes: Mapping[str, str] | None) -> Curves:
+def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, Rest]) -> Curves:
     """Tensions, or joint positions if there are no ropes."""
     wanted = ("rope/tension", "rope/peak") if "rope/tension" in rec.signals() else ("joint/position",)
     rec.load([name for name in wanted if name in rec.signals()])
@@ -94,11 +105,23 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None) -> Curves:
         measured = {i: (real.t, y * factor) for i, y in shown.items()}
     halves = {bar["name"]: bar["whole"] * factor for bar in rec.fact("certified", {}).get("bars", [])}
     bars = {i: halves[f"{PEAK}{x}"] for i, x in enumerate(chosen.values()) if f"{PEAK}{x}" in halves}
-    drawn = values[:, picks] * factor, peaks[:, picks] * factor, [*chosen], rated, quantity, measured, bars
+    over = {
+        i: _over(t, values[:, k], peaks[:, k], rest[x])
+        for i, (x, k) in enumerate(zip(chosen.values(), picks, strict=True))
+        if x in rest
+    }
+    drawn = values[:, picks] * factor, peaks[:, picks] * factor, [*chosen], rated, quantity, measured, bars, over
     return Curves(t, *drawn)
 
 
-def _most_used(names: Sequence[str], peaks: NDArray[np.float64], rated: Mapping[str, float]) -> list[str]:
+def _over(t: Floats, tension: Floats, peak: Floats, rest: Rest) -> tuple[Floats, Floats]:
+    """A tension and its largest since the sample before, both (n,), over that at rest, where that bears."""
+    still = np.interp(t, *rest)
+    still[still <= BEARS * still.max(initial=0.0)] = np.nan
+    return tension / still, peak / still
+
+
+def _most_used(names: Sequence[str], peaks: Floats, rated: Mapping[str, float]) -> list[str]:
     """The ropes by the largest share of their rated tension, those without one behind them by tension."""
     most = dict(zip(names, peaks.max(axis=0, initial=0.0), strict=True))
     return sorted(names, key=lambda x: (x not in rated, -most[x] / rated.get(x, 1.0)))
@@ -118,15 +141,16 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
     several = len(curves.names) > 1
     legend_columns = max(1, int(72 * WIDTH * (RIGHT - LEFT) / (5.2 * max(map(len, curves.names)) + 38)))
     legend_rows = -(-len(curves.names) // legend_columns)
+    heights = [1.0, *([1.15] if several else []), *([0.6] if curves.over else [])]
     grid = figure.add_gridspec(
-        2 if several else 1,
+        len(heights),
         1,
         left=LEFT,
         right=RIGHT,
         bottom=BOTTOM,
         top=top,
-        height_ratios=(1, 1.15) if several else None,
-        hspace=0.12 + 0.08 * legend_rows,
+        height_ratios=heights,
+        hspace=(0.12 + 0.08 * legend_rows) * (1.6 if curves.over else 1.0),
     )
     _heading(figure, rec, curves)
     upper = lowest = figure.add_subplot(grid[0])
@@ -148,6 +172,10 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
         )
         note = "dashed: measured; " * bool(curves.measured) + "curves that coincide lie inside one another"
         figure.text(RIGHT, 13 / (72 * HEIGHT), note, size=LABEL, color=QUIET, ha="right")
+    if curves.over:
+        above, lowest = lowest, figure.add_subplot(grid[-1], sharex=upper)
+        above.tick_params(labelbottom=False)
+        _dynamic(lowest, curves, stages)
     told = "bands: peaks with their bars at 95 %" if curves.bars else ""
     figure.text(LEFT, 13 / (72 * HEIGHT), told, size=LABEL, color=QUIET)
     timed(lowest)
@@ -208,6 +236,20 @@ def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[
     axes.spines[["left", "bottom"]].set_color(QUIET)
     axes.tick_params(color=QUIET, labelcolor=INK, length=3)
     axes.yaxis.set_major_formatter(lambda value, _: digits(value))
+
+
+def _dynamic(axes: Axes, curves: Curves, stages: Sequence[tuple[float, str]]) -> None:
+    """Tensions over those at rest: what the motion adds."""
+    for start, _ in banded(axes, [t for t, _ in stages], curves.t[-1]):
+        axes.axvline(start, color=QUIET, lw=0.6, alpha=0.6, zorder=1)
+    for i, (over, peak) in curves.over.items():
+        axes.plot(curves.t, over, color=COLOURS[i % len(COLOURS)], lw=0.9, zorder=3)
+        axes.fill_between(*outline(curves.t, over, peak), color=COLOURS[i % len(COLOURS)], alpha=0.3, lw=0, zorder=2)
+    axes.axhline(1.0, color=QUIET, lw=0.6, zorder=2)
+    axes.set_xlim(curves.t[0], curves.t[-1])
+    tidied(axes, "over its static value")
+    axes.spines[["left", "bottom"]].set_color(QUIET)
+    axes.tick_params(color=QUIET, labelcolor=INK, length=3)
 
 
 def _bar(curves: Curves) -> str:

@@ -5,3 +5,7 @@ sink, rows        the MCAP file as the recorder sees it (its bytes: format.mcapf
 outputs, partfile under which name an output is written; the file under construction
 spectator         who looks at a run while it goes on; broadcast: programs that draw what the recording holds
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -36,10 +36,10 @@ def one(seed, deadline):
     """(errors with bars by quantity, figures without a bar, CPU of the certificate over that of the run), or why a lift
     is not judged; None after the deadline."""
     import msgspec
-    from heavylift.coordinator.tradeoff.playing import play
-    from heavylift.coordinator.uncertainty.certificate import certifying, richer
+    from heavylift.coordinator.tradeoff import play
+    from heavylift.coordinator.uncertainty import certifying, richer
     from heavylift.coordinator.uncertainty.figures import figures
-    from heavylift.kernel.errors import HeavyliftError
+    from heavylift.kernel import HeavyliftError
     from heavylift.nodes.scene import parse
     from lifts_of_kinds import lift_of_kinds
 

@@ -22,9 +22,8 @@ from contextlib import suppress
 from pathlib import Path
 from statistics import median
 
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.in_memory import play
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.coordinator.run import play, run
+from heavylift.kernel import HeavyliftError
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.recordings import Recording
 from msgspec.structs import replace

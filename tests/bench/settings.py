@@ -15,8 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from heavylift.coordinator.tradeoff import measure, write
-from heavylift.coordinator.tradeoff.measuring import communicating
+from heavylift.coordinator.tradeoff import communicating, measure, write
 from heavylift.nodes.scene import load
 from shared.rows import SHORT, options, row
 

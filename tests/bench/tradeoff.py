@@ -35,7 +35,7 @@ WORKERS = 2
 
 def one(seed, deadline, world):
     """What became of one lift at each accuracy, or why nothing did; None after the deadline."""
-    from heavylift.kernel.errors import HeavyliftError
+    from heavylift.kernel import HeavyliftError
     from lifts_of_kinds import lift_of_kinds
     from lifts_of_the_world import lift_of_the_world
     from promised import judged

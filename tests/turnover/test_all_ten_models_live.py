@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.nodes.plan.plan import Mechanism, Plan
+from heavylift.nodes.plan import Mechanism, Plan
 from heavylift.nodes.scene import load
 from lifting import pose
 from msgspec.structs import replace as changed

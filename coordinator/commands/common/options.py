@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from heavylift.kernel.errors import SceneError
@@ -92,7 +92,11 @@ InProcess = Annotated[bool, typer.Option("--in-process", help="all models in thi
 Certificates = Annotated[
     Path, typer.Option("--certificates", help="directory made by 'heavylift certificates'", show_default=True)
 ]
-Strict = Annotated[bool, typer.Option("--strict", help="exit code 1 if the verdict is red")]
+Strict = Annotated[bool, typer.Option("--strict", help="exit code 1 if the verdict is red or undecided")]
+FailOn = Annotated[
+    Literal["", "red", "undecided", "amber"],
+    typer.Option("--fail-on", help="exit code 1 if the verdict is that or worse"),
+]
 Force = Annotated[bool, typer.Option("--force", help="replace an earlier output of this name")]
 Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: --set accuracy=0.5%")]
 
@@ -141,3 +145,9 @@ def deadline_s(text: str) -> float:
     if seconds < LEAST_s:
         raise SceneError(f"--deadline '{text}': give a process at least {LEAST_s:g} s")
     return seconds
+
+
+def fails(state: str, strict: bool, fail_on: str) -> bool:
+    """Whether a state of a verdict is one of those that end in exit code 1."""
+    worst = {"red": 1, "undecided": 2, "amber": 3}
+    return worst.get(state, 4) <= max(2 * strict, worst.get(fail_on, 0))

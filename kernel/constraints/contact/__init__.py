@@ -5,3 +5,7 @@ frames, pairs    contact point, normal and tangents with their rates; the table 
 contact_points   rows, guards and heat of what touches, inside an evaluation
 reach            longest step in which no shape passes through another
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -8,3 +8,7 @@ buckling                 compression
 attachment, stations     frames carried by the modes at a place, and at a coordinate that slides
 tracks                   the modes along a beam, for what slides on it
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

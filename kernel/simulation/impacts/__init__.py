@@ -7,3 +7,7 @@ regularised_friction  friction of places that loads do not determine one by one
 condensed, slip       rows of contacts without the loops; contacts that slip as a whole
 rope_impacts          rigid ropes that snap taut
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -9,3 +9,7 @@ signals                       scalars read from a sample row
 peaks, dips                   tops of tensions, and guards that fall and recover, between the ends of steps
 oracle                        the same functions interpreted on floats
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -8,3 +8,7 @@ chatter            ropes that go slack and taut faster than a run can resolve
 deflection_check   flexible bodies at the limits of their theory
 failures           why a run cannot go on
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -8,3 +8,7 @@ lookahead              what out ports promise, checked
 purity, rules          outputs that change a state; rules that a model can break while it runs
 canonical, snapshot    states as bytes, without code in them; the state of a simulator
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -8,3 +8,7 @@ observed_state        the state of the lift as reported so far
 turn_law              what trolleys and winches follow while the block turns
 refused               the refusal of an order or a condition
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -7,3 +7,7 @@ drive, winch, interlock   actors that move; what stops them
 gauges, rigging           actors: load cells and inclinometers; slings, brakes, supports
 inputs                    what each kernel input does to a simulation
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

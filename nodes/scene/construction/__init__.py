@@ -9,3 +9,7 @@ environment                  vessels in waves; floor and obstacles
 rigging                      hooks of machines made of parts, and what hangs on them
 targets, resolve, levelling, level_luffing  the action list with its names resolved
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

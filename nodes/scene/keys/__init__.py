@@ -10,3 +10,7 @@ nodes             models of a user's own; which process hosts which nodes
 defaults          settings laid over a scene, also on one number of a list that it leaves to its default
 editors           the JSON Schema of scene files
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

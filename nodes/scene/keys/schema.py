@@ -263,6 +263,7 @@ class Scene(Base):
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()
+    assumed: Literal["accept"] | None = None  # accept: the limits that heavylift assumes are confirmed
     mechanism: Mechanism | None = None
     wind: Wind | None = None
     waves: Waves | None = None

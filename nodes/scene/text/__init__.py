@@ -13,3 +13,7 @@ faults          every error, with file, line and column
 units           quantities with units, and the pydantic types that read them
 uncertainty     how uncertain a number is: `480 t +- 3 %`, `460..500 t`, `480 t sd 5 t`
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.in_memory import play
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.run import play, run
+from heavylift.kernel import SceneError
 from heavylift.nodes.devs import Simulator, ms
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts.messages import Sample, SetPoint
+from heavylift.nodes.models.parts import Sample, SetPoint
 from heavylift.nodes.scene import LoadedScene
 from pythonfmu import FmuBuilder
 from scenes import SLEDGE, scene

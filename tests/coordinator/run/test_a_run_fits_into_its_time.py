@@ -3,9 +3,8 @@
 import re
 
 import pytest
-from heavylift.coordinator.run import time_budget
-from heavylift.coordinator.run.time_budget import budget
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.run import budget, time_budget
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
 
 ACCURACY = re.compile(r"to ([\d.]+) %, about ([\d.]+) s in all")

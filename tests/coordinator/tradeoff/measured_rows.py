@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from heavylift.coordinator.tradeoff.playing import Shown, Span
-from heavylift.coordinator.tradeoff.verdict import Row
+from heavylift.coordinator.tradeoff import Row, Shown, Span
 
 
 def row(how: str, seconds: float, reason: str = "", **errors: float) -> Row:

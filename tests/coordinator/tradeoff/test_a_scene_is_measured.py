@@ -5,12 +5,9 @@ import json
 from dataclasses import replace
 
 import pytest
-from heavylift.coordinator.cli import main
-from heavylift.coordinator.tradeoff import measure, write
-from heavylift.coordinator.tradeoff.measuring import long_enough
-from heavylift.coordinator.tradeoff.playing import play
-from heavylift.coordinator.tradeoff.verdict import answers, percent
-from heavylift.kernel.errors import ModelError, SceneError
+from heavylift.coordinator import main
+from heavylift.coordinator.tradeoff import answers, long_enough, measure, percent, play, write
+from heavylift.kernel import ModelError, SceneError
 from heavylift.nodes.scene import load
 
 SCENE = ["end=20 s"]

@@ -3,7 +3,7 @@
 from math import inf
 
 import pytest
-from heavylift.coordinator.tradeoff.quantities import askable, default_limit, errors, farthest
+from heavylift.coordinator.tradeoff import askable, default_limit, errors, farthest
 from heavylift.nodes.scene import load
 from measured_rows import swinging
 

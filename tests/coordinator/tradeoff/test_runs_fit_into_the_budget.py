@@ -3,9 +3,7 @@
 import re
 
 import pytest
-from heavylift.coordinator.tradeoff.measuring import too_small
-from heavylift.coordinator.tradeoff.planning import Planner
-from heavylift.coordinator.tradeoff.settings import Rung
+from heavylift.coordinator.tradeoff import Planner, Rung, too_small
 
 RUNG = Rung("as written", None)
 LIMIT = 0.01

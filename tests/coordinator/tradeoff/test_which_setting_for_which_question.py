@@ -6,11 +6,10 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from heavylift.coordinator.cli import main
-from heavylift.coordinator.tradeoff import page
-from heavylift.coordinator.tradeoff.settings import METHODS, Rung, Setting, chosen, ladder, settings
-from heavylift.coordinator.tradeoff.verdict import answers
-from heavylift.nodes.plan.plan import Fidelity
+from heavylift.coordinator import main
+from heavylift.coordinator.tradeoff import METHODS, Rung, Setting, answers, chosen, ladder, page
+from heavylift.coordinator.tradeoff.settings import settings
+from heavylift.nodes.plan import Fidelity
 from heavylift.nodes.scene import begun, load, parse
 from measured_rows import row
 

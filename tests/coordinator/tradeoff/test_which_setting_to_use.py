@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from heavylift.coordinator.tradeoff.verdict import front, judge, percent
+from heavylift.coordinator.tradeoff import front, judge, percent
 from measured_rows import row
 
 FINE = row("1 ms", 10.0, rope_tension=1e-5, swing=1e-5)

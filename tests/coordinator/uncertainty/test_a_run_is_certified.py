@@ -7,12 +7,12 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.measured.validation import accuracy
+from heavylift.coordinator.measured import accuracy
 from heavylift.coordinator.run import run
-from heavylift.coordinator.tradeoff.playing import play
-from heavylift.coordinator.uncertainty.certificate import Certificate, certifying, richer, tighter
-from heavylift.coordinator.uncertainty.figures import figures, recorded
-from heavylift.nodes.plan.plan import Fidelity
+from heavylift.coordinator.tradeoff import play
+from heavylift.coordinator.uncertainty import Certificate, certifying, recorded, richer, tighter
+from heavylift.coordinator.uncertainty.figures import figures
+from heavylift.nodes.plan import Fidelity
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
 from heavylift.recordings.read.info import info

@@ -6,9 +6,9 @@ import json
 from math import hypot, sqrt
 
 import pytest
-from heavylift.coordinator.cli import main
+from heavylift.coordinator import main
 from heavylift.coordinator.uncertainty.sensitivities import sensitivities
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.scene import load
 
 LOAD, FALL = "mechanism.bodies.load.mass", "mechanism.ropes.fall"

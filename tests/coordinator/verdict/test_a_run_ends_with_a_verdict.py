@@ -1,4 +1,5 @@
-"""Each run ends green or red, with all that was found: in one process or many, on the terminal, in the recording."""
+"""Each run ends with a state, counts of its checks and all that was found, in one process or many, and tells it on the
+terminal and in the recording."""
 
 from __future__ import annotations
 
@@ -10,18 +11,15 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.live.command_queue import STOP
-from heavylift.coordinator.live.commands import Given
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.progress import Progress
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.live import STOP, Given
+from heavylift.coordinator.run import Progress, Watch, run
 from heavylift.coordinator.verdict import verdict_of
-from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
+from heavylift.kernel import HeavyliftError, KernelError, ModelError
 from heavylift.nodes.devs import Event, Tag, seconds
-from heavylift.nodes.models.parts.messages import OperatorCommand
+from heavylift.nodes.models.parts import OperatorCommand
 from heavylift.nodes.scene import bundled, parse
 from heavylift.recordings import Recording, info, info_data, report
-from heavylift.recordings.read.verdict import Judged, recorded_verdict
+from heavylift.recordings.read import Judged, recorded_verdict
 
 LIFT = bundled()["lift"].read_text()
 UP = "  - stage: up\n    all hooks: hoist 3 m/min by 1 m\n"
@@ -38,9 +36,10 @@ def kinds(found: Judged) -> list[str]:
     return [f.kind for f in found.findings if f.severity == "red"]
 
 
-def test_a_lift_without_trouble_is_green_and_says_what_nobody_looked_at(tmp_path: Path) -> None:
+def test_a_lift_without_trouble_counts_its_checks_and_says_what_nobody_looked_at(tmp_path: Path) -> None:
     found = verdict(tmp_path, LIFT)
-    assert found.line == "green: nothing is beyond its limits"
+    assert found.line.startswith("AMBER: ")
+    assert ", 0 red, 0 undecided, 9 not checked, " in found.line
     assert (found.red, found.findings) == (False, ())
     assert len(found.clearances) == 10
     ground, beams = found.clearances[:2]
@@ -161,7 +160,8 @@ def test_a_run_that_an_error_ends_is_red_with_all_that_is_known(
     found = recorded_verdict(rec)
     assert found is not None
     assert (found.red, kinds(found)) == (True, ["cut", "geometry"])
-    assert found.line == "red: the run did not reach its end, and 1 more"
+    assert found.line.startswith("RED: ")
+    assert found.line.endswith("; worst: the run did not reach its end")
     assert str(failed.value) == rec.result["reason"] != "", "why is told once, as the reason"
     out = capsys.readouterr().out
     if error is None:
@@ -173,7 +173,8 @@ def test_a_run_that_an_error_ends_is_red_with_all_that_is_known(
 
 def test_a_mechanism_has_a_verdict_too(tmp_path: Path) -> None:
     found = verdict(tmp_path, bundled()["pendulum"].read_text(), "end=2 s")
-    assert found.line == "green: nothing was found, but the scene has no limits to judge by"
+    assert found.state == "amber"
+    assert found.line.endswith("; the scene has no limits to check")
     assert "they have no shapes" in " ".join(found.not_looked_at)
 
 
@@ -188,7 +189,8 @@ def test_strict_makes_red_an_exit_code_and_the_verdict_is_the_last_line(tmp_path
     plain, strict = heavylift(*asked), heavylift(*asked, "--strict", "--json")
     assert (plain.returncode, strict.returncode) == (0, 1)
     last = plain.stdout.splitlines()[-1]
-    assert last.startswith("verdict: red: the end of the scene at 20 s cut the lift")
+    assert last.startswith("verdict: RED: ")
+    assert "worst: the end of the scene at 20 s cut the lift" in last
     assert "\x1b" not in plain.stdout
     told = json.loads(strict.stdout)["verdict"]
     assert told["red"]
@@ -201,7 +203,8 @@ def test_info_and_report_tell_it_and_call_the_tolerance_what_it_is(tmp_path: Pat
     verdict(tmp_path, LIFT)
     text, page = info(tmp_path / "run.mcap"), report(tmp_path / "run.mcap", tmp_path / "r.html").read_text()
     for told in (text, page):
-        assert "green: nothing is beyond its limits" in told
+        assert "AMBER: " in told
+        assert " passed, 0 red, 0 undecided" in told
         assert "integrator" in told
         assert "accuracy" not in told
         assert "rope tension within " in told
@@ -216,4 +219,4 @@ def test_info_and_report_tell_it_and_call_the_tolerance_what_it_is(tmp_path: Pat
 def test_a_rope_with_mass_is_as_long_as_all_its_pieces(tmp_path: Path) -> None:
     """None of the pieces is as long as the shortest rope of its winch, 8 m; together they are."""
     found = verdict(tmp_path, LIFT, "fidelity={ropes: massive, lumps: 4}")
-    assert found.line == "green: nothing is beyond its limits"
+    assert not found.red

@@ -8,12 +8,12 @@ from math import asin, atan2, degrees, hypot
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run.in_memory import Played, play
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits.telling import unjudged
-from heavylift.nodes.plan.shapes import Shapes
+from heavylift.coordinator.run import Played, play
+from heavylift.kernel import SceneError
+from heavylift.nodes.limits import NOT_CHECKED
+from heavylift.nodes.plan import Shapes
 from heavylift.nodes.scene import begun_with, load, parse
-from heavylift.nodes.scene.text.machine_types import library
+from heavylift.nodes.scene.text import library
 
 STORED = Path(__file__).parents[2] / "data" / "checks_by_type.json"
 STEEP = ["rigging.legs.length=3.9 m", "rigging.legs.slack=20 mm", "block.mass=30 t"]
@@ -120,9 +120,15 @@ def checks(crane: str, folder: Path) -> dict[str, str]:
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     (folder / "blocks.csv").write_text(f"{head}B,10,{long},{wide},4\n", encoding="utf-8")
     (text,) = begun_with("made", crane, "blocks.csv#B").values()
-    plan = parse(text, str(folder / "made.yaml")).plan
+    scene = parse(text, str(folder / "made.yaml"))
+    plan = scene.plan
     found = {x.quantity: f"by {x.source}" for x in plan.limits if x.known}
-    found |= {line.partition(" of ")[0]: f"not judged; {line.partition('; ')[2]}" for line in unjudged(plan.limits)}
+    missing: dict[str, list[str]] = {}
+    for c in scene.checks:
+        if c.why == NOT_CHECKED and c.basis and c.basis not in missing.setdefault(c.quantity, []):
+            missing[c.quantity].append(c.basis)
+    found |= {quantity: f"not checked; {', '.join(told)}" for quantity, told in missing.items()}
+    found |= {c.quantity: "cannot occur" for c in scene.checks if c.state == "none" and not c.why}
     return (
         found
         | {f"clearance of {x.thing}": "judged" for x in Shapes(plan).solids}

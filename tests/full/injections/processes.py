@@ -26,7 +26,7 @@ DEADLINE_s = 2.0
 ACTS = (*FATAL, "STOP, CONT", "exception", "exit(0)", "memory", *SIGNALS)
 MOMENTS = ("start", "import", "compile", "run", "exit", "recovery")
 IMPORTS = {"coordinator": 900, "keeper": 400, KERNEL: 60, "model": 20}  # modules that are looked for, about
-OWN = r"(Value|Runtime)Error: injected$"  # of a model that raises an exception
+OWN = r"(Value|Runtime)Error: injected( \(\w+\.py:\d+\))?$"  # of a model that raises an exception
 
 
 def plan(trial: Trial, who: str) -> dict[str, object]:

@@ -7,18 +7,13 @@ from dataclasses import dataclass
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.participants.configuration import wiring
-from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.pause import configured
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.participants import KernelNode, configured, wiring
+from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
 from heavylift.kernel.simulation.native.native_state import _loaded
 from heavylift.nodes.devs import Simulator, Tag, seconds
-from heavylift.nodes.fidelity.cost import radau_algebra
-from heavylift.nodes.fidelity.lifts import lift_of
+from heavylift.nodes.fidelity import lift_of, radau_algebra
 from heavylift.nodes.models import COMMANDER, KERNEL, build
-from heavylift.nodes.models.parts.messages import Finished, Stage
+from heavylift.nodes.models.parts import Finished, Stage
 from heavylift.nodes.scene import load
 
 LONGEST = 1800.0  # of an action list [s]: one that takes longer is not going to end

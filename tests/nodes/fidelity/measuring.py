@@ -12,10 +12,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from heavylift.nodes.fidelity.lifts import drive_name, lift_of
-from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.fidelity import SHORTEST
-from heavylift.nodes.plan.verbs import VERBS
+from heavylift.nodes.fidelity import drive_name, lift_of
+from heavylift.nodes.plan import SHORTEST, VERBS, Move
 
 STANDS = "up"  # the first stage in which the block hangs
 LIFTS = "lift"  # begins the name of a stage that lifts it

@@ -18,7 +18,7 @@ from math import inf
 from random import Random
 from resource import RUSAGE_CHILDREN, getrusage
 
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel import HeavyliftError
 from heavylift.nodes.fidelity import ASKABLE
 from heavylift.nodes.scene import LoadedScene, parse
 from lifted import lifted

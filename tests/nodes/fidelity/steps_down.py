@@ -10,7 +10,7 @@ from functools import cache
 from heavylift.nodes.fidelity import case as numbers
 from heavylift.nodes.fidelity import rules
 from heavylift.nodes.fidelity.chance import chance
-from heavylift.nodes.plan.plan import Fidelity
+from heavylift.nodes.plan import Fidelity
 from heavylift.nodes.scene import parse
 from lifted import lifted
 from measuring import Seen, apart

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import msgspec
-from heavylift.nodes.fidelity.method import Stepped
+from heavylift.nodes.fidelity import Stepped
 from heavylift.nodes.scene import parse
 from kept import asked
 from lifted import lifted

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from heavylift.nodes.fidelity.hooks import nodding
-from heavylift.nodes.fidelity.response import Knot, Swings, answer, moved
+from heavylift.nodes.fidelity import Knot, Swings, answer, moved, nodding
 from scipy.integrate import solve_ivp
 
 W = 0.5

@@ -3,7 +3,7 @@
 from importlib import import_module
 
 import pytest
-from heavylift.nodes.fidelity.rules import RULES, Choice
+from heavylift.nodes.fidelity import RULES, Choice
 from heavylift.nodes.scene import bundled, check, parse
 
 CHOOSE = import_module("heavylift.nodes.fidelity.choose")  # whose function has its name, too

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.nodes.fidelity.lifts import lift_of
-from heavylift.nodes.fidelity.own import modelled_as
+from heavylift.nodes.fidelity import lift_of, modelled_as
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 from heavylift.recordings.format.settings import settings

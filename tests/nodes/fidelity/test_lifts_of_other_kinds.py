@@ -9,8 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from heavylift.nodes.fidelity.case import case_of
-from heavylift.nodes.fidelity.response import Swings
+from heavylift.nodes.fidelity import Swings, case_of
 from heavylift.nodes.scene import bundled, parse
 from lifted import lifted
 from lifts_of_kinds import lift_of_kinds

@@ -1,8 +1,8 @@
 """Method and tolerance follow from what a scene asks, by predicted cost; what the scene names itself stays as named."""
 
 import pytest
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.fidelity.method import METHODS
+from heavylift.kernel import SceneError
+from heavylift.nodes.fidelity import METHODS
 from heavylift.nodes.scene import check, load
 from steps_down import RESOLUTION
 from steps_taken import taken

@@ -1,7 +1,7 @@
 """Each rule against the rung above it, on lifts at random: what it predicts bounds what is measured, and not by far."""
 
 import pytest
-from heavylift.nodes.fidelity.rules import lumps
+from heavylift.nodes.fidelity import lumps
 from steps_down import RESOLUTION, STEPS, measured
 
 SEEDS = (1, 40)  # two hooks of one crane, four of two

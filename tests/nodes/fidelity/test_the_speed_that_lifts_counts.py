@@ -1,12 +1,9 @@
 """The speed of a lift-off is that of the fastest hoisting that may part the block from its stools."""
 
 import pytest
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.fidelity.case import case_of
-from heavylift.nodes.fidelity.lifts import drive_name, lift_of
-from heavylift.nodes.fidelity.moving import by_ways
-from heavylift.nodes.fidelity.rules import girder
-from heavylift.nodes.plan.plan import Fidelity
+from heavylift.kernel import SceneError
+from heavylift.nodes.fidelity import by_ways, case_of, drive_name, girder, lift_of
+from heavylift.nodes.plan import Fidelity
 from heavylift.nodes.scene import load
 from lifted import lifted
 

@@ -1,7 +1,7 @@
 """What a scene asks is one or more of four quantities, each once; a wrong one is told in one sentence."""
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.fidelity import ASKABLE
 from heavylift.nodes.scene import load
 

@@ -1,8 +1,8 @@
 """What is left out of every lift is told with its numbers: held bodies, sheaves, wind, pairs, islands."""
 
-from heavylift.coordinator.participants.pause import configured
-from heavylift.kernel.description.forces import Signal, Wind
-from heavylift.kernel.description.mechanics import Body, Joint, Point, System
+from heavylift.coordinator.participants import configured
+from heavylift.kernel.description import Body, Joint, Point, System, Wind
+from heavylift.kernel.description.forces import Signal
 from heavylift.nodes.fidelity import always
 from heavylift.nodes.fidelity.lifts import lift_of
 from heavylift.nodes.models import build, system

@@ -1,8 +1,7 @@
 """No accuracy reads as if it were promised where it is not: of what is named poor, is unknown, is too fine."""
 
 import pytest
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.run import Watch, run
 from heavylift.nodes.scene import check, load, parse
 from lifts_of_kinds import lift_of_kinds
 from lifts_of_the_world import lift_of_the_world

@@ -3,11 +3,9 @@
 import json
 
 import pytest
-from heavylift.nodes.fidelity.case import case_of
+from heavylift.nodes.fidelity import METHODS, case_of, hinges, idle_drives, overshoot, rope_mass
 from heavylift.nodes.fidelity.chance import chance
-from heavylift.nodes.fidelity.method import METHODS
-from heavylift.nodes.fidelity.rules import hinges, idle_drives, overshoot, rope_mass
-from heavylift.nodes.plan.fidelity import Asked
+from heavylift.nodes.plan import Asked
 from heavylift.nodes.scene import parse
 from lifts_of_kinds import lift_of_kinds
 

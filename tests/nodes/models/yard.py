@@ -12,14 +12,12 @@ from functools import cache
 from typing import TypeVar
 
 import msgspec
+from heavylift.nodes import drive
 from heavylift.nodes.devs import Atomic, Bag, Coupled, Message, Model, Simulator, Transition, seconds
 from heavylift.nodes.models import CommanderModel, build, couplings, subscriptions
-from heavylift.nodes.models.parts.messages import KernelInput, StateEvent
-from heavylift.nodes.plan.actions import Action
-from heavylift.nodes.plan.mechanism import Mechanism
-from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.models.parts import KernelInput, StateEvent
+from heavylift.nodes.plan import Action, Mechanism, Plan
 from heavylift.nodes.scene import load
-from heavylift.nodes.testing import drive
 
 replace = msgspec.structs.replace
 M = TypeVar("M", bound=Message)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.run.in_memory import play
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.run import play
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load, parse
 
 SCENE = """

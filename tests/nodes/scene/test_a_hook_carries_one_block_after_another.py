@@ -127,4 +127,4 @@ def test_it_is_the_same_in_processes(tmp_path: Path) -> None:
     told = [run(scene, tmp_path / f"{where}.mcap", in_process=where) for where in (True, False)]
     assert told[0].digest == told[1].digest
     assert told[0].verdict is not None
-    assert told[0].verdict.line.startswith("green")
+    assert " 0 red, 0 undecided" in told[0].verdict.line

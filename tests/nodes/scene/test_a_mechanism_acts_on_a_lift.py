@@ -3,10 +3,10 @@
 from math import hypot
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.models import build, system
 from heavylift.nodes.scene import LoadedScene, check, parse
-from heavylift.nodes.statics.goals import world
+from heavylift.nodes.statics import world
 from lifting import hook_ropes
 
 G = 9.80665

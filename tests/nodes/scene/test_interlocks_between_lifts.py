@@ -48,7 +48,7 @@ def test_booms_stop_before_they_come_too_near(tmp_path: Path, limit: float, trip
         return
     result = run(load(tmp_path / "two.yaml"), tmp_path / "run.mcap", in_process=True)
     assert result.verdict is not None
-    assert result.verdict.line.startswith("red: the interlock a-jib.apart stopped a-jib.slewer: gap")
+    assert "worst: the interlock a-jib.apart stopped a-jib.slewer: gap" in result.verdict.line
     rec = Recording(tmp_path / "run.mcap")
     (t, u) = sorted(e.t_ns * 1e-9 for e in rec.events() if e.type == "Tripped" and e.value["over"])[:2]
     assert t == u

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.description.forces import Reeving
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import Reeving
 from heavylift.nodes.scene import bundled, parse
 from heavylift.nodes.scene.report import sling_load
 from heavylift.recordings import Recording

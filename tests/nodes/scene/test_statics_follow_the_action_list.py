@@ -2,7 +2,7 @@
 
 import lifting
 import pytest
-from heavylift.coordinator.participants.pause import paused
+from heavylift.coordinator.participants import paused
 from heavylift.kernel.analysis import equilibrium
 from heavylift.nodes.scene import check, load, parse
 from heavylift.nodes.scenes import bundled

@@ -2,7 +2,7 @@
 
 import pytest
 from heavylift.kernel import cache
-from heavylift.nodes.plan.fidelity import ASKABLE
+from heavylift.nodes.plan import ASKABLE
 from heavylift.nodes.scene import load, loaded_scene, loading
 
 

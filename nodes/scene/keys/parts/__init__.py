@@ -5,3 +5,7 @@ machines        what types make of their parameters
 rigging         what hangs on their hooks: slings, equalisers, frames
 kinematics      where bodies are at the start
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

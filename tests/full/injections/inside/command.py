@@ -13,6 +13,6 @@ else:
 
     coordinate()
 
-from heavylift.coordinator.cli import main
+from heavylift.coordinator import main
 
 sys.exit(main())

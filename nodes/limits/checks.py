@@ -1,0 +1,167 @@
+"""Checks of a lift: each row of the table of limits, and all else that was found, with a state.
+
+red        beyond the limit
+undecided  the error of the value reaches across the limit
+amber      not checked, assumed by heavylift, of unknown error, or a warning
+green      checked: value and error within the limit
+none       cannot occur in this scene: a row without a colour
+
+The line of a verdict counts them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import isfinite
+
+from heavylift.nodes.plan.limit import Check, Finding, State, Use
+from heavylift.nodes.plan.plan import Plan
+
+from .sentences import NOISE, bound, percent, shown
+from .telling import SAME, clock, finding_of
+
+Errors = Mapping[str, float]  # of a family, or of one rope or signal: relative; of "position" in m
+STATES: tuple[State, ...] = ("red", "undecided", "amber", "green", "none")
+FAMILIES = {
+    **dict.fromkeys(("off-lead", "off-lead along", "off-lead across", "bridle angle"), "swing"),
+    **dict.fromkeys(("hook height", "rope length", "rails", "girder", "clearance"), "position"),
+    **dict.fromkeys(("wind", "signal", "side force"), ""),
+}  # of what a quantity follows; of all others the tensions of ropes
+HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
+NOT_CHECKED, ASSUMED, UNKNOWN, WARNED = "not checked", "assumed", "error unknown", "warning"
+IN_A_RUN = "in a run"  # of what nothing is known at rest
+COUNTED = (NOT_CHECKED, ASSUMED, UNKNOWN, WARNED)  # kinds of amber, as the line counts them
+
+
+def checks_of(
+    plan: Plan, uses: Sequence[Use], others: Iterable[Finding], errors: Errors | None, shapeless: Iterable[str]
+) -> list[Check]:
+    """All checks, worst first, those of a state from hook to ground as the table of limits has them.
+
+    `uses` are the worst of each limit, `others` what was found besides them; `errors` those of a run (None: of a path
+    at rest, which has none); `shapeless`: what has no shape, so that no clearance is known of it.
+    """
+    found = [_of_limit(plan, use, errors) for use in uses]
+    found += [_of_finding(f) for f in others if f.severity != "note"]
+    found += [
+        Check(quantity="clearance", subject="", state="amber", why=NOT_CHECKED, sentence=what) for what in shapeless
+    ]
+    return sorted(found, key=lambda check: STATES.index(check.state))
+
+
+def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
+    limit = use.limit
+    error = 0.0 if errors is None else error_of(use, errors)
+    state, why, told = _judged(use, error, plan.accepts_assumed, at_rest=errors is None)
+    finding = finding_of(plan, use, dynamic=errors is not None) if state == "red" else None
+    basis = "; ".join(part for part in (limit.source, limit.note) if part)
+    return Check(
+        quantity=limit.quantity, subject=limit.subject, state=state, why=why, value=use.value, unit=limit.unit,
+        limit=bound(use) if limit.known and use.value is not None else limit.value, use=use.use, error=error, t=use.t,
+        stage=use.stage, basis=basis, where=limit.where, shown=shown(limit, use.value), allowed=_allowed(use),
+        sentence=finding.sentence if finding else told,
+    )  # fmt: skip
+
+
+def _judged(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
+    """State of a limit, which amber it is, and a sentence."""
+    limit = use.limit
+    name = f"{limit.quantity} of {limit.subject}"
+    if not limit.known:
+        told = f"{name}: {limit.note or 'no limit is known'}"
+        return ("none", "", told) if limit.quantity == "wind" and not limit.elements else ("amber", NOT_CHECKED, told)
+    if use.value is None:
+        return (
+            "none",
+            IN_A_RUN if at_rest else "",
+            f"{name}: a run checks it" if at_rest else f"{name}: it did not occur",
+        )
+    if use.beyond and (error is None or use.excess > error):
+        return "red", "", ""
+    if error is None:
+        return "amber", UNKNOWN, f"{name}: nobody has measured the error of its value"
+    if use.excess > -error and error > 0.0:
+        needed = abs(use.excess / use.value) if use.value else 0.0
+        told = f"{name}, {shown(limit, use.value)}, is right to {percent(error / abs(use.value or 1.0))}"
+        return "undecided", "", f"{told}; an accuracy of {percent(needed)} decides"
+    if "assumed" in f"{limit.source} {limit.note}" and not accepted:
+        return "amber", ASSUMED, f"{name}: a limit that heavylift assumes; confirm it, or write 'assumed: accept'"
+    return "green", "", ""
+
+
+def error_of(use: Use, errors: Errors) -> float | None:
+    """By how much a value may be wrong [its unit]; None if nobody knows."""
+    limit, family = use.limit, FAMILIES.get(use.limit.quantity, "tension")
+    own = [errors[name] for name in (limit.subject, *limit.elements) if name in errors]
+    if not own and family not in errors:
+        return None
+    error = max(own, default=errors.get(family, 0.0))
+    return error if family == "position" else error * abs(use.value or 0.0)
+
+
+def _of_finding(f: Finding) -> Check:
+    """What was found of something that has no limit, or whose limit is not in the table."""
+    state: State = "red" if f.severity == "red" else "amber"
+    why = "" if state == "red" else NOT_CHECKED if f.kind == "unfollowed" else WARNED
+    return Check(
+        quantity=f.kind, subject=f.subject, state=state, why=why, value=f.value,
+        unit=f.unit, limit=f.limit, t=f.t, stage=f.stage, where=f.where, sentence=f.sentence,
+    )  # fmt: skip
+
+
+def state_of(checks: Iterable[Check]) -> State:
+    """The worst state; what cannot occur does not count."""
+    return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
+
+
+def line_of(checks: Sequence[Check]) -> str:
+    """The verdict in one line: the worst state, how many checks have which, and the worst of them in words."""
+    n = {state: sum(c.state == state for c in checks) for state in STATES}
+    counts = [f"{n['green']} passed", f"{n['red']} red", f"{n['undecided']} undecided"]
+    for why in COUNTED:
+        if (many := sum(c.why == why for c in checks)) or why in (NOT_CHECKED, ASSUMED):
+            counts.append(f"{many} {why}{'s' * (why == WARNED and many > 1)}")
+    worst = next((c.sentence for c in checks if c.state in ("red", "undecided")), "")
+    told = "" if any(c.basis for c in checks) else "; the scene has no limits to check"
+    told = f"; worst: {worst}" if worst else told
+    return f"{state_of(checks).upper()}: {', '.join(counts)}{told}"
+
+
+def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...]]:
+    """Cells under `HEAD`, worst first: per quantity and state the subject that uses it most; `every`: all subjects."""
+    groups: dict[object, list[Check]] = {}
+    for number, check in enumerate(checks):
+        key = (number,) if every else (check.state, check.why, check.quantity, check.allowed if check.why else "")
+        groups.setdefault(key, []).append(check)
+    return [_row(group) for group in groups.values()]
+
+
+def _row(group: list[Check]) -> tuple[str, ...]:
+    sizes = [_size(check) for check in group]
+    most = max(sizes)
+    least = most - SAME * abs(most) if isfinite(most) else most  # beyond a chart nothing may hang: infinite
+    worst = next(check for check, size in zip(group, sizes, strict=True) if size >= least)
+    many = len({check.subject for check in group})
+    subject = worst.subject if many == 1 else f"{worst.subject} (of {many})"
+    at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
+    state = worst.why if worst.state == "none" else worst.why or worst.state
+    used = "" if worst.use is None or " to " in worst.allowed else percent(worst.use)
+    basis = worst.sentence.partition(": ")[2] if worst.state == "none" else worst.basis or worst.sentence
+    return state, worst.quantity, subject, worst.shown, at, worst.allowed, used, basis
+
+
+def _size(check: Check) -> float:
+    """How bad a check is among others of its kind."""
+    value = check.value or 0.0
+    if abs(value) < NOISE.get(check.unit, 0.0):
+        return 0.0
+    return value if check.use is None else check.use
+
+
+def _allowed(use: Use) -> str:
+    limit = use.limit
+    if not limit.known:
+        return "not known"
+    if limit.between is not None:
+        return f"{limit.between[0]:g} to {limit.between[1]:g} {limit.unit}"
+    return ("at least " if limit.least else "") + (shown(limit, bound(use)) if use.value is not None else "")

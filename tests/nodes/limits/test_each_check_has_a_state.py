@@ -1,0 +1,103 @@
+"""Red, undecided, amber, green: what a check is called follows from its value, its limit and the error of the value."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.commands.common.options import fails
+from heavylift.nodes.limits import NOT_CHECKED, STATES, UNKNOWN, Limit, checks_of, line_of
+from heavylift.nodes.plan import Use
+from heavylift.nodes.scene import begun_with, load, parse
+from heavylift.nodes.scene.text import library
+
+QUANTITIES = {"hook load": "tension", "sling tension": "tension", "off-lead": "swing", "hook height": "position"}
+PLAN = load("lift").plan
+
+
+def drawn(rng: random.Random) -> tuple[Use, str]:
+    """A use of a random limit, and the family of its error."""
+    quantity = rng.choice(sorted(QUANTITIES))
+    ends = {"between": (0.0, 10.0)} if rng.random() < 0.3 else {"value": rng.uniform(1.0, 10.0)}
+    limit = Limit(subject="one", quantity=quantity, unit="kN", least=rng.random() < 0.3, source="the scene", **ends)  # type: ignore[arg-type]
+    value = rng.uniform(0.1, 12.0)
+    return Use(limit, value, 1.0, use=limit.use(value)), QUANTITIES[quantity]
+
+
+def state(use: Use, errors: dict[str, float]) -> str:
+    (check,) = checks_of(PLAN, [use], [], errors, [])
+    assert check.value == use.value
+    return check.why or check.state
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_a_value_is_decided_if_its_error_does_not_reach_the_limit(seed: int) -> None:
+    """The oracle evaluates both ends of the bar."""
+    rng = random.Random(seed)
+    use, family = drawn(rng)
+    error = rng.choice([0.0, 1e-3, 0.05, 0.5])
+    size = error * (1.0 if family == "position" else use.value or 0.0)
+    beyond = [use.limit.excess((use.value or 0.0) + side * size) > 0.0 for side in (-1.0, 0.0, 1.0)]
+    expected = "red" if all(beyond) else "undecided" if any(beyond) else "green"
+    assert state(use, {family: error}) == expected
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_a_value_of_unknown_error_is_never_green(seed: int) -> None:
+    use, _ = drawn(random.Random(seed))
+    assert state(use, {}) == ("red" if use.limit.excess(use.value or 0.0) > 0.0 else UNKNOWN)
+
+
+def test_an_error_of_one_rope_counts_before_that_of_all() -> None:
+    limit = Limit(subject="load", quantity="hook load", unit="kN", value=10.0, elements=("rope",), source="the scene")
+    use = Use(limit, 9.5, 1.0, use=0.95)
+    assert state(use, {"tension": 0.1}) == "undecided"
+    assert state(use, {"tension": 0.1, "rope": 0.01}) == "green"
+
+
+def test_what_is_assumed_is_amber_until_the_scene_accepts_it() -> None:
+    plain, accepted = load("lift"), load("lift", ["assumed=accept"])
+    assert {c.quantity for c in plain.checks if c.why == "assumed"} >= {"off-lead along", "rope factor"}
+    assert not [c for c in accepted.checks if c.why == "assumed"]
+    assert len(accepted.checks) == len(plain.checks)
+
+
+@pytest.mark.parametrize("crane", sorted(library()))
+def test_every_row_of_every_type_has_a_state_and_says_what_would_turn_it_green(
+    crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
+    head = "name,mass [t],size x [m],size y [m],size z [m]\n"
+    (tmp_path / "blocks.csv").write_text(f"{head}B,10,{long},{wide},4\n", encoding="utf-8")
+    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    scene = parse(text, str(tmp_path / "made.yaml"))
+    checks = scene.checks
+    assert [STATES.index(c.state) for c in checks] == sorted(STATES.index(c.state) for c in checks), "worst first"
+    assert all(c.sentence for c in checks if c.state != "green")
+    assert {c.subject for c in checks if c.basis} >= {limit.subject for limit in scene.plan.limits}
+    counts = line_of(checks).partition(": ")[2].partition(";")[0].split(", ")
+    assert sum(int(one.split()[0]) for one in counts) == sum(c.state != "none" for c in checks)
+
+
+def test_an_unknown_limit_names_what_must_be_written() -> None:
+    (check,) = [c for c in load("lift").checks if c.subject == "crane.H1" and c.quantity == "drum pull"]
+    assert (check.state, check.why, check.sentence) == ("amber", NOT_CHECKED, "drum pull of crane.H1: give 'drum pull'")
+
+
+@pytest.mark.parametrize(
+    ("state", "failing"),
+    [("red", "red undecided amber"), ("undecided", "undecided amber"), ("amber", "amber"), ("green", "")],
+)
+def test_an_exit_code_is_that_of_the_state_that_is_named(state: str, failing: str) -> None:
+    assert [word for word in ("red", "undecided", "amber") if fails(state, False, word)] == failing.split()
+    assert fails(state, True, "") == (state in ("red", "undecided")), "--strict"
+
+
+def test_a_use_beyond_its_tolerance_alone_is_red() -> None:
+    limit = Limit(subject="crane", quantity="rails", unit="m", between=(0.0, 10.0), source="the scene")
+    use = Use(limit, 10.04, 1.0, use=limit.use(10.04), tolerance=0.05)
+    assert state(use, {"position": 1e-6}) == "green"
+    assert state(replace(use, value=10.06, use=limit.use(10.06)), {"position": 1e-6}) == "red"
