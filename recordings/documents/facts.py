@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format import machines
 from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import REEVING, reeved
-from heavylift.recordings.read import machines
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.read.verdict import Judged, recorded_peaks, recorded_verdict

@@ -12,9 +12,9 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.viewer_messages import Rig, RopeLine, corners, turned
-from heavylift.recordings.read import machines
 from heavylift.recordings.read.reader import Recording
 from numpy.typing import NDArray
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from heavylift.recordings.format import machines
 from heavylift.recordings.format.settings import settings
-from heavylift.recordings.read import machines
 from heavylift.recordings.read.reader import Recording
 
 COMPUTED = ("samples_hz", "seed")

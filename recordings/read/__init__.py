@@ -4,7 +4,6 @@ reader            Recording: facts, events in order, signals as arrays
 container, chunks safe access to a file of unknown origin; its chunks as messages or tables
 decoding          messages of several topics made numbers in one pass; rows of one lift alone
 signal, part      a signal over time; all that is recorded of a part of the scene
-machines          cranes, slings and the block of a recorded plan
 notebook          how a signal looks in a notebook
 contents          digest and peaks, computed again from all messages
 verdict           the verdict of a run; where a recording contradicts itself

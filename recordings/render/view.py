@@ -12,11 +12,11 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError, path_text
+from heavylift.recordings.format import machines
 from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.format.viewer_messages import Box
-from heavylift.recordings.read import machines
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import AGAIN, Judged, recorded_peaks, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
