@@ -1,4 +1,4 @@
-"""What viewers draw of a plan: portals on their rails, trolleys, loaders, the block, any mechanism; lines of ropes."""
+"""What viewers draw of a plan: machines as they collide, rails below those that travel, lines of ropes."""
 
 from __future__ import annotations
 

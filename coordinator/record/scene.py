@@ -26,6 +26,7 @@ from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
 from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, StateEvent
 from heavylift.nodes.plan.plan import Plan, encode
+from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.format.samples import Batch, decode_batch
@@ -107,7 +108,7 @@ class Record(FileTape):
             "tandem": scene.facts.tandem,
             "supports": supports(plan),
             **(more or {}),
-            "loaders": hanging(plan),
+            BEAMS: hanging(plan),
         }
         attachments = {path_text(scene.path.name): scene.text.encode(), RESOLVED: encode(plan)}
         attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}

@@ -1,6 +1,6 @@
 """The models of a recorded run, built again by the code that is installed now.
 
-A run of a scene attaches its plan: cranes, loaders, block, mechanism, commander, and the kernel.  A run of any other
+A run of a scene attaches its plan: machines, commander, and the kernel.  A run of any other
 DEVS model names the function that built it: its children.  A model is asked for by kind and name, such as crane/west,
 or by its name alone.
 """
@@ -22,6 +22,7 @@ from heavylift.nodes.devs import Model, OutPort, Simulator, Steppable
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one
 from heavylift.nodes.plan.plan import Mechanism, Plan, decode, functions
+from heavylift.nodes.plan.spellings import BEAM
 from heavylift.recordings import Recording
 
 
@@ -83,7 +84,7 @@ def _kind(machine: Mechanism) -> str:
     """By which word a machine is asked for beside its name; none of what is lifted alone."""
     if not machine.levels:
         return "mechanism"
-    return "crane" if machine.hooks or machine.girders else "" if machine.cargo else "loader"
+    return "crane" if machine.hooks or machine.girders else "" if machine.cargo else BEAM
 
 
 def _of_model(reference: str, by: str, microsteps: int, stop: str) -> Cast:

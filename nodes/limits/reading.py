@@ -16,6 +16,7 @@ from heavylift.kernel.model.quantities import names, numbers, points, scalar
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.spellings import BEAM_LOAD
 
 from .reeving import drum_end_factor, lead_factor
 from .rope_signals import EMPTY, block_mass, carries, hook_of, place, rope_direction, rope_length, rope_of, tie_of
@@ -77,7 +78,7 @@ def _cell(limit: Limit) -> str:
 
 
 def _lug_load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """What the slings on a lug pull together [kg]; those of loaders while they are hooked there."""
+    """What the slings on a lug pull together [kg]; those of beams while they are hooked there."""
     total = np.zeros(len(signals.t))
     for name in (name for name in limit.elements if name in signals.tensions):
         on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), None)
@@ -273,7 +274,7 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "trolley load": _load,
     "crane load": _load,
     "tandem load": _load,
-    "loader load": _tension,
+    BEAM_LOAD: _tension,
     "frame load": _load,
     "shackle load": _load,
     "lug load": _lug_load,

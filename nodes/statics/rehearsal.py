@@ -1,6 +1,6 @@
 """The action list carried out at rest: the DEVS models of a scene around its equilibrium path.
 
-Commander, cranes, loaders, block and mechanisms are those of a run; in place of the kernel stands the path, on which
+Commander and machines are those of a run; in place of the kernel stands the path, on which
 time goes on, but nothing swings.  So each verb, condition and switch means here what it means in a run.
 """
 

@@ -17,7 +17,7 @@ class StaticState:
     t: float  # [s] of the action list, followed without inertia
     action: int  # number of the action that led here, from 1; 0: the start
     stage: str
-    event: str  # what happens here ("taut loader-1.sling-1", "lifted"), or nothing
+    event: str  # what happens here ("taut legs.sling-1", "lifted"), or nothing
     tensions: Mapping[str, float]  # rope, hook rope or sling -> tension, of its most loaded part [N]
     supports: Mapping[str, float]  # support -> normal force [N]
     poses: Mapping[str, Pose]  # body -> its frame in the world

@@ -15,6 +15,7 @@ from heavylift.kernel.description.mechanics import Rope, Vector
 from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import lug_places
+from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.statics.goals import goal
@@ -78,7 +79,7 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
             message = f"the {_named(name)} at x = {x:g} m, y = {y:g} m lies under no hook"
             told = ", ".join(f"{p[0]:g} / {p[1]:g} m" for p in eyes)
             where = next(m.where for m in built.machines if m.name == name)
-            yield (name, where, f"{message}: hooks hang at {told or 'no place, the rig has no loaders'}")
+            yield (name, where, f"{message}: hooks hang at {told or 'no place, the rig has no ' + BEAMS}")
 
 
 def _named(block: str) -> str:

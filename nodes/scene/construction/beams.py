@@ -29,6 +29,7 @@ from heavylift.kernel.description.mechanics import (
 from heavylift.nodes.limits.reeving import lead_factor
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Cell, Latch
+from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.text.source import Path
@@ -53,9 +54,9 @@ class OnHook:
     beam: plan.Mechanism
 
 
-def on_hook(yard: Yard, rig: schema.Rig, name: str, given: schema.Loader) -> OnHook:
+def on_hook(yard: Yard, rig: schema.Rig, name: str, given: schema.Beam) -> OnHook:
     """What hangs on the hook of a beam, which is there."""
-    path: Path = ("rig", "loaders", name)
+    path: Path = ("rig", BEAMS, name)
     crane_name, hook = yard.hooks[name]
     crane = yard.scene.cranes[crane_name]
     leaves, known = parts_of(crane).hooks[hook], lugs_of(yard.scene)
@@ -106,7 +107,7 @@ def on_hook(yard: Yard, rig: schema.Rig, name: str, given: schema.Loader) -> OnH
     return OnHook(hook, rope, winch, hoist, _beam(yard, rig, name, given, bodies, pose, lugs, over))
 
 
-def _bodies(name: str, given: schema.Loader, mass: float) -> tuple[Body, Body]:
+def _bodies(name: str, given: schema.Beam, mass: float) -> tuple[Body, Body]:
     """From the hook eye to the hinge, and from there to the slings; uniform boxes."""
     beam = given.height - given.hinge
 
@@ -119,12 +120,12 @@ def _bodies(name: str, given: schema.Loader, mass: float) -> tuple[Body, Body]:
 
 
 def _beam(
-    yard: Yard, rig: schema.Rig, name: str, given: schema.Loader, bodies: tuple[Body, Body], pose: tuple[float, ...],
+    yard: Yard, rig: schema.Rig, name: str, given: schema.Beam, bodies: tuple[Body, Body], pose: tuple[float, ...],
     lugs: list[str], over: list[Edges],
 ) -> plan.Mechanism:  # fmt: skip
     """Two bodies with a hinge that has stops, a damper and a brake, which holds while no sling is hooked; slings."""
     upper, lower, hinge = f"{name}.upper", f"{name}.lower", f"{name}.hinge"
-    known, path, EA = lugs_of(yard.scene), ("rig", "loaders", name), rig.sling.EA
+    known, path, EA = lugs_of(yard.scene), ("rig", BEAMS, name), rig.sling.EA
     blocks = {word: point.body for word, point in known.items()}
     cargo = blocks[lugs[0]] if lugs else next(iter(blocks.values()), WORLD)
     damping = 2 * rig.sling.damping * math.sqrt(EA / given.sling * ((bodies[0].mass + bodies[1].mass) / 2))
@@ -165,7 +166,7 @@ def _beam(
     )
 
 
-def _shapes(name: str, given: schema.Loader) -> Iterator[plan.Shape]:
+def _shapes(name: str, given: schema.Beam) -> Iterator[plan.Shape]:
     """Hook block from the eye down to the hinge, as wide as its ropes are apart; beam between its slings."""
     wide, z = given.falls_apart or THIN, -given.hinge
     size = (wide, min(wide, 2.0), max(given.hinge, THIN))
@@ -176,10 +177,10 @@ def _shapes(name: str, given: schema.Loader) -> Iterator[plan.Shape]:
 
 
 def _over(
-    yard: Yard, rig: schema.Rig, name: str, given: schema.Loader, lugs: list[Point], exit_: Vector, hangs: float
+    yard: Yard, rig: schema.Rig, name: str, given: schema.Beam, lugs: list[Point], exit_: Vector, hangs: float
 ) -> tuple[list[Edges], float]:
     """The edges of each sling, and how far below its trolley the beam hangs, for which `hangs` is a guess [m]."""
-    path = ("rig", "loaders", name)
+    path = ("rig", BEAMS, name)
     if len(lugs) < 2:
         yard.source.fault((*path, "over edges"), "slings bend over edges from the start: hook them to 'lugs' then")
         return [(), ()], hangs
@@ -213,12 +214,12 @@ def _over(
         return over, hangs
 
 
-def _end(name: str, given: schema.Loader, i: int) -> Point:
+def _end(name: str, given: schema.Beam, i: int) -> Point:
     """The end of a beam at which a sling hangs."""
     return Point(f"{name}.lower", ((-1, 1)[i] * given.beam / 2, 0.0, -(given.height - given.hinge)))
 
 
-def _rope(yard: Yard, name: str, given: schema.Loader, L0: float) -> Rope:
+def _rope(yard: Yard, name: str, given: schema.Beam, L0: float) -> Rope:
     """The falls of a hook as two lines that are apart."""
     crane_name, hook = yard.hooks[name]
     crane, blocks = yard.scene.cranes[crane_name], yard.scene.all_blocks
@@ -236,13 +237,13 @@ def _rope(yard: Yard, name: str, given: schema.Loader, L0: float) -> Rope:
 
 
 def trolley_start(yard: Yard, name: str, crane: schema.Crane, trolley: str) -> float:
-    """y of a trolley at the start: as written, or above the mean of the lugs its loaders carry [m]."""
+    """y of a trolley at the start: as written, or above the mean of the lugs its beams carry [m]."""
     written = crane.upper_trolley if trolley == UPPER else crane.lower_trolley
     rig, known = yard.scene.rig, lugs_of(yard.scene)
     if written is not None or rig is None:
         return written if written is not None else sum(crane.girder) / 2
     hung = [beam for beam, (c, h) in yard.hooks.items() if c == name and parts_of(crane).hooks[h].on == trolley]
-    lugs = [known[lug] for beam in hung for lug in rig.loaders[beam].lugs or () if lug in known]
+    lugs = [known[lug] for beam in hung for lug in rig.beams[beam].lugs or () if lug in known]
     if not lugs:
         return sum(crane.girder) / 2
     blocks = yard.scene.all_blocks

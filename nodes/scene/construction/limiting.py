@@ -13,6 +13,7 @@ from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, RUNNING, RUNNING_SOURCE
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
@@ -219,9 +220,9 @@ def _rig(yard: Yard) -> Iterator[Limit]:
     beams = [machine for machine in yard.machines if machine.latches]
     for beam in beams:
         slings, (cell,) = tuple(tie.rope for tie in beam.ties), beam.cells
-        source = "the scene" if "capacity" in rig.loaders[beam.name].model_fields_set else "assumed"
+        source = "the scene" if "capacity" in rig.beams[beam.name].model_fields_set else "assumed"
         yield Limit(
-            subject=beam.name, quantity="loader load", unit="N", value=cell.rated, elements=slings, source=source,
+            subject=beam.name, quantity=BEAM_LOAD, unit="N", value=cell.rated, elements=slings, source=source,
             where=beam.where,
         )  # fmt: skip
     for beam in beams:

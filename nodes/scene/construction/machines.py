@@ -1,6 +1,6 @@
-"""Cranes, loaders, block and rig of a scene file, and its fidelity, as their part of the plan.
+"""Cranes on rails, lifting beams, block and rig of a scene file, and its fidelity, as their part of the plan.
 
-Names are resolved here and defaults become numbers; loaders hang and the block lies in equilibrium.
+Names are resolved here and defaults become numbers; beams hang and the block lies in equilibrium.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from heavylift.nodes.limits.sentences import past_the_end
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Cell, Girder
 from heavylift.nodes.plan.planar import groups_of, planar
+from heavylift.nodes.plan.spellings import BEAM, BEAMS
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.parts.machines import GoliathBody, GoliathParts
+from heavylift.nodes.scene.keys.parts.machines import PortalBody, PortalParts
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
@@ -38,7 +39,7 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
     blocks += [block_machine(yard, ("blocks", name)) for name in scene.blocks] if scene.cranes else []
     if scene.rig:
         _hang(yard, scene.rig)
-    hung = {name: on_hook(yard, scene.rig, name, scene.rig.loaders[name]) for name in yard.hooks} if scene.rig else {}
+    hung = {name: on_hook(yard, scene.rig, name, scene.rig.beams[name]) for name in yard.hooks} if scene.rig else {}
     words = (word for given in scene.rigging.values() for word in getattr(given, "holders", ()))
     others = {word.replace(".", " ").split()[0] for word in words} - {*scene.rigging}
     lifting = {crane for crane, _ in yard.hooks.values()} | others
@@ -64,7 +65,7 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
     elif missing and not (missing == ["cranes", "rig"] and beside):
         there = " and ".join(key for key in parts if key not in missing)
         source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
-    names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
+    names = {*scene.cranes, *(scene.rig.beams if scene.rig else ())}
     for key in ("machines", "blocks", "vessels"):
         for name in getattr(scene, key):
             if name in names:
@@ -85,14 +86,14 @@ def _check_ends(source: Source, scene: schema.Scene) -> None:
 
 
 def _hang(yard: Yard, rig: schema.Rig) -> None:
-    """Which loader hangs on which hook."""
+    """Which beam hangs on which hook."""
     known = [f"{crane} {hook}" for crane, given in yard.scene.cranes.items() for hook in parts_of(given).hooks]
     taken: dict[str, str] = {}
-    for name, loader in rig.loaders.items():
-        path: Path = ("rig", "loaders", name, "hook")
-        words = " ".join(loader.hook.split())
+    for name, beam in rig.beams.items():
+        path: Path = ("rig", BEAMS, name, "hook")
+        words = " ".join(beam.hook.split())
         if words not in known:
-            yard.source.fault(path, f"there is no hook '{loader.hook}'", closest(words, known))
+            yard.source.fault(path, f"there is no hook '{beam.hook}'", closest(words, known))
         elif words in taken:
             yard.source.fault(path, f"the hook {words} already carries {taken[words]}")
         else:
@@ -102,17 +103,17 @@ def _hang(yard: Yard, rig: schema.Rig) -> None:
         if name in yard.scene.cranes:
             yard.source.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)
     used, lugs = dict[str, str](), lugs_of(yard.scene)
-    for name, loader in rig.loaders.items():
-        for i, lug in enumerate(loader.lugs or ()):
-            path = ("rig", "loaders", name, "lugs", i)
+    for name, beam in rig.beams.items():
+        for i, lug in enumerate(beam.lugs or ()):
+            path = ("rig", BEAMS, name, "lugs", i)
             if lug not in lugs:
                 told = f"no block has a lug '{lug}'" if yard.scene.blocks else f"the block has no lug '{lug}'"
                 yard.source.fault(path, told, closest(lug, lugs))
             elif lug in used:
                 yard.source.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
             used.setdefault(lug, name)
-        if len({lugs[lug].body for lug in loader.lugs or () if lug in lugs}) > 1:
-            yard.source.fault(("rig", "loaders", name, "lugs"), "the slings of one hook hang on one block")
+        if len({lugs[lug].body for lug in beam.lugs or () if lug in lugs}) > 1:
+            yard.source.fault(("rig", BEAMS, name, "lugs"), "the slings of one hook hang on one block")
 
 
 def _crane(yard: Yard, name: str, crane: schema.Crane, hung: Sequence[OnHook], *, tandem: bool) -> plan.Mechanism:
@@ -171,7 +172,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, hung: Sequence[OnHook], *
     )
 
 
-def _body(name: str, given: GoliathBody) -> Body:
+def _body(name: str, given: PortalBody) -> Body:
     x, y, z = box(given.mass, given.box)
     return Body(name, given.mass, given.com, ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))
 
@@ -208,21 +209,21 @@ def _portal(name: str, crane: schema.Crane, girder: Girder, hung: Sequence[OnHoo
         yield shape("cross beam", (0.0, y, low + LEG / 2), (crane.width - LEG, LEG, LEG))
 
 
-def _trolleys(name: str, parts: GoliathParts) -> Iterator[plan.Shape]:
+def _trolleys(name: str, parts: PortalParts) -> Iterator[plan.Shape]:
     for of, body in ((UPPER, parts.bodies.upper), (LOWER, parts.bodies.lower)):
         size = (*body.box[:2], TROLLEY)
         yield plan.Shape(body=f"{name}.{of}", centre=body.com, size=size, thing=f"{of} trolley of {name}")
 
 
 def _groups(yard: Yard, rig: schema.Rig) -> None:
-    on_hook = {" ".join(yard.hooks[loader]): loader for loader in yard.hooks}
+    on_hook = {" ".join(yard.hooks[beam]): beam for beam in yard.hooks}
     for name, members in rig.groups.items():
         found = []
         for i, member in enumerate(members):
             words = " ".join(member.split())
             if words not in on_hook:
                 path: Path = ("rig", "groups", name, i)
-                yard.source.fault(path, f"no loader hangs on a hook '{member}'", closest(words, on_hook))
+                yard.source.fault(path, f"no {BEAM} hangs on a hook '{member}'", closest(words, on_hook))
             else:
                 found.append(on_hook[words])
         yard.groups[name] = tuple(dict.fromkeys(found))

@@ -10,7 +10,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.parts.machines import GoliathParts
+from heavylift.nodes.scene.keys.parts.machines import PortalParts
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import Source
 
@@ -66,7 +66,7 @@ def box(mass: float, size: Vector) -> Vector:
     return (mass / 12 * (y + z), mass / 12 * (x + z), mass / 12 * (x + y))
 
 
-def parts_of(crane: schema.Crane) -> GoliathParts:
+def parts_of(crane: schema.Crane) -> PortalParts:
     """What its type makes of a crane: bodies, drives, and where the ropes of its hooks leave the trolleys."""
     assert crane.parts is not None
     return crane.parts

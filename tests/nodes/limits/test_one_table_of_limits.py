@@ -24,7 +24,7 @@ from heavylift.nodes.limits import (
 )
 from heavylift.nodes.plan import Use, plan
 from heavylift.nodes.scene import check, json_schema, load
-from heavylift.nodes.scene.keys import Block, Crane, Loader, Supports, comments
+from heavylift.nodes.scene.keys import Beam, Block, Crane, Supports, comments
 from heavylift.nodes.scene.keys.parts import SlingType
 from lifting import hook_ropes
 
@@ -73,7 +73,7 @@ def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
 
 def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
     found = {}
-    for model in (Crane, Loader, SlingType, Supports, Block):
+    for model in (Crane, Beam, SlingType, Supports, Block):
         found |= {(model.__name__, key): told for key, told in comments(model).items() if "damping" in key}
         keys = {field.alias for field in model.model_fields.values() if "damping" in str(field.alias)}
         assert keys == {key for owner, key in found if owner == model.__name__}

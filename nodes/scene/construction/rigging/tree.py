@@ -42,7 +42,7 @@ class Tree:
         self.lugs = lugs_of(scene)
         self.coms = {body.name: body.com for body in around.bodies}
         parts = [*scene.machines.values(), *([scene.mechanism] if scene.mechanism else [])]
-        self.taken = {*scene.machines, *scene.cranes, *(scene.rig.loaders if scene.rig else ()), *scene.models}
+        self.taken = {*scene.machines, *scene.cranes, *(scene.rig.beams if scene.rig else ()), *scene.models}
         self.taken |= {*(body.name for body in around.bodies), *([scene.mechanism.name] if scene.mechanism else [])}
         self.hooks = {**spare, **{name: hook for machine in parts for name, hook in machine.hooks.items()}}
         self.frames = {name: given for name, given in self.rigging.items() if isinstance(given, Frame)}

@@ -12,11 +12,12 @@ from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.shapes import around
+from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.construction.limiting import rated_limits
 from heavylift.nodes.scene.construction.yard import Yard, parts_of
 
 RATINGS = {
-    "load": ("hook load", "trolley load", "crane load", "tandem load", "loader load", "frame load", "shackle load"),
+    "load": ("hook load", "trolley load", "crane load", "tandem load", BEAM_LOAD, "frame load", "shackle load"),
     "tension": ("sling tension", "rope tension"),
 }  # rows of the table of limits that a share is of
 WIDE = 1e4  # [m] half edges of the floor
