@@ -1,9 +1,7 @@
 """What tests ask of a plan in which hooks lift something."""
 
-from heavylift.kernel.description.forces import Reeving
-from heavylift.kernel.description.mechanics import Body, Rope
-from heavylift.nodes.plan.mechanism import Cargo, Mechanism, Tie
-from heavylift.nodes.plan.plan import Plan
+from heavylift.kernel.description import Body, Reeving, Rope
+from heavylift.nodes.plan import Cargo, Mechanism, Plan, Tie
 
 
 def machine(plan: Plan, name: str) -> Mechanism:

@@ -141,6 +141,10 @@ def lift_of(plan: Plan) -> Lift:
 def _read(plan: Plan) -> Lift:
     parts = [m for m in plan.machines if m.levels]
     cranes, loaders = [m for m in parts if m.girders], [m for m in parts if m.latches]
+    eyes = {f"{m.name}.upper" for m in loaders}
+    known = all(m.system.joints[0].name == f"{m.name}.gantry" for m in cranes)
+    if not known or any(h.eye.body not in eyes for m in cranes for h in m.hooks):
+        return Lift((), (), Rig((), ()), None, tied=True)  # no rule is about such hooks
     blocks = [_block(m) for m in parts if m.cargo]
     slings = tuple(sling for m in loaders for sling in _slings(m))
     ropes = tuple(rope for m in cranes for rope in _ropes(m))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi, sqrt
 
 import numpy as np
-from heavylift.nodes.fidelity.lifts import lift_of
+from heavylift.nodes.fidelity import lift_of
 from numpy.polynomial.legendre import leggauss
 from vectors import rotation
 

@@ -3,8 +3,7 @@
 from heavylift.coordinator.participants import configured
 from heavylift.kernel.description import Body, Joint, Point, System, Wind
 from heavylift.kernel.description.forces import Signal
-from heavylift.nodes.fidelity import always
-from heavylift.nodes.fidelity.lifts import lift_of
+from heavylift.nodes.fidelity import always, lift_of
 from heavylift.nodes.models import build, system
 from heavylift.nodes.scene import check, load
 

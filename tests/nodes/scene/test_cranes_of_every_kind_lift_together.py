@@ -2,7 +2,7 @@
 
 import pytest
 from heavylift import simulate
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, check, parse
 
 STANDS = "supports: {height: 1 m, at: [[-3 m, -3 m], [3 m, -3 m], [-3 m, 3 m], [3 m, 3 m]]}"

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 from heavylift import simulate
-from heavylift.coordinator.record.drawing import boxes, surroundings
-from heavylift.kernel.description.mechanics import WORLD
-from heavylift.nodes.plan.plan import Plan
+from heavylift.coordinator.record import boxes, surroundings
+from heavylift.kernel.description import WORLD
+from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import LoadedScene, instances, load
 
 

@@ -8,8 +8,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Reeving
-from heavylift.nodes.scene import bundled, parse
-from heavylift.nodes.scene.report import sling_load
+from heavylift.nodes.scene import bundled, parse, sling_load
 from heavylift.recordings import Recording
 from lifting import cargo, pose, slings
 
