@@ -13,15 +13,3 @@ Lowest layer first
     commands, cli           the command `heavylift`; stopping: by signals
     face                    what `import heavylift` gives
 """
-
-from typing import TYPE_CHECKING
-
-from heavylift.kernel.on_demand import face, on_demand
-
-if TYPE_CHECKING:
-    from heavylift.coordinator.run.models import ModelRun, run_models
-
-__all__ = ["ModelRun", "run_models"]
-__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".run.models"))  # node processes need none of them
-
-face(__name__)

@@ -4,13 +4,8 @@ Exit codes: 0 done; 1 the run or the file failed; 2 the command line is wrong; 1
 (130 Ctrl-C); 141 nobody reads its output any more.
 """
 
-from __future__ import annotations
-
-import atexit
-import gc
-import os
-import signal
-import sys
+# Until `main` holds signals back, Ctrl-C prints a traceback: nothing that takes time is imported before.
+import _signal  # type: ignore[import-not-found]  # built in; `signal` takes a millisecond
 
 LIGHT = {
     "OPENBLAS_NUM_THREADS": "1",  # threads reserve 40 MB each, and need none
@@ -22,7 +17,13 @@ LIGHT = {
 
 def main() -> None:
     """Entry point of the command `heavylift`."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())  # until somebody hears them
+    _signal.pthread_sigmask(_signal.SIG_BLOCK, _signal.valid_signals())  # until somebody hears them
+    import atexit
+    import gc
+    import os
+    import signal
+    import sys
+
     from heavylift.coordinator.supervision.hash_seed import start_again
 
     from .stopping import STOPPED, UNHEARD, ReaderLeft, Stopping, heard, open_streams

@@ -22,26 +22,6 @@ from typing import Any
 
 import msgspec
 
-__all__ = [
-    "UNREADABLE",
-    "HeavyliftError",
-    "KernelError",
-    "ModelError",
-    "OutputError",
-    "ProtocolError",
-    "RecordingError",
-    "SceneError",
-    "SignalError",
-    "Stopped",
-    "closest",
-    "error_text",
-    "extra",
-    "out_of_memory",
-    "path_text",
-    "printable",
-]  # fmt: skip
-
-
 UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, RecursionError, MemoryError)
 """What msgspec raises of bytes of others that are not what they should be."""
 

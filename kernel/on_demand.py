@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-import ast
 import sys
-from collections.abc import Callable, Mapping
-from functools import cache
-from importlib import import_module
-from pathlib import Path
-from typing import Any
+
+TYPE_CHECKING = False  # as type checkers read it; `typing` takes a command 2 ms in which Ctrl-C is not heard
+if TYPE_CHECKING:
+    from ast import stmt
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+    from typing import Any
+
+_known: dict[str, dict[str, list[str]]] = {}  # package -> name -> the modules that define it
 
 
 def on_demand(package: str, modules: Mapping[str, str]) -> Callable[[str], object]:
     """The `__getattr__` of a package; `modules`: each public name with its module, relative to the package."""
 
     def attribute(name: str) -> object:
+        from importlib import import_module
+
         if name not in modules:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         return getattr(import_module(modules[name], package), name)
@@ -26,35 +31,44 @@ def face(package: str) -> None:
     """Let a package offer all public names that exactly one of its modules defines, so that callers need not know
     which; what the package itself imports or declares `on_demand` comes first."""
     module: Any = sys.modules[package]
-    folder, declared = Path(module.__file__).parent, getattr(module, "__getattr__", None)
+    declared = getattr(module, "__getattr__", None)
 
     def attribute(name: str) -> object:
+        from importlib import import_module
+        from pathlib import Path
+
         try:
             if declared:
                 return declared(name)
         except AttributeError:
             pass
+        folder = Path(module.__file__).parent
         hidden = name.startswith("_") or (folder / f"{name}.py").exists()  # of a package's module, not of its face
-        if not hidden and len(found := _definitions(folder).get(name, [])) == 1:
+        if not hidden and len(found := _definitions(package, folder).get(name, [])) == 1:
             return getattr(import_module(f".{found[0]}", package), name)
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
     module.__getattr__ = attribute
 
 
-@cache
-def _definitions(folder: Path) -> dict[str, list[str]]:
+def _definitions(package: str, folder: Path) -> dict[str, list[str]]:
     """The modules of a folder that define each name at their top."""
-    found: dict[str, list[str]] = {}
-    for path in sorted(folder.glob("[a-z]*.py")):
-        for statement in ast.parse(path.read_text(encoding="utf-8")).body:
-            for name in sorted(set(_names(statement))):
-                if path.stem not in found.setdefault(name, []):
-                    found[name].append(path.stem)
-    return found
+    import ast
+
+    if package not in _known:
+        found: dict[str, list[str]] = {}
+        for path in sorted(folder.glob("[a-z]*.py")):
+            for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+                for name in sorted(set(_names(statement))):
+                    if path.stem not in found.setdefault(name, []):
+                        found[name].append(path.stem)
+        _known[package] = found
+    return _known[package]
 
 
-def _names(statement: ast.stmt) -> list[str]:
+def _names(statement: stmt) -> list[str]:
+    import ast
+
     match statement:
         case ast.ClassDef(name=name) | ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
             return [name]

@@ -8,10 +8,7 @@ run_models("my_models:build", ...)                   DEVS models of your own
 replicate("my_models:build", 30, ...)                one of them for many seeds: means, confidence intervals
 """
 
-from typing import TYPE_CHECKING
-
-from heavylift.kernel.on_demand import on_demand
-
+TYPE_CHECKING = False  # as in `on_demand`
 if TYPE_CHECKING:
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
@@ -35,4 +32,9 @@ MODULES = {
 }
 
 __all__ = ["Recording", "Result", "__version__", "load", "replicate", "run", "run_models", "simulate", "sweep"]
-__getattr__ = on_demand("heavylift", {name: f".{module}" for name, module in MODULES.items()})
+
+
+def __getattr__(name: str) -> object:
+    from heavylift.kernel.on_demand import on_demand  # not before: see `coordinator.cli`
+
+    return on_demand("heavylift", {name: f".{module}" for name, module in MODULES.items()})(name)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 from heavylift.coordinator.supervision.journal import Follower
@@ -34,7 +35,7 @@ class Observer(Iterator[tuple[int, Event]]):
 
     def _follow(self) -> Iterator[tuple[int, Event]]:
         number, alive = 0, True
-        with self._journal as journal:
+        with closing(self._journal) as journal:
             while alive:
                 alive = self.found.lives
                 for said in map(entry, journal):

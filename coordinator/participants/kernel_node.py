@@ -28,7 +28,6 @@ from heavylift.nodes.devs import FOREVER, Event, Message, Slack, Tag, encode, su
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from heavylift.nodes.models import KERNEL
 from heavylift.nodes.models.parts import messages as m
-from heavylift.nodes.models.parts.inputs import obey
 
 from .parts import KernelConfig
 from .sampling import Sampling
@@ -175,7 +174,9 @@ class KernelNode:
         before = len(self.simulation.log)
         try:
             for event in bag:
-                obey(self.simulation, event.value)
+                if not isinstance(event.value, m.KernelInput):
+                    raise ModelError(f"the kernel has no use for a {type(event.value).__name__}")
+                event.value.apply(self.simulation)
         except (KernelError, ModelError) as error:
             raise ModelError(f"{KERNEL} at {tag}: {error}") from error
         self._told = [e for _, e in self.simulation.log[before:] if e.name in self._subscriptions]

@@ -10,7 +10,8 @@ from heavylift.nodes.statics import follow
 from heavylift.recordings import Recording
 from numpy.typing import NDArray
 
-RESOLVED = "resolved.json"  # the plan in a recording
+from .scene import RESOLVED
+
 Course = tuple[NDArray[np.float64], NDArray[np.float64]]  # (n,) times [s], (n,) tensions at rest [N]
 
 

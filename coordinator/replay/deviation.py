@@ -85,26 +85,23 @@ def _plain(event: Event | None) -> object:
 
 def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Deviation | None:
     """The first recorded sample that these batches of the kernel do not hold, of those up to their last one."""
-    announced = msgspec.msgpack.decode(layout, type=SampleLayout)
+    rec, announced = run.recording, msgspec.msgpack.decode(layout, type=SampleLayout)
     columns = Columns(announced)
     found = [x for x in (decode_batch(batch, announced) for batch in batches) if not x.lift]
     times = np.array([t for batch in found for t in batch.times], np.int64)
     rows = np.concatenate([np.zeros((0, len(columns))), *(columns(batch.rows) for batch in found)])
     first = _unrecorded(run, [t for batch in found if not batch.period for t in batch.times])
-    for name, place in columns.signals.items():
-        if name not in run.recording.signals() or name.startswith(POSE):
-            continue
-        signal = run.recording.signal(name)
-        recorded = np.round(signal.t * 1e9).astype(np.int64)
-        now = rows[:, place]
-        for i in range(int(np.searchsorted(recorded, times[-1], "right")) if len(times) else 0):
-            t = int(recorded[i])
-            if first is not None and t >= first.t_ns:
-                break
+    places = {name: x for name, x in columns.signals.items() if name in rec.signals() and not name.startswith(POSE)}
+    now = np.hstack([np.zeros((len(rows), 0)), *(rows[:, x] for x in places.values())])
+    labels = [f"/{name}/{column}" for name in places for column in rec.columns(name)]
+    for samples, values in rec.blocks([*places]) if places else ():
+        for t, row in zip(samples, np.hstack(values), strict=True):
+            if not len(times) or t > times[-1] or (first is not None and t >= first.t_ns):
+                return first
             at = now[slice(*np.searchsorted(times, (t, t + 1)))]  # one before and one after an event
-            if not (at == signal.values[i]).all(axis=1).any():
-                first = _apart(f"/{name}/", signal.names, t, signal.values[i], at)
-                break
+            if not (at == row).all(axis=1).any():
+                k = int(np.argmin((at == row).any(axis=0)))
+                return Deviation(t, 0, labels[k], float(row[k]), float(at[-1, k]) if len(at) else None)
     return first
 
 
@@ -114,12 +111,6 @@ def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
     known = (t for t in now if t not in recorded and (run.complete or t < max(recorded, default=0)))
     t_ns = min(known, default=None)
     return None if t_ns is None else Deviation(t_ns, 0, "/samples", None, "a row")
-
-
-def _apart(topic: str, names: list[str], t_ns: int, recorded: Floats, now: Floats) -> Deviation:
-    """The first column in which a recorded row is not the last one of those at its time."""
-    k = int(np.flatnonzero(now[-1] != recorded)[0]) if len(now) else 0
-    return Deviation(t_ns, 0, topic + names[k], float(recorded[k]), float(now[-1, k]) if len(now) else None)
 
 
 def first_of(*found: Deviation | None) -> Deviation | None:

@@ -1,9 +1,9 @@
 """A run of any DEVS model: each child of a coupled model becomes a node, couplings between children the protocol's.
 
-    from heavylift.coordinator import run_models
+    import heavylift
 
     if __name__ == "__main__":
-        run = run_models("my_models:build", until=10.0, output="ring.mcap")
+        run = heavylift.run_models("my_models:build", until=10.0, output="ring.mcap")
 
 The node processes import the module and take their child by its name, so the function must be found under that name
 from a fresh interpreter.  Flat or distributed, in one process or many, a model does the same to the last byte.

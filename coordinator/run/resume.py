@@ -34,7 +34,7 @@ from heavylift.recordings.format.failures import BROKEN
 from heavylift.recordings.write.outputs import PART, beside
 
 from .scene import run
-from .watch import Watch
+from .watch import Relay, Watch
 
 _START = Tag(0)
 
@@ -97,7 +97,7 @@ def rebuilt(plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene,
     return replace(told, plan=plan, text=text, merged=merged, path=Path(name)), told.plan
 
 
-class Checked(Watch):
+class Checked(Relay):
     """Compares events with those of the beginning, and passes all on."""
 
     def __init__(
@@ -117,14 +117,6 @@ class Checked(Watch):
         """Nothing comes any more."""
         if missing := self._follower.reach(FOREVER):
             raise self._parted(missing)
-
-    def progress(self, t_ns: int) -> None:
-        """Passed on."""
-        self._watch.progress(t_ns)
-
-    def say(self, sentence: str) -> None:
-        """Passed on."""
-        self._watch.say(sentence)
 
 
 def resume(

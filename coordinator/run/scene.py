@@ -51,7 +51,7 @@ from heavylift.recordings.write.broadcast import Broadcast
 from heavylift.recordings.write.spectator import Spectators
 
 from .conversation import Conversation, joined
-from .watch import PATIENCE_ns, Watch
+from .watch import PATIENCE_ns, Relay, Watch
 
 if TYPE_CHECKING:
     from heavylift.coordinator.participants.recalled import Past
@@ -147,7 +147,7 @@ def run(
     return replace(result, budget=budget)
 
 
-class _Run(Watch):
+class _Run(Relay):
     """What a scene makes of the conversation with its nodes."""
 
     def __init__(
@@ -172,23 +172,11 @@ class _Run(Watch):
         self.talk = Conversation(hub, wires, end, record, self, audience, tempo, desk, limit, KERNEL, stages, foreign)
         self._nodes = [node for node in hub.nodes if node != KERNEL]
 
-    def say(self, sentence: str) -> None:
-        """Passed on."""
-        self._watch.say(sentence)
-
     def event(self, event: Event) -> None:
         """A scene without an end continues while the commander gives orders."""
         if event.source == COMMANDER and event.type != "Aim" and self._plan.end is None:
             self.talk.core.extend(Tag(event.t + PATIENCE_ns))
         self._watch.event(event)
-
-    def progress(self, t_ns: int) -> None:
-        """Samples up to this simulation time have come."""
-        self._watch.progress(t_ns)
-
-    def waiting(self) -> None:
-        """Passed on."""
-        self._watch.waiting()
 
     def greet(self) -> None:
         """The models first, for the kernel needs what they declare."""

@@ -10,8 +10,12 @@ its end and shows the lift there by the dense output of the mechanics, so that c
     tension.NAME, peak.NAME  of a rope now, and the largest so far [N]
     pose.BODY.x ... .qw      place [m] and quaternion of a body
 
-A step beyond the end of the scene or of the experiment is discarded, as is one back in time, and the log says why.
-It needs this heavylift in the Python that the master loads, and has no state to be saved.
+A step beyond the end of the scene or of the experiment is discarded, as is one back in time or after the run has
+failed, and the log says why: fmi2Discard is how a slave ends early (FMI 2.0.4, section 4.2.2), and
+fmi2LastSuccessfulTime is the start of the step, of which nothing was done. pythonfmu knows no other refusal: an
+exception becomes fmi2Fatal, after which a master may not even free the unit, and the inquiry fmi2Terminated is
+fmi2Error in every unit that it makes. It needs this heavylift in the Python that the master loads, and has no state
+to be saved.
 """
 
 from __future__ import annotations

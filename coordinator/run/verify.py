@@ -8,7 +8,6 @@ recording that was stopped or cut off is compared as far as it goes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -184,17 +183,9 @@ def _row_apart(old: Recording, new: Recording, prefix: bool) -> Deviation | None
         for name in (x for x in old.signals() if x in new.signals() and topic in ("/samples", "/poses")):
             if name.startswith("pose/") == (topic == "/poses"):
                 x, y = (rec.signal(name) for rec in (old, new))
-                values = [s.values[row] if row < len(s) else None for s in (x, y)]
-                if found := _column(values):
-                    return Deviation(t_ns, 0, f"/{name}/{x.names[found[0]]}", *found[1:])
+                for column in x.names:
+                    values = [s[column][row].item() if row < len(s) and column in s.names else None for s in (x, y)]
+                    if repr(values[0]) != repr(values[1]):
+                        return Deviation(t_ns, 0, f"/{name}/{column}", *values)
         return Deviation(t_ns, 0, topic, f"row {row}" if row < len(a) else None, f"row {row}" if row < len(b) else None)
     return None
-
-
-def _column(rows: Sequence[np.ndarray | None]) -> tuple[int, float | None, float | None] | None:
-    """The first column in which two rows differ, and both values."""
-    a, b = rows
-    if a is None or b is None:
-        return 0, *(None if x is None else float(x[0]) for x in rows)  # type: ignore[return-value]
-    off = np.flatnonzero(a.view(np.int64) != b.view(np.int64))
-    return (int(off[0]), float(a[off[0]]), float(b[off[0]])) if len(off) else None

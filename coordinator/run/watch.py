@@ -25,3 +25,21 @@ class Watch:
     def say(self, sentence: str) -> None:
         """Something that the user should know or do now."""
         LOG.info(sentence)
+
+
+class Relay(Watch):
+    """Passes on to `_watch` what it does not override."""
+
+    _watch: Watch
+
+    def event(self, event: Event) -> None:
+        self._watch.event(event)
+
+    def progress(self, t_ns: int) -> None:
+        self._watch.progress(t_ns)
+
+    def waiting(self) -> None:
+        self._watch.waiting()
+
+    def say(self, sentence: str) -> None:
+        self._watch.say(sentence)

@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from io import FileIO
 from pathlib import Path
 from struct import Struct
-from typing import Self
 from zlib import crc32
 
 from heavylift.kernel.errors import RecordingError
@@ -79,17 +79,11 @@ class Journal:
             f"{self.path}: the journal cannot be written ({error.strerror}); make room or choose another place"
         )
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
 
 def read(path: Path) -> Iterator[bytes]:
     """The whole entries of a journal in order; none if there is no file."""
     try:
-        with Follower(path) as follower:
+        with closing(Follower(path)) as follower:
             yield from follower
     except FileNotFoundError:
         return
@@ -116,12 +110,6 @@ class Follower:
     def close(self) -> None:
         """Close the file."""
         self._stream.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 def _new(path: Path, how: int = os.O_TRUNC) -> FileIO:

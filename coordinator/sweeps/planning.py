@@ -44,6 +44,8 @@ def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.
         return Planned(scene, first, wrong=f"red at the start, {first.verdict.line}: mend that first")
     if why := search.at_rest():
         return Planned(scene, first, wrong=f"the scene as it is written cannot be followed at rest: {why}")
+    if first.verdict.state == "undecided":  # no step can be blamed for that
+        search.bad = ("red",)
     found = search.in_runs(first)
     if found is None:
         told = "its budget is used up" if search.spent else "it is as quick as its limits and drives allow"
@@ -68,6 +70,7 @@ class _Search:
         self.scene, self.until, self.say = scene, until, say
         self.text = _own_text(scene)
         self.parts, self.why = Parts(), dict[Step, str]()
+        self.bad: tuple[str, ...] = ("red", "undecided")  # states of a verdict that end a step
 
     @property
     def spent(self) -> bool:
@@ -178,12 +181,11 @@ class _Search:
                 self.say(f"no run: {_sentence(str(error))}")
                 self._back({step: _sentence(str(error)) for step in _latest(self.parts)}, lost)
             return None
-        if not run.verdict.red:
+        if run.verdict.state not in self.bad:
             return scene, run
         stages = {name: number for _, number, name in run.conduct.stages}
-        reds = [f for f in run.verdict.findings if f.severity == "red"]
         guilty = dict[Step, str]()
-        for f in reds:
+        for f in (check for check in run.verdict.checks if check.state in self.bad):
             here = stages.get(f.stage, len(self.scene.plan.actions))
             near = max((step.action for step in self.parts if step.action <= here), default=None)
             guilty |= {step: f.sentence for step in self.parts if near is None or step.action == near}

@@ -111,7 +111,7 @@ def chosen(scene: LoadedScene, ask: tuple[Asked, ...], limit: float) -> list[Run
     found: dict[Fidelity, list[str]] = {}
     for question in dict.fromkeys((*((quantity,) for quantity in ask), ask)):
         verdict = choose(plan, scene.followed, Question(question, limit), frozenset())
-        fidelity = planar(verdict.fidelity, plan.levelled)
+        fidelity = planar(verdict.fidelity, plan.machines)
         found.setdefault(fidelity, []).append(question[0] if len(question) == 1 else ALL)
     return [Rung(f"chosen for {ALL if ALL in names else _listed(names)}", f) for f, names in found.items()]
 

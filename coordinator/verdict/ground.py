@@ -181,7 +181,7 @@ def _samples(coarse: Coarse, stretches: Flags) -> Indices:
 
 def _lowest(s: Moving, k: int) -> Floats:
     """(3,) the middle of what of a shape is lowest at a sample."""
-    R, half = (x[0] for x in s.axes(np.array([k])))
+    _, R, half = s.at(k, 0.0)
     down = np.where(np.abs(R[2]) > 1e-6, -np.sign(R[2]), 0.0)
     point: Floats = s.centre[k] + turned(R, down * half)
     point[2] -= s.radius

@@ -132,15 +132,8 @@ class Moving:
         """Of its farthest point from its middle, but for the radius [m]."""
         return float(lengths(self.half))
 
-    def axes(self, k: Indices) -> tuple[Floats, Floats]:
-        """R (m, 3, 3) and half edges (m, 3) at these samples."""
-        if len(self.turn) == 1:
-            R, half = self.axes_of(self.turn)
-            return np.broadcast_to(R, (len(k), 3, 3)), np.broadcast_to(half, (len(k), 3))
-        return self.axes_of(self.turn[k])
-
     def axes_of(self, turn: Floats) -> tuple[Floats, Floats]:
-        """The same of turns (m, 3 or 4)."""
+        """R (m, 3, 3) and half edges (m, 3) of turns (m, 3 or 4)."""
         if isinstance(self.shape, Strand):
             length = lengths(turn)
             half = np.zeros((len(turn), 3))

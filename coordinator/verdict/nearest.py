@@ -77,15 +77,6 @@ class Known:
         return min(float(self._most[group]), self.told, float(self._least[group]) - SHARP)
 
 
-def nearest(shapes: list[Moving], start: Stretches, most: float = np.inf) -> Minimum | None:
-    """The minimum over stretches of one group; None if they stay farther apart than `most` [m]."""
-    known = Known(0, 0.0)
-    known.groups(np.array([most]))
-    search(shapes, start, known)
-    (found,) = known.take()
-    return found if found is not None and found.least < most else None
-
-
 def search(shapes: list[Moving], start: Stretches, known: Known) -> None:
     """Look for what is nearer than what is known."""
     if known.smallest and len(start.a):

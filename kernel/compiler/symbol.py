@@ -213,7 +213,13 @@ def div(a: Any, b: Any) -> Any:
 
 
 def sqrt(x: Any) -> Any:
-    return node("sqrt", x) if is_sym(x) else math.sqrt(x)
+    if is_sym(x):
+        return node("sqrt", x)
+    if not _is_array(x):
+        return math.sqrt(x)
+    import numpy as np
+
+    return np.sqrt(x)
 
 
 def exponent(x: Any) -> Any:
@@ -231,8 +237,9 @@ def printing(x: Any) -> bool:
     return is_sym(x) and RECORDING.graphs[-1].opaque
 
 
-def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a function of scalars (or of vector symbols) take arrays, too."""
+def _elementwise(f: Callable[..., Any], whole: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a function of scalars (or of vector symbols) take arrays, too: of symbols one by one, of numbers as a
+    `whole`, which gives the same bits."""
 
     def apply(*args: Any) -> Any:
         if _PLAIN.issuperset(map(type, args)) or not any(map(_is_array, args)):
@@ -240,6 +247,8 @@ def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
         import numpy as np
 
         spread = np.broadcast_arrays(*args)
+        if all(x.dtype != object for x in spread):
+            return whole(np, *spread)
         flat = [f(*x) for x in zip(*(x.ravel().tolist() for x in spread), strict=True)]
         return np.array(flat).reshape(spread[0].shape)
 
@@ -253,10 +262,10 @@ def _select(condition: Any, a: Any, b: Any) -> Any:
     return a if a is b else node("select", condition, a, b)
 
 
-select = _elementwise(_select)
-less = _elementwise(lambda a, b: a < b)
-maximum = _elementwise(lambda a, b: _select(a > b, a, b))
-minimum = _elementwise(lambda a, b: _select(b > a, a, b))
+select = _elementwise(_select, lambda np, condition, a, b: np.where(condition, a, b))
+less = _elementwise(lambda a, b: a < b, lambda np, a, b: a < b)
+maximum = _elementwise(lambda a, b: _select(a > b, a, b), lambda np, a, b: np.where(a > b, a, b))
+minimum = _elementwise(lambda a, b: _select(b > a, a, b), lambda np, a, b: np.where(b > a, a, b))
 
 
 def any_of(conditions: Iterable[Any]) -> Any:

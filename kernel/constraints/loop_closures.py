@@ -11,10 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
+from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
-from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.dense import least_norm, norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross, exact, join
 from heavylift.kernel.compiler.function import Function, Outputs
@@ -22,9 +23,11 @@ from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Joint
 from heavylift.kernel.forces.force_law import BODY
+from heavylift.kernel.multibody.motion import axes_of, columns
 
 SIDES = 25  # per side the joint's point and the rows axis, second, third of its frame; then the pitch
 AXIS, SECOND, THIRD = range(3)
+RATES = 1e-9  # singular value of the velocity columns of a joint below which two of its motions are one
 
 
 @dataclass(frozen=True)
@@ -111,11 +114,13 @@ def closure_numbers(joint: Joint) -> list[float]:
 
 
 def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """(n_q,) coordinates of a joint that closes a loop, where its sides are at A and B, angles near those in `q0`; for
-    messages only."""
+    """(n_q,) coordinates of a joint that closes a loop, where its sides are at A and B, angles near those in `q0`, or
+    near rest; for messages only."""
     a, b, _, _, d, _ = vars(_pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]).values()
     along = [float(x @ d) for x in a]
     M = np.array([[float(x @ y) for y in b] for x in a])  # (3, 3) the child's directions in the parent's
+    type_ = JOINTS[joint.kind]
+    asked = joint.q0 or type_.rest
     if joint.kind == "spherical":
         basis = _basis(joint).astype(float)
         return [float(x) for x in quaternions((basis.T @ M @ basis)[None])[0]]
@@ -124,20 +129,32 @@ def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
         bent = cos(x) * (M[SECOND, AXIS] - M[AXIS, SECOND]) + sin(x) * (M[SECOND, THIRD] + M[THIRD, SECOND])
         y = 0.5 * atan2(0.5 * bent, M[SECOND, SECOND])
         return min(
-            ([near(z, q) for z, q in zip(p, joint.q0, strict=True)] for p in ((x, y), (x + pi, -y))),
-            key=lambda p: sum(abs(z - q) for z, q in zip(p, joint.q0, strict=True)),
+            ([near(z, q) for z, q in zip(p, asked, strict=True)] for p in ((x, y), (x + pi, -y))),
+            key=lambda p: sum(abs(z - q) for z, q in zip(p, asked, strict=True)),
         )
     turn = atan2(M[THIRD, SECOND], M[SECOND, SECOND])
     known = {"angle": turn, "angle1": turn, "angle2": atan2(M[AXIS, THIRD], M[AXIS, AXIS])}
     known |= {"travel": along[AXIS], "x": along[SECOND], "y": along[THIRD]}
     if joint.kind == "screw":
         return [along[AXIS] / joint.pitch]
-    type_ = JOINTS[joint.kind]
-    asked = joint.q0 or type_.rest
     return [
         near(known[c], q) if type_.turns(i) else known[c]
         for i, (c, q) in enumerate(zip(type_.coordinates, asked, strict=True))
     ]
+
+
+def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
+    """(n_v,) velocities of a joint that closes a loop, where its sides are at A and B with their twists; for messages
+    only."""
+    R_A, R_B = (np.reshape(exact(e[:9]), (3, 3)) for e in (A, B))
+    _, (x_a, _), (V_A, V_B), v = _pair(exact(closure_numbers(joint)), exact(A), exact(B))
+    twist = join(V_B[:3] - V_A[:3], v - V_A[3:] - cross(V_A[:3], x_a))
+    q = exact(closed_coordinates(joint, A, B))
+    frames = R_A @ exact(joint.R_PJ), R_B @ exact(joint.R_CJ)
+    side = SimpleNamespace(kind=joint.kind, axes=exact(axes_of(joint)), pitch=joint.pitch)
+    S, _ = columns(side, q, np.zeros(JOINTS[joint.kind].n_v), *frames, np.zeros(3))
+    rows = [[float(x) for x in row] for row in zip(*S, strict=True)]
+    return least_norm(rows, [float(x) for x in twist], RATES)
 
 
 def near(x: float, y: float) -> float:

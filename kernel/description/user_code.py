@@ -31,6 +31,7 @@ _BEGAN_ns = time.time_ns()
 _lock = RLock()
 _asked = list[str]()  # what `imported` works on
 _executing = list[str]()
+ANY = "*"  # in place of a name that only running the text tells
 INSTALLED = {"site-packages", "dist-packages"}  # beside those of this interpreter
 
 
@@ -163,7 +164,9 @@ def _uses(name: str, also: set[str] = frozenset()) -> set[str]:  # type: ignore[
     except OSError:
         return set()
     package = getattr(sys.modules.get(name), "__package__", None) or ""
-    found = {*_heads(package), *(head for said in _named(text, package) for head in _heads(said))}
+    named = _named(text, package)
+    found = {*_heads(package), *(head for said in named for head in _heads(said))}
+    found |= {*sys.modules, *also} if ANY in named else set()
     return {x for x in found if x != name and (x in also or _file(x))}
 
 
@@ -174,7 +177,8 @@ def _heads(name: str) -> Iterator[str]:
 
 @lru_cache(1024)
 def _named(text: bytes, package: str) -> frozenset[str]:
-    """What a text may import: by its statements, or by the functions that do the same for a name written there."""
+    """What a text may import: by its statements, or by the functions that do the same for a name; ANY if that is not
+    written there."""
     found = set[str]()
     try:
         nodes = [*ast.walk(ast.parse(text))]
@@ -188,7 +192,8 @@ def _named(text: bytes, package: str) -> frozenset[str]:
             base = ".".join([*above, *([node.module] if node.module else [])])
             found |= {base, *(f"{base}.{x.name}" for x in node.names)}
         elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith(("import_module", "__import__")):
-            found |= {x.value for x in node.args[:1] if isinstance(x, ast.Constant) and isinstance(x.value, str)}
+            plain = (isinstance(x, ast.Constant) and str(x.value) for x in node.args[:1])
+            found |= {x if x and x[0] != "." else ANY for x in plain}
     return frozenset(found)
 
 

@@ -11,14 +11,14 @@ from __future__ import annotations
 from heavylift.kernel.description.mechanics import WORLD, System
 from heavylift.kernel.multibody.graph import Graph, build_graph
 
-from .bodies import balance, balances, recursion
+from .bodies import balances, recursion
 from .coordinates import coordinates
 from .document import Section, as_latex, as_text
 from .formulation import formulation_section
 from .joints import joints
 from .laws import laws
 
-__all__ = ["balance", "equations"]
+__all__ = ["equations"]
 
 
 def equations(

@@ -14,12 +14,6 @@ from .laws import Acting, loops_at
 from .notation import Formula, cross, dual_cross, joined, law, sym, transposed
 
 
-def balance(graph: Graph, i: int) -> str:
-    """The force balance of body i (0-based), e.g. m1 r1" = F1 + Fc1 - Fc2 - Fc3."""
-    e = _force(graph, i)
-    return f"{e.left.text} = {e.right.text}"
-
-
 def _force(graph: Graph, i: int, remark: str = "") -> Equation:
     n = i + 1
     terms = [("+", sym("F", n)), ("+", sym("F", n, "c"))]

@@ -28,7 +28,6 @@ from heavylift.kernel.trust import foreign, namer, refusal
 from .force_law import BODY, Answer, ForceLaw, Poses, Shown, attachment, wrench
 
 MATHEMATICS = "heavylift.kernel.forces.mathematics"
-OUTSIDE = ("no callable", "must be real number", "ufunc", "forced to a float")  # what math and NumPy say of symbols
 CONDITIONS = ("gt", "ge", "and", "or")  # operations whose result is no number
 
 

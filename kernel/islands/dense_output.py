@@ -64,11 +64,11 @@ def instants_of(times: object, start: float, end: float, before: bool) -> NDArra
         raise KernelError(f"at: {times!r:.60} are no times; give seconds") from None
     if t.ndim != 1 or not np.isfinite(t).all():
         raise KernelError("at: give one time [s], or a list of them that are finite")
-    ns = np.round(t * 1e9).astype(np.int64)
-    outside = t[(ns < round(start * 1e9)) | (ns > round(end * 1e9))]
+    ns, last = np.round(t * 1e9).astype(np.int64), round(end * 1e9)
+    outside = t[(ns < round(start * 1e9)) | (ns > last + 1)]  # a scene ends a nanosecond before the time of its end
     if len(outside):
         raise KernelError(f"at: {outside[0]:.10g} s is outside of the run, from {start:g} to {end:.10g} s")
-    return np.maximum(ns - 1, 0) if before else ns
+    return np.minimum(np.maximum(ns - before, 0), last)
 
 
 def trail_of(rows: Sequence[tuple[int, NDArray[np.float64]]]) -> str:

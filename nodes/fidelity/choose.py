@@ -72,7 +72,7 @@ def choose(
         if choice.rule in left_out or poor:
             spent = {q: e + choice.errors.get(q, 0.0) for q, e in spent.items()}
         decided.append(Decided(choice, _outcome(choice, left_out, named), poor))
-    pruned, most = (msgspec.structs.replace(plan, fidelity=planar(f, plan.levelled)) for f in (fidelity, richest))
+    pruned, most = (msgspec.structs.replace(plan, fidelity=planar(f, plan.machines)) for f in (fidelity, richest))
     unsure = chance(case)
     ways = _steps(case, pruned, left(question, spent, unsure), steps)
     dearer = (STARTING + ways[0].cost.product) / (STARTING + _plain(case, plan, steps)) if ways else 1.0

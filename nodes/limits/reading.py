@@ -1,25 +1,29 @@
-"""How each quantity of the table of limits is read from signals: one function per quantity, one row in `READERS`.
+"""How each quantity of the table of limits is read: by the signal that the limit names, or by one function of its own.
 
-A reading is the quantity at each instant and, where a run kept the exact peak of a tension, the largest with its time.
-An angle of a rope counts only while the rope holds a load: what hangs empty may swing.
+A signal is one row of the kernel's table of quantities, whose formula conditions and interlocks trace; here it is
+evaluated on columns.  A reading is the quantity at each instant and, where a run kept the exact peak of a tension, the
+largest with its time.  An angle of a rope counts only while the rope holds a load: what hangs empty may swing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
+import msgspec
 import numpy as np
-from heavylift.kernel.description.forces import Signal, Wind
-from heavylift.kernel.description.mechanics import Point, System
+from heavylift.kernel.description import forces
+from heavylift.kernel.description.mechanics import Line, System
+from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.model.quantities import names, numbers, points, scalar
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.spellings import BEAM_LOAD
 
+from .named import KINDS, LOADS, signal_of
 from .reeving import drum_end_factor, lead_factor
-from .rope_signals import EMPTY, block_mass, carries, hook_of, place, rope_direction, rope_length, rope_of, tie_of
+from .rope_signals import EMPTY, carries, hooks_of, place, rope_direction, rope_length, rope_of, tie_of
 from .signals import Column, Signals
 
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
@@ -42,62 +46,100 @@ def read(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
     """What the chart of a limit is over, at each instant: a trolley's place on its girder, or a hook's radius [m]."""
-    if limit.over == "radius" and (hook := hook_of(plan, limit.elements[0])) and hook.axis:
-        eye, axis = place(signals, hook.eye), place(signals, hook.axis)
-        return None if eye is None or axis is None else np.hypot(*(eye - axis)[:, :UP].T)
+    hook = hooks_of(plan).get(limit.elements[0])
+    if limit.over == "radius" and hook and hook.axis:
+        return evaluated(plan, Signal("radius", point=hook.eye, origin=hook.axis), signals)
     rope = rope_of(plan, limit.elements[0])
     return _along(plan, signals, rope.lines[0].a.body, ACROSS) if rope else None
 
 
-# loads
+def evaluated(
+    plan: Plan, x: Signal, signals: Signals, lines: tuple[Line, ...] = (), given: Mapping[str, Column] | None = None
+) -> Column | None:
+    """A signal at each instant (n,), in its unit of SI; None if something that it is of is on no record.  `lines`: of
+    its rope, else all of them; `given`: values (n,), else those of the record."""
+    systems = [machine.system for machine in plan.machines]
+    rigid = tuple(rope for s in systems for rope in s.rigid_ropes)
+    system = System(ropes=tuple(rope for s in systems for rope in s.ropes), rigid_ropes=rigid)
+    own = [end for line in lines for end in (line.a, line.b)]
+    columns = given or (signals.lengths if x.quantity == "length" else signals.tensions)
+    if x.quantity == "wind":
+        columns = {x.of: _strongest(_winds(plan, x.of), signals.t)}
+    places = [place(signals, point) for point in own or points(x, system)]
+    values: list[Any] = [columns.get(name) for name in names(x)]
+    if any(x is None for x in (*places, *values)):
+        return None
+    each: list[Any] = [p.T for p in places if p is not None]
+    shares = tuple(line.share for line in lines) or numbers(x, system)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(scalar(x, each, shares, values))
+
+
+# by the signals that limits name
+
+
+def _named(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """The signal of a limit; of its ropes those that are on record, with the exact peak of one, or of all together.
+
+    Of a signal that the scene itself limits all must be on record.
+    """
+    watched = KINDS.get(limit.quantity) in ("load", "tension")
+    if watched:
+        on_record = tuple(name for name in limit.elements if name in signals.tensions)
+        if not on_record:
+            return None
+        limit = msgspec.structs.replace(limit, elements=on_record)
+    x = signal_of(limit, hooks_of(plan), plan.gravity)
+    values = evaluated(plan, x, signals) if x else None
+    if x is None or values is None:
+        return None
+    peak = _peak(limit, signals) if watched else None
+    return Reading(values, (float(scalar(x, (), x.numbers, (peak[0],))), peak[1]) if peak else None)
+
+
+def _peak(limit: Limit, signals: Signals) -> tuple[float, float] | None:
+    """The exact peak of the one rope of a limit, or of what its load cell told of several [N], and when [s]."""
+    alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
+    cell = f"{limit.subject}.main" if limit.quantity in ("crane load", "tandem load") else limit.subject
+    return alone or signals.crossings.get(f"{cell.replace(' ', '.')}.load")
 
 
 def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """What hangs below the hook blocks of some ropes [kg]; by a chart over the radius the block counts, too."""
-    ropes = [name for name in limit.elements if name in signals.tensions]
-    if not ropes:
-        return None
-    dead = sum(block_mass(plan, name) for name in ropes)
-    total = np.sum([signals.tensions[name] for name in ropes], axis=0) / plan.gravity - dead
-    values, least = np.maximum(total, 0.0), -np.inf
-    if limit.over == "radius":  # of an empty hook no chart is asked
-        values, least, dead = np.where(total > EMPTY * dead, total + dead, np.nan), (1.0 + EMPTY) * dead, 0.0
-    exact = None
-    alone = signals.peaks.get(ropes[0]) if len(ropes) == 1 else None
-    if (found := alone or signals.crossings.get(_cell(limit))) and found[0] / plan.gravity > least:
-        peak, when = found
-        exact = peak / plan.gravity - dead, when
-    return Reading(values, exact)
-
-
-def _cell(limit: Limit) -> str:
-    """The load cell that watches over a load in a run."""
-    if limit.quantity in ("crane load", "tandem load"):
-        return f"{limit.subject}.main.load"
-    return f"{limit.subject.replace(' ', '.')}.load"
+    """What hangs below the hook blocks of some ropes [kg]; by a chart over the radius the block counts, too, and of an
+    empty hook no chart is asked."""
+    found = _named(plan, limit, signals)
+    if found is None or limit.over != "radius":
+        return found and Reading(np.maximum(found.values, 0.0), found.exact)
+    dead = sum(hook.block_mass for name, hook in hooks_of(plan).items() if name in limit.elements)
+    exact = found.exact if found.exact and found.exact[0] > EMPTY * dead else None
+    values = np.where(found.values > EMPTY * dead, found.values + dead, np.nan)
+    return Reading(values, (exact[0] + dead, exact[1]) if exact else None)
 
 
 def _lug_load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """What the slings on a lug pull together [kg]; those of beams while they are hooked there."""
-    total = np.zeros(len(signals.t))
+    """What the slings on a lug pull together [kg]; those of loaders while they are hooked there."""
+    pulls = {}
     for name in (name for name in limit.elements if name in signals.tensions):
-        on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), None)
+        on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), False)
         tie = tie_of(plan, name)
         free = tie is None or tie.lower is not None  # that hangs there whenever it carries
-        pull = signals.tensions[name] / plan.gravity
-        total = total + (pull if free else 0.0 if on is None else np.where(on, pull, 0.0))
+        pulls[name] = signals.tensions[name] if free else np.where(on, signals.tensions[name], 0.0)
+    x = Signal("load", ropes=tuple(name for name in limit.elements if name in pulls), numbers=(1.0 / plan.gravity, 0.0))
+    total = evaluated(plan, x, signals, given=pulls) if pulls else np.zeros(len(signals.t))
     alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
-    return Reading(total, (alone[0] / plan.gravity, alone[1]) if alone else None)
+    return total if total is None else Reading(total, (alone[0] / plan.gravity, alone[1]) if alone else None)
 
 
-def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """The tension of one sling, or of several together [N]."""
-    found = [signals.tensions[name] for name in limit.elements if name in signals.tensions]
-    if not found:
+def _off_lead(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """Angle of a hook rope to the vertical, in all or along the rails or across them, while it holds a load [rad]."""
+    rope, x = rope_of(plan, limit.elements[0]), signal_of(limit, hooks_of(plan), plan.gravity)
+    angle = evaluated(plan, x, signals, rope.lines) if rope and x else None
+    if rope is None or angle is None:
         return None
-    alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
-    exact = alone or signals.crossings.get(_cell(limit))
-    return Reading(np.sum(found, axis=0), exact)
+    return Reading(np.where(carries(plan, rope, signals), np.abs(angle), np.nan))
+
+
+# of their own
 
 
 def _pull(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
@@ -128,42 +170,20 @@ def _factor(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     return Reading(values, (breaking / pull.exact[0], pull.exact[1]) if pull.exact else None)
 
 
-# directions
-
-
-def _off_lead(*axes: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
-    def reader(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-        """Angle of a hook rope to the vertical, in all or along the rails or across them, while it holds a load
-        [rad]."""
-        rope = rope_of(plan, limit.elements[0])
-        d = rope_direction(signals, rope) if rope else None
-        if rope is None or d is None:
-            return None
-        aside = np.abs(d[:, axes[0]]) if len(axes) == 1 else np.hypot(*(d[:, axis] for axis in axes))
-        angle = np.arctan2(aside, np.abs(d[:, UP]))
-        return Reading(np.where(carries(plan, rope, signals), angle, np.nan))
-
-    return reader
-
-
 def _bridle(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Angle of a sling to the vertical while it is tight [rad]."""
     tie = tie_of(plan, limit.elements[0])
     if tie is None or tie.rope not in signals.tensions:
         return None
     values = np.full(len(signals.t), np.nan)
-    tight = signals.tensions[tie.rope] > TIGHT * tie.rated
-    upper = place(signals, tie.upper)
-    on = (
-        [(tie.lower, tight)] if tie.lower else [(_lug(plan, x), tight & inside) for x, inside in signals.lugs(tie.rope)]
-    )
-    for lug, inside in on:
-        end = place(signals, lug) if lug else None
-        if upper is None or end is None:
+    tight, lugs = signals.tensions[tie.rope] > TIGHT * tie.rated, lug_places(plan.machines)
+    hung = [(lugs.get(lug), tight & inside) for lug, inside in signals.lugs(tie.rope)]
+    for lower, inside in [(tie.lower, tight)] if tie.lower else hung:
+        line = Line(tie.upper, lower) if lower else None
+        angle = evaluated(plan, Signal("off-lead"), signals, (line,)) if line else None
+        if angle is None:
             return None
-        d = end - upper
-        angle = np.arctan2(np.hypot(d[:, ALONG], d[:, ACROSS]), np.abs(d[:, UP]))
-        values = np.where(inside, angle, values)
+        values = np.where(inside, np.minimum(angle, np.pi - angle), values)
     return Reading(values)
 
 
@@ -178,22 +198,6 @@ def _side(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
             return None
         total = total + signals.tensions[name] * d[:, axis] / rope_length(signals, rope)
     return Reading(np.abs(total))
-
-
-# places
-
-
-def _eye(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """Height of a hook eye [m]."""
-    rope = rope_of(plan, limit.elements[0])
-    eye = place(signals, rope.hook.eye) if rope else None
-    return None if eye is None else Reading(eye[:, UP])
-
-
-def _unwound(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """Unstretched length of a hook rope that is off its drum [m]."""
-    lengths = signals.lengths.get(limit.elements[0])
-    return None if lengths is None else Reading(lengths)
 
 
 def _coordinate(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
@@ -222,7 +226,7 @@ def _along(plan: Plan, signals: Signals, body: str, axis: int) -> Column | None:
 def _wind(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Speed of the strongest wind that the scene tells [m/s]: at each instant, and at the bends of its histories as far
     as a run went; of a path at rest, which knows no time, all that are before the end of the scene."""
-    winds = [f.signal for m in plan.machines for f in m.system.forces if isinstance(f, Wind)]
+    winds = _winds(plan)
     if not winds and not limit.known:
         return None
     ran = signals.dynamic and len(signals.t) > 0
@@ -233,7 +237,13 @@ def _wind(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     return Reading(_strongest(winds, signals.t), (speeds[first].item(), times[first]))
 
 
-def _strongest(winds: list[Signal], t: Column) -> Column:
+def _winds(plan: Plan, name: str = "") -> list[forces.Signal]:
+    """The speeds of all winds, or of that one."""
+    each = (f for m in plan.mechanisms for f in m.system.forces if isinstance(f, forces.Wind))
+    return [f.signal for f in each if name in ("", f.name)]
+
+
+def _strongest(winds: list[forces.Signal], t: Column) -> Column:
     """(n,) the largest speed of any wind [m/s]; at a jump the larger side."""
     speeds = [np.zeros(len(t))]
     for s in winds:
@@ -247,59 +257,22 @@ def _strongest(winds: list[Signal], t: Column) -> Column:
     return np.asarray(np.max(speeds, axis=0))
 
 
-# signals of the one table, by its formulas
-
-
-def _signal(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """A signal at each instant, in its unit of SI; of a rope that is on no record nothing."""
-    x = limit.signal
-    assert x is not None
-    ropes = tuple(rope for machine in plan.machines for rope in machine.system.ropes)
-    places = [place(signals, point) for point in points(x, System(ropes=ropes))]
-    values = [signals.tensions.get(name) for name in names(x)]
-    if x.quantity == "wind":
-        winds = [f.signal for m in plan.machines for f in m.system.forces if f.name == x.of and isinstance(f, Wind)]
-        values = [_strongest(winds, signals.t)]
-    known_places, known = [p for p in places if p is not None], [v for v in values if v is not None]
-    if len(known_places) < len(places) or len(known) < len(values):
-        return None
-    given = numbers(x, System(ropes=ropes))
-    rows = ([p[k].tolist() for p in known_places] for k in range(len(signals.t)))
-    at = zip(rows, *(v.tolist() for v in known), strict=True)
-    return Reading(np.array([float(scalar(x, row, given, list(each))) for row, *each in at]))
-
-
 READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
-    "hook load": _load,
-    "trolley load": _load,
-    "crane load": _load,
-    "tandem load": _load,
-    BEAM_LOAD: _tension,
-    "frame load": _load,
-    "shackle load": _load,
+    **dict.fromkeys(("signal", *KINDS), _named),
+    **dict.fromkeys(LOADS, _load),
     "lug load": _lug_load,
-    "sling tension": _tension,
-    "sling peak": _tension,
-    "rope tension": _tension,
     "rope factor": _factor,
     "rope peak": _pull,
     "drum pull": _pull,
-    "off-lead": _off_lead(ALONG, ACROSS),
-    "off-lead along": _off_lead(ALONG),
-    "off-lead across": _off_lead(ACROSS),
+    "off-lead": _off_lead,
+    "off-lead along": _off_lead,
+    "off-lead across": _off_lead,
     "bridle angle": _bridle,
     "side force": _side,
-    "hook height": _eye,
-    "rope length": _unwound,
     "rails": _coordinate(ALONG),
     "girder": _coordinate(ACROSS),
     "wind": _wind,
-    "signal": _signal,
 }
-
-
-def _lug(plan: Plan, name: str) -> Point | None:
-    return lug_places(plan.machines).get(name)
 
 
 def _near(signals: Signals, values: Column, t: float) -> float:

@@ -25,9 +25,9 @@ class HookRope:
     L0: float
 
 
-def hook_of(plan: Plan, rope: str) -> Hoist | None:
-    """The hook that a rope holds."""
-    return next((hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope), None)
+def hooks_of(plan: Plan) -> dict[str, Hoist]:
+    """The hooks by the ropes that hold them."""
+    return {hook.rope: hook for machine in plan.machines for hook in machine.hooks}
 
 
 def rope_of(plan: Plan, name: str) -> HookRope | None:
@@ -43,12 +43,6 @@ def rope_of(plan: Plan, name: str) -> HookRope | None:
 def tie_of(plan: Plan, name: str) -> Tie | None:
     """The sling of this name."""
     return next((tie for machine in plan.machines for tie in machine.ties if tie.rope == name), None)
-
-
-def block_mass(plan: Plan, rope: str) -> float:
-    """Mass of the hook block on a rope [kg]."""
-    hook = hook_of(plan, rope)
-    return hook.block_mass if hook else 0.0
 
 
 def rope_length(signals: Signals, rope: HookRope) -> Column:

@@ -6,7 +6,12 @@ ISO 4308-1 is withdrawn, ISO 16625 follows it; its factors are those that ropes 
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import prod
+from typing import Literal
+
+from heavylift.nodes.plan.limit import Limit, Quantity
 
 ISO_4308 = "ISO 4308-1 (withdrawn for ISO 16625), Zp of running ropes"
 ND_0027 = "0027/ND rev 11.2"
@@ -65,3 +70,35 @@ def partial_factor(**given: float) -> float:
     each = RIGGING | given
     reduced = each["termination"] * each["wear"] * each["twist"]
     return max(each["load"] * each["consequence"] * each["material"] * reduced, LEAST * reduced)
+
+
+@dataclass(frozen=True)
+class Strength:
+    """Of a thing, the quantity that may reach its breaking force over `factor`, by a source; a scene may give another
+    factor under the key `own`."""
+
+    of: Literal["sling", "hoist rope"]
+    quantity: Quantity
+    factor: float
+    source: str
+    own: str = ""
+
+
+STRENGTHS = (  # a limit by another standard is one row
+    Strength("sling", "sling tension", 5.0, SLINGS, "factor"),
+    Strength("sling", "sling peak", partial_factor(), f"{ND_0027}, 7.3.1, hand splice; {SUCCESSOR}", "partial_factor"),
+    Strength("hoist rope", "rope peak", prod(RUNNING.values()), RUNNING_SOURCE, "rope_partial_factor"),
+)
+
+
+def strength_limits(
+    of: str, name: str, breaking: float, where: str, given: Mapping[str, float | None], note: str = ""
+) -> Iterator[Limit]:
+    """What a sling or hoist rope may carry by each standard; `breaking` [N], `given`: factors of the scene, by key."""
+    for row in (row for row in STRENGTHS if row.of == of):
+        own = given.get(row.own)
+        factor = own or row.factor
+        yield Limit(
+            subject=name, quantity=row.quantity, unit="N", value=breaking / factor, factor=factor, breaking=breaking,
+            elements=(name,), source="the scene" if own else row.source, note=note, where=where,
+        )  # fmt: skip

@@ -24,7 +24,7 @@ from heavylift.nodes.models.parts.parts import LiveActor, Machine, declared, sha
 from heavylift.nodes.plan.actions import Begin
 from heavylift.nodes.plan.plan import ActionList, Mechanism, Plan
 
-from .levels import modelled
+from .levels.listing import as_modelled
 from .machine import MachineModel
 from .own import OwnModel, aim_port, sample_port
 
@@ -229,12 +229,6 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
     for interlock in (interlock for interlock in plan.interlocks if interlock.machine == name):
         fit(model, interlock)
     return model
-
-
-def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
-    """A machine as far as it is modelled."""
-    lift = next((each for each in plan.lists if machine.name in each.machines), plan)
-    return modelled(machine, lift.fidelity) if machine.levels else machine
 
 
 def system(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> System:

@@ -34,7 +34,7 @@ class MachineModel(Machine):
         self.ropes = {rope.name: rope for rope in self.system.all_ropes}
         names, own = (x.name for group in GROUPS for x in getattr(self.system, group)), f"{self.name}."
         self.common = own if all(name.startswith(own) for name in names) else ""
-        self.pieces = {piece for a in mechanism.actuators for piece in a.pieces if piece != a.name}
+        self.inner = {piece for rope, parts in mechanism.pieces.items() for piece in parts if piece != rope}
         for joint in self.system.joints:
             actors = self._joint_actors(joint.name) or [Law("free")]
             self.take(JointCoupled(f"{self._name(joint.name)}-joint", joint, *actors))
@@ -114,9 +114,9 @@ class MachineModel(Machine):
     def _body_actors(self, body: str) -> list[Actor]:
         system, actors = self.system, list[Actor]()
         for rope in (r for r in system.all_ropes if self._holds(r) == body):
-            if rope.name in self.pieces:
+            if rope.name in self.inner:
                 continue
-            parts = self.actuators[rope.name].pieces if rope.name in self.actuators else {}
+            parts = self.mechanism.pieces.get(rope.name, {})
             actors.append(self._rope(rope, tuple(r for r in system.all_ropes if r is rope or r.name in parts)))
         for hook in (h for h in self.mechanism.hooks if h.capacity and self._holds(self.ropes[h.rope]) == body):
             rated = (hook.capacity + hook.block_mass) * system.gravity
@@ -155,12 +155,12 @@ class MachineModel(Machine):
             laws, switch = replace(laws, thresholds=(guard,)), (guard, at.highest)
         return WinchActor(
             self._name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper, switch=switch,
-            pieces=at.pieces, emergency=at.emergency,
+            pieces=self.mechanism.pieces.get(rope.name), emergency=at.emergency,
         )  # fmt: skip
 
     def _holds(self, rope: Rope | RigidRope | Reeving) -> str:
         """The body whose actor a rope is, with all its pieces: that which the first of them leaves."""
-        first = next(iter(self.actuators[rope.name].pieces), "") if rope.name in self.actuators else ""
+        first = next(iter(self.mechanism.pieces.get(rope.name, {})), "")
         return _body(self.ropes.get(first, rope))
 
     def _drive(self, name: str, element: str, laws: System) -> DriveActor:

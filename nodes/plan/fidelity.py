@@ -18,27 +18,28 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
 import msgspec
-from heavylift.kernel.description.mechanics import Joint
+from heavylift.kernel.description.mechanics import Joint, Vector
 
 from .actions import Item
 
 ACROSS, ALONG = "across", "along"
-PLANAR = {ACROSS: ("gantries", "hinges"), ALONG: ("trolleys",)}  # motion -> joints that it locks
+NORMAL: dict[str, Vector] = {ACROSS: (1.0, 0.0, 0.0), ALONG: (0.0, 1.0, 0.0)}  # motion -> the normal of its plane
 GROUPS = ("hinges", "gantries", "trolleys")  # what turns about y, slides along x, slides along y
 Asked = Literal["rope tension", "swing", "position", "lift-off time"]
 ASKABLE: tuple[Asked, ...] = get_args(Asked)
 USUAL = 1e-2  # accuracy of what is asked without one
+ASKEW = 1e-9  # of an axis' part that is beside its direction
 SHORTEST = 0.5  # [s] so long counts a stage in which the block comes off sooner, or at once
 
 
 class Fidelity(Item, frozen=True, kw_only=True):
-    """What of the machines is modelled; the fields are the keys of `fidelity:` in a scene."""
+    """What of the machines is modelled, each by a pass; the fields are the keys of `fidelity:` in a scene."""
 
     ropes: Literal["rigid", "elastic", "massive"] = "elastic"  # massive: chains of lumps
-    lumps: Annotated[int, msgspec.Meta(ge=2, le=64)] = 4  # of a massive rope
+    lumps: Annotated[int, msgspec.Meta(ge=1, le=64)] = 4  # of a massive rope
     rope_mass: Literal["none", "lumped"] = "none"  # of rigid and elastic ropes; lumped: onto trolley and hook
     slings: Literal["rigid", "elastic"] = "elastic"
-    girder: Literal["rigid", "elastic"] = "rigid"  # elastic: with its first vertical mode
+    girder: Literal["rigid", "elastic"] = "rigid"  # elastic: girders and booms bend
     motion: Literal["spatial", "across", "along"] = "spatial"  # planar across the rails (y, z) or along them (x, z)
     pads: Literal["all", "standing"] = "all"  # of the block; standing: only those of the face that it stands on
     locked: tuple[str, ...] = ()  # joints that are fixed where they start, or all `hinges`, `gantries`, `trolleys`
@@ -53,12 +54,21 @@ def group_of(joint: Joint) -> str:
     return along.get(joint.axis, "") if joint.kind == "prismatic" else ""
 
 
+def leaves(joint: Joint, axis: Vector, motion: str) -> bool:
+    """Whether a joint whose axis is that in the world takes its child out of the plane of a motion."""
+    along = abs(sum(a * n for a, n in zip(axis, NORMAL[motion], strict=True))) if motion in NORMAL else 1.0
+    if motion not in NORMAL or joint.kind not in ("prismatic", "revolute"):
+        return False
+    return along > ASKEW if joint.kind == "prismatic" else along < 1.0 - ASKEW
+
+
 def held_by(fidelity: Fidelity, joint: Joint) -> str:
     """Why a locked joint cannot move, and what to name under `fidelity:` for it to move."""
     group, name = group_of(joint), joint.name
-    if group in PLANAR.get(fidelity.motion, ()):
+    if leaves(joint, joint.axis, fidelity.motion):
         return f"{name} cannot move, 'motion: {fidelity.motion}' of 'fidelity' holds it: name 'motion: spatial' there"
-    return f"{name} cannot move, 'locked' of 'fidelity' holds it: name there a list without it and without '{group}'"
+    without = f" and without '{group}'" if group else ""
+    return f"{name} cannot move, 'locked' of 'fidelity' holds it: name there a list without it{without}"
 
 
 @dataclass(frozen=True)

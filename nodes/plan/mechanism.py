@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import msgspec
+from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import WORLD, Point, System, Vector
 
 from .actions import Item
@@ -14,8 +15,8 @@ class Actuator(Item, frozen=True, kw_only=True):
     """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless); `pulses`: of a
     ramp without swing; `verb`: by which orders to its machine find it; `speed`: the highest that they may give it.
 
-    `highest`: height of the hook where the winch stops; `emergency`: the deceleration of what is stopped; `pieces`: of
-    a rope with lumps, with their parts of its length; `held`: why it cannot move, where its joint is not modelled.
+    `highest`: height of the hook where the winch stops; `emergency`: the deceleration of what is stopped; `held`: why
+    it cannot move, where its joint is not modelled.
     """
 
     name: str
@@ -28,7 +29,6 @@ class Actuator(Item, frozen=True, kw_only=True):
     speed: float | None = None
     highest: float | None = None
     emergency: float | None = None
-    pieces: dict[str, float] = msgspec.field(default_factory=dict)
     held: str = ""
 
 
@@ -37,10 +37,10 @@ class Hoist(Item, frozen=True, kw_only=True):
 
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
     [kg]), `axis`: from where its radius is measured.
-    `on`: the body that its rope leaves; `line`: mass of all falls [kg/m]; `ends`: where the rope begins and where its
-    eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg]; `falls` and `drum_ends`
-    of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given; `rated`: the tension that
-    counts as 100 % of its use [N].
+    `on`: the body that its rope leaves; `line`: mass of all falls, as limits count it [kg/m]; `ends`: where the rope
+    begins and where its eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg];
+    `falls` and `drum_ends` of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given;
+    `rated`: the tension that counts as 100 % of its use [N].
     """
 
     rope: str
@@ -64,7 +64,8 @@ class Tie(Item, frozen=True, kw_only=True):
     """A rope that is hooked and taken off; `lug` is where it hangs at the start: its name on what is lifted, or "".
 
     `lower`: its end there, if it can be hooked nowhere else; `rated`: what counts as 100 % of its use [N]; `rigging`:
-    the name by which several are ordered together.
+    the name by which several are ordered together; `spans`: its length under what it carries at the start, where that
+    is not its own [m].
     """
 
     rope: str
@@ -73,6 +74,7 @@ class Tie(Item, frozen=True, kw_only=True):
     lower: Point | None = None
     rated: float = 0.0
     rigging: str = ""
+    spans: float = 0.0
 
 
 class Cell(Item, frozen=True, kw_only=True):
@@ -122,6 +124,46 @@ class Girder(Item, frozen=True, kw_only=True):
     damping: float
 
 
+class Heavy(Item, frozen=True, kw_only=True):
+    """A rope that has a mass where a level models it: `line` of all its falls, which are the first of its lines [kg/m].
+
+    At the start, in the world: `ends`, the middles of the falls above and below, `beside`, where each is from there,
+    `lead`, what of the rope's length is in its other lines [m], and `below`, what hangs on it [kg]; `on`: the body that
+    it leaves; `why` it can have no mass, or "".
+    """
+
+    rope: str
+    line: float
+    beside: tuple[Vector, ...] = ()
+    ends: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    lead: float = 0.0
+    below: float = 0.0
+    on: str = ""
+    why: str = ""
+
+
+class Load(Item, frozen=True, kw_only=True):
+    """A force on a beam at the start, in its body's frame [N]: at a station x, with its point [m]; `rope`: whose it is,
+    by a line with that `share`, "": a weight."""
+
+    x: float
+    p: Vector
+    force: Vector
+    rope: str = ""
+    share: float = 0.0
+
+
+class Bend(Item, frozen=True, kw_only=True):
+    """A body that bends where a level models it: what of its mass does [kg]; gravity in its frame [m/s2] and the forces
+    on it at the start."""
+
+    body: str
+    mass: float
+    flexible: Flexible
+    gravity: Vector = (0.0, 0.0, 0.0)
+    loads: tuple[Load, ...] = ()
+
+
 class Shape(Item, frozen=True, kw_only=True):
     """The box as which a body is drawn and collides: middle and edges in its frame [m]; `thing`: what planners call it,
     if it is not the body's name, and which `part` of that it is."""
@@ -150,8 +192,8 @@ class Mechanism(Item, frozen=True, kw_only=True):
     """A machine or a researcher's own system, written as bodies, joints and laws; it becomes one coupled model.
 
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
-    supports that carry at the start.  Its parts may name bodies and joints of other machines.  `levels`: it is modelled
-    as far as the fidelity says, not as it is written.
+    supports that carry at the start.  `pieces`: of ropes with lumps, with their parts of the falls.  Its parts may name
+    bodies and joints of other machines.  `levels`: where its moves lead is known before, and judged; it begins at rest.
     """
 
     name: str
@@ -166,6 +208,9 @@ class Mechanism(Item, frozen=True, kw_only=True):
     latches: tuple[Latch, ...] = ()
     cargo: tuple[Cargo, ...] = ()
     girders: tuple[Girder, ...] = ()
+    heavy: tuple[Heavy, ...] = ()
+    bends: tuple[Bend, ...] = ()
+    pieces: dict[str, dict[str, float]] = msgspec.field(default_factory=dict)
     levels: bool = False
 
     @property

@@ -21,10 +21,11 @@ from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.level_luffing import measuring
-from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
+from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_locked, check_parts
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
+from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.nodes import placement_faults
@@ -100,12 +101,15 @@ def _built(
     mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
     mechanisms = measuring(yard, mechanisms)
+    everything = (*yard.machines, *mechanisms)
+    check_locked(yard, everything)
+    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, everything))
     yard.interlocks = build_interlocks(yard, mechanisms)
     loaded = LoadedScene(
         msgspec.structs.replace(
             lift,
             **_common(scene),
-            machines=(*yard.machines, *mechanisms),
+            machines=everything,
             models=build_models(yard, mechanisms),
             interlocks=yard.interlocks,
             limits=build_limits(yard, mechanisms),
@@ -138,7 +142,7 @@ def _built(
         if bent:
             rests = replace(rests, plan=settled(rests.plan))
         loaded = rests
-    return _pruned(loaded)
+    return _pruned(replace(loaded, plan=weighed(loaded.plan)))
 
 
 def _side_by_side(

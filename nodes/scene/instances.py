@@ -18,7 +18,7 @@ from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, Begun, Wait
-from heavylift.nodes.plan.mechanism import Cargo, Hoist, Mechanism, Shape
+from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape
 from heavylift.nodes.plan.own import Own
 from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
 from heavylift.nodes.scene.construction.resolve import build_actions
@@ -220,7 +220,7 @@ def moved(x: Any, prefix: str, d: Vector) -> Any:
     changed = {name: value if name in words else _changed(name, value, prefix, d) for name, value in fields}
     if isinstance(x, Point | Ball | Box | Plane) and x.body == WORLD:
         changed["p"] = _sum(x.p, d)
-    if isinstance(x, Hoist) and x.ends:
+    if isinstance(x, Heavy | Hoist) and x.ends:
         changed["ends"] = tuple(_sum(p, d) for p in x.ends)
     if isinstance(x, Shape) and x.thing:
         *kind, thing = x.thing.split(" ")

@@ -122,7 +122,7 @@ class LoadedScene:
         built = self._as_written.plan
         if self._as_written.followed is None or built.models:
             return built
-        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.levelled))
+        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.machines))
         if verdict.steps:
             steps = verdict.steps[0]
             built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance)

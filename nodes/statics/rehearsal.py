@@ -23,7 +23,6 @@ from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, seconds, succ
 from heavylift.nodes.models import COMMANDER, KERNEL, CommanderModel, build, couplings, subscriptions, system
 from heavylift.nodes.models.commander.actuator_registry import TURN, first_lugs
 from heavylift.nodes.models.parts import messages as m
-from heavylift.nodes.models.parts.inputs import obey
 from heavylift.nodes.plan.plan import Plan
 
 from .state import REEVING, Acted, Pose, StaticState, reeved
@@ -161,7 +160,7 @@ class Rehearsal:
 
     def _obey(self, value: m.KernelInput) -> None:
         """Give an input to the path."""
-        obey(self.path.command, value)
+        value.apply(self.path.command)
         if isinstance(value, m.SetProfile) and value.actuator == TURN:
             self._turned = self._waypoints()
 

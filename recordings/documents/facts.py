@@ -15,7 +15,6 @@ import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format import machines
-from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import REEVING, reeved
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
@@ -91,36 +90,38 @@ class Facts:
     portals: list[Borne]
 
 
-@guarded
 def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
     """The tables of a recording; whatever it has no samples of stays empty.  `verdict`: else the recorded one."""
-    if "model" in rec.run:
-        raise RecordingError(f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` tells its results")
-    plan = _plan(rec)
-    borne = loads_of(rec, plan)  # the first, for its pass through the file reads tensions, too
-    tension = _tensions(rec)
-    rated: dict[str, float] = rec.fact("rated", {})
-    spans = _stages(rec, tension.t[-1] if len(tension.t) else 0.0)
-    given = machines.cranes(plan)
-    hooks = {c.name: [tension.names.index(h.rope) for h in c.hooks if h.rope in tension.names] for c in given}
-    loads = {crane: tension.values[:, columns].sum(axis=1) for crane, columns in hooks.items() if columns}
-    ropes = []
-    for name, peak in recorded_peaks(rec).items():
-        stage = next((s for s, a, b in spans if a <= peak.time <= b), "")
-        ropes.append(RopeUse(name, peak.tension, peak.time, stage, rated.get(name)))
-    gravity = float(plan.get("gravity", 9.80665))
-    able = [crane for crane in given if crane.name in loads and len(tension.t) and crane.capacity]
-    cranes = [_largest(x.name, tension.t, loads[x.name], gravity, x.hooks, x.capacity) for x in able]
-    if len(cranes) > 1:
-        every, total = [h for c in able for h in c.hooks], np.sum([loads[c.name] for c in cranes], axis=0)
-        cranes.append(_largest("all together", tension.t, total, gravity, every, sum(c.capacity for c in cranes)))
-    dead = {c.name: sum(hook.dead for hook in c.hooks) * gravity for c in given}
-    stages = [_of_block(_stage(span, tension, rated, loads, dead), borne) for span in spans]
-    found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
-    tables = stages, ropes, cranes, found, _hook_uses(plan, tension, gravity)
-    lifted = machines.block(plan).get("mass") or max((c.load for c in cranes), default=0.0)
-    told = scene_table(rec, plan), float(lifted), rec.notes(), block_table(plan)
-    return Facts(*tables, *told, borne.slings, borne.lugs, borne.stools, borne.portals)
+    with rec.reading():
+        if "model" in rec.run:
+            raise RecordingError(
+                f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` tells its results"
+            )
+        plan = _plan(rec)
+        borne = loads_of(rec, plan)  # the first, for its pass through the file reads tensions, too
+        tension = _tensions(rec)
+        rated: dict[str, float] = rec.fact("rated", {})
+        spans = _stages(rec, tension.t[-1] if len(tension.t) else 0.0)
+        given = machines.cranes(plan)
+        hooks = {c.name: [tension.names.index(h.rope) for h in c.hooks if h.rope in tension.names] for c in given}
+        loads = {crane: tension.values[:, columns].sum(axis=1) for crane, columns in hooks.items() if columns}
+        ropes = []
+        for name, peak in recorded_peaks(rec).items():
+            stage = next((s for s, a, b in spans if a <= peak.time <= b), "")
+            ropes.append(RopeUse(name, peak.tension, peak.time, stage, rated.get(name)))
+        gravity = float(plan.get("gravity", 9.80665))
+        able = [crane for crane in given if crane.name in loads and len(tension.t) and crane.capacity]
+        cranes = [_largest(x.name, tension.t, loads[x.name], gravity, x.hooks, x.capacity) for x in able]
+        if len(cranes) > 1:
+            every, total = [h for c in able for h in c.hooks], np.sum([loads[c.name] for c in cranes], axis=0)
+            cranes.append(_largest("all together", tension.t, total, gravity, every, sum(c.capacity for c in cranes)))
+        dead = {c.name: sum(hook.dead for hook in c.hooks) * gravity for c in given}
+        stages = [_of_block(_stage(span, tension, rated, loads, dead), borne) for span in spans]
+        found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
+        tables = stages, ropes, cranes, found, _hook_uses(plan, tension, gravity)
+        lifted = machines.block(plan).get("mass") or max((c.load for c in cranes), default=0.0)
+        told = scene_table(rec, plan), float(lifted), rec.notes(), block_table(plan)
+        return Facts(*tables, *told, borne.slings, borne.lugs, borne.stools, borne.portals)
 
 
 def _tensions(rec: Recording) -> Signal:

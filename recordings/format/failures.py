@@ -5,21 +5,14 @@ from __future__ import annotations
 import errno
 import struct
 import sys
-from collections.abc import Callable
-from contextlib import AbstractContextManager
-from functools import wraps
 from traceback import walk_tb
 from types import ModuleType
-from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 import msgspec
 import zstandard
 from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from mcap.exceptions import McapError
 
-P = ParamSpec("P")
-R = TypeVar("R")
-S = TypeVar("S", bound="Read")
 BROKEN = (
     McapError,
     struct.error,
@@ -62,20 +55,3 @@ def refused(error: BaseException) -> str:
     if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL, errno.EOVERFLOW):
         return f"{error.strerror}; look after the disk and try again"
     return ""
-
-
-class Read(Protocol):
-    """What is read of such a file."""
-
-    def reading(self) -> AbstractContextManager[None]: ...
-
-
-def guarded(tell: Callable[Concatenate[S, P], R]) -> Callable[Concatenate[S, P], R]:
-    """Makes of a function of a recording one that ends in a sentence where facts in the file are not what they are."""
-
-    @wraps(tell)
-    def told(rec: S, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        with rec.reading():
-            return tell(rec, *args, **kwargs)
-
-    return told

@@ -8,23 +8,18 @@ such an event has no digest that can be computed again.
 from __future__ import annotations
 
 from base64 import b64decode
-from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager
-from typing import Any, Protocol
+from collections.abc import Mapping
+from typing import Any
 
 import msgspec
 import numpy as np
 from heavylift.recordings.format.digest import Digest
-from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import SAMPLER, Field, SampleChannel, SampleLayout
 from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
 from heavylift.recordings.format.template import Template
 from heavylift.recordings.format.viewer_messages import Log, frames_template
 from heavylift.recordings.write.rows import Peak, note_peaks
 from numpy.typing import NDArray
-
-from .chunks import Raw
-from .container import Topic
 
 Floats = NDArray[np.float64]
 READ = ("/samples", "/poses", "/log")  # topics that are taken, beside those of events
@@ -108,30 +103,6 @@ class Contents:
         if not lift.name and times and lift.layout is not None:
             note_peaks(self.peaks, lift.layout, times, numbers)
         lift.count += len(times)
-
-
-class Messages(Protocol):
-    """What is read of a recording (`reader.Recording`)."""
-
-    topics: dict[str, Topic]
-    contents: Contents | None
-
-    def stream(self, *topics: str) -> Iterator[tuple[str, Raw]]: ...
-    def reading(self) -> AbstractContextManager[None]: ...
-
-
-@guarded
-def contents(rec: Messages) -> Contents:
-    """Those of a whole recording, in one pass through the file, the first time."""
-    if rec.contents is not None:
-        return rec.contents
-    found = rec.contents = Contents()
-    wanted = [x.name for x in rec.topics.values() if "port" in x.metadata or x.name.startswith(READ)]
-    for name, raw in rec.stream(*wanted):
-        topic = rec.topics[name]
-        found.take(name, topic.metadata, topic.form, raw.publish_time, raw.data)
-    found.end()
-    return found
 
 
 class _Lift:

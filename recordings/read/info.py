@@ -12,9 +12,8 @@ from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration, table
 
-from .contents import contents
 from .reader import Recording
-from .verdict import AGAIN, Judged, as_recorded, complaints, opened, recorded_peaks, recorded_verdict
+from .verdict import AGAIN, Judged, as_recorded, complaints, contents, opened, recorded_peaks, recorded_verdict
 
 
 def info(path: str | Path | Recording, verdict: Judged | None = None) -> str:

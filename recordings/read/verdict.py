@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 from heavylift.recordings.write.rows import Peak
 
-from .contents import contents
+from .contents import READ, Contents
 from .reader import Recording
 
 AGAIN = "`heavylift replay --verify` computes all of it again"
@@ -91,6 +91,20 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
     rows: tuple[tuple[str, ...], ...] = ()
     told: tuple[str, ...] = ()
     dynamic: tuple[float, str] | None = None
+
+
+def contents(rec: Recording) -> Contents:
+    """Those of a whole recording, in one pass through the file, the first time."""
+    with rec.reading():
+        if rec.contents is not None:
+            return rec.contents
+        found = rec.contents = Contents()
+        wanted = [x.name for x in rec.topics.values() if "port" in x.metadata or x.name.startswith(READ)]
+        for name, raw in rec.stream(*wanted):
+            topic = rec.topics[name]
+            found.take(name, topic.metadata, topic.form, raw.publish_time, raw.data)
+        found.end()
+        return found
 
 
 def recorded_verdict(rec: Recording) -> Judged | None:

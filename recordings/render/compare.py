@@ -16,10 +16,9 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import unit_of
 from heavylift.recordings.format.text import table
-from heavylift.recordings.read.contents import contents
 from heavylift.recordings.read.export import matching
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import complaints
+from heavylift.recordings.read.verdict import complaints, contents
 from numpy.typing import NDArray
 
 from .apart import ROWED, attachments, channels, circumstances, event, facts, notes, rows

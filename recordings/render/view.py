@@ -13,7 +13,6 @@ import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError, path_text
 from heavylift.recordings.format import machines
-from heavylift.recordings.format.failures import guarded
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.format.viewer_messages import Box
@@ -55,52 +54,54 @@ def page(run: dict[str, object]) -> str:
     return bundled("page", run, "; img-src data: blob:; connect-src 'self'")
 
 
-@guarded
 def content(rec: Recording, verdict: Judged | None = None, beside: Recording | None = None) -> dict[str, object]:
     """All that the page shows of a recording, and of another one `beside` it."""
-    verdict = verdict or recorded_verdict(rec)
-    layout, names = layout_of(rec), rec.signals()
-    columns = shown(layout)
-    loads = _loads(rec, columns)
-    width = max(1, len(columns.columns)) * (1 if beside is None else 2)
-    kept = thinned([loads], FINE // width)
-    signals = rec.picked(names, kept)
-    t, rows = signals[names[0]].t, np.hstack([s.values for s in signals.values()])[:, columns.columns]
-    head, boxes = columns.head(), rec.boxes()
-    if beside is not None:
-        with beside.reading():
-            other = _ghost(beside, columns, t)
-        rows, boxes = np.hstack([other.poses, rows, other.values]), [*boxes, *other.boxes]
-        more_signals = [*columns.signals, *other.signals]
-        head = Shown([*other.bodies, *columns.bodies], more_signals, columns.columns).head()
-        head["beside"] = beside.path.name
-    seen = thinned([loads[kept]], COARSE // width)
-    fine = {"detail": {"t": deflated(t), "x": deflated(rows.T.astype("<f4"))}} if len(seen) < len(kept) else {}
-    rated = rec.fact("rated", {})
-    stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
-    events, told = _events(rec)
-    told += [("beside", f"{beside.path.name}, as glass and dashed curves")] if beside is not None else []
-    more = [("as recorded", f"verdict, digest and peaks; {AGAIN}")] if rec.result else []
-    more += [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
-    more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
-    more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
-    made = [("recording", path_text(rec.path.name)), ("made by", rec.library)]
-    return {
-        "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
-        "status": _status(rec, verdict),
-        "facts": facts_shown(rec.run, [*_judged(verdict), *more, *told, *made]),
-        **head,
-        "rows": {"t": packed(t[seen], "<f8"), "x": packed(rows[seen])},
-        **fine,
-        "block": _block(rec),
-        "boxes": boxes,
-        "rig": [{"t": rig.t_ns * 1e-9, "lines": rig.lines} for rig in rec.rigs()],
-        "rated": rated,
-        "supports": [s for s in rec.fact("supports", []) if not s.get("on")],  # what moves is drawn as it is
-        "stages": [{"t": t, "name": name} for t, name in stages if name],
-        "events": events,
-        "peaks": [{"name": name, **x._asdict(), "rated": rated.get(name)} for name, x in recorded_peaks(rec).items()],
-    }
+    with rec.reading():
+        verdict = verdict or recorded_verdict(rec)
+        layout, names = layout_of(rec), rec.signals()
+        columns = shown(layout)
+        loads = _loads(rec, columns)
+        width = max(1, len(columns.columns)) * (1 if beside is None else 2)
+        kept = thinned([loads], FINE // width)
+        signals = rec.picked(names, kept)
+        t, rows = signals[names[0]].t, np.hstack([s.values for s in signals.values()])[:, columns.columns]
+        head, boxes = columns.head(), rec.boxes()
+        if beside is not None:
+            with beside.reading():
+                other = _ghost(beside, columns, t)
+            rows, boxes = np.hstack([other.poses, rows, other.values]), [*boxes, *other.boxes]
+            more_signals = [*columns.signals, *other.signals]
+            head = Shown([*other.bodies, *columns.bodies], more_signals, columns.columns).head()
+            head["beside"] = beside.path.name
+        seen = thinned([loads[kept]], COARSE // width)
+        fine = {"detail": {"t": deflated(t), "x": deflated(rows.T.astype("<f4"))}} if len(seen) < len(kept) else {}
+        rated = rec.fact("rated", {})
+        stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
+        events, told = _events(rec)
+        told += [("beside", f"{beside.path.name}, as glass and dashed curves")] if beside is not None else []
+        more = [("as recorded", f"verdict, digest and peaks; {AGAIN}")] if rec.result else []
+        more += [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
+        more += [(fact, line) for fact in ("measured", "certified") for line in rec.told(fact)]
+        more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
+        made = [("recording", path_text(rec.path.name)), ("made by", rec.library)]
+        return {
+            "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
+            "status": _status(rec, verdict),
+            "facts": facts_shown(rec.run, [*_judged(verdict), *more, *told, *made]),
+            **head,
+            "rows": {"t": packed(t[seen], "<f8"), "x": packed(rows[seen])},
+            **fine,
+            "block": _block(rec),
+            "boxes": boxes,
+            "rig": [{"t": rig.t_ns * 1e-9, "lines": rig.lines} for rig in rec.rigs()],
+            "rated": rated,
+            "supports": [s for s in rec.fact("supports", []) if not s.get("on")],  # what moves is drawn as it is
+            "stages": [{"t": t, "name": name} for t, name in stages if name],
+            "events": events,
+            "peaks": [
+                {"name": name, **x._asdict(), "rated": rated.get(name)} for name, x in recorded_peaks(rec).items()
+            ],
+        }
 
 
 def _loads(rec: Recording, columns: Shown) -> Floats:
@@ -122,11 +123,11 @@ def _block(rec: Recording) -> dict[str, object] | None:
     }
 
 
-@guarded
 def sample_rows(rec: Recording) -> tuple[SampleLayout, Floats, Floats]:
     """All signals side by side at their instants, with their layout."""
-    layout, parts = layout_of(rec), [(times, np.hstack(values)) for times, values in rec.blocks(rec.signals())]
-    return layout, np.concatenate([times for times, _ in parts]) / 1e9, np.vstack([rows for _, rows in parts])
+    with rec.reading():
+        layout, parts = layout_of(rec), [(times, np.hstack(values)) for times, values in rec.blocks(rec.signals())]
+        return layout, np.concatenate([times for times, _ in parts]) / 1e9, np.vstack([rows for _, rows in parts])
 
 
 def layout_of(rec: Recording) -> SampleLayout:

@@ -61,7 +61,7 @@ def scene_run(scene: LoadedScene, apart: bool) -> Made:
 def work(s: Simulation | Islands) -> float:
     """Operations of all attempted steps."""
     parts = s.parts if isinstance(s, Islands) else [s]
-    return sum((p["accepted"] + p["rejected"]) * p.native.operations for p in parts)
+    return sum((p["accepted"] + p["rejected"]) * p.native.method.f_rate.operations for p in parts)
 
 
 def two_lifts(apart: bool) -> Made:

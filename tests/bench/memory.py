@@ -18,7 +18,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.run import Watch, conversation, run
 from heavylift.kernel import Stopped
 from heavylift.nodes.scene import bundled, parse

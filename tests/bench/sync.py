@@ -34,7 +34,7 @@ from functools import partial
 from statistics import median
 from typing import ClassVar
 
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.live import running
 from heavylift.coordinator.protocol import Done, OpenCoordinator
 from heavylift.coordinator.run import conversation

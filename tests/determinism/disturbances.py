@@ -136,7 +136,7 @@ def _scene(case: Case, folder: Path) -> str:
 
 
 def _model(case: Case) -> str:
-    from heavylift.coordinator import run_models
+    from heavylift import run_models
     from heavylift.coordinator.participants import built
 
     reference, until = case.what.split(" ")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -140,7 +140,7 @@ def resume(folder: Path) -> Any:
         left = out.with_name("left.mcap.part")
         left.write_bytes(whole[: whole.index(b"\x06\0\0\0result")])
         if journal:
-            with Journal(out.with_name("left.mcap.commands")) as kept:
+            with closing(Journal(out.with_name("left.mcap.commands"))) as kept:
                 kept.append(journal)
         try:
             Beginning.of(left)

@@ -22,7 +22,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 

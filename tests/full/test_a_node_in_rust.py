@@ -11,7 +11,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.nodes.devs import ms
 
 CRATE = Path(__file__).parents[1] / "coordinator/external/rust"

@@ -18,7 +18,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 
 ROOT = Path(__file__).parents[2]
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.M | re.S)

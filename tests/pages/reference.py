@@ -22,7 +22,7 @@ MODULES = (  # and perhaps which names of each
     "heavylift.nodes.scene",
     "heavylift.nodes.limits",
     "heavylift.coordinator.run",
-    "heavylift.coordinator",
+    "heavylift.coordinator.run.models: ModelRun",
     "heavylift.coordinator.sweeps.study: Study",
     "heavylift.coordinator.live",
     "heavylift.recordings",

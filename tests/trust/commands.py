@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 
 Command = Callable[..., tuple[int, str]]
 

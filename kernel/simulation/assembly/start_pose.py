@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.constraints.loop_closures import closed_coordinates, near
+from heavylift.kernel.constraints.loop_closures import closed_coordinates, closed_rates, near
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Joint
 from heavylift.kernel.errors import KernelError
@@ -24,7 +24,6 @@ from heavylift.kernel.model.reactions.jacobian import RANK, Group, Pose, pose_of
 
 if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
-    from heavylift.kernel.multibody.graph import Link
 
 SHUT = 1e-11  # scaled residual of a closed pose
 NEVER_SHORTER = 1e-3  # part of a step below which it is given up
@@ -159,38 +158,39 @@ def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray
 
 
 def told_changes(program: Program, before: np.ndarray, after: np.ndarray, P: np.ndarray) -> list[str]:
-    """What of asked coordinates and speeds was changed beyond the rounding of their digits, one sentence for each."""
+    """What of asked coordinates and speeds was changed beyond the rounding of their digits, one sentence for each.
+
+    Those of a joint that closes a loop follow from all others.
+    """
     links, nq = program.graph.links, program.nq
     names = ", ".join(dict.fromkeys(n for n, _ in zip(program.constraints.names, program.constraints.of, strict=False)))
-    moved = []
+    moved, sped = [], []
     for k in links:
         if k.joint.q0:
             moved += _changed(k.joint, before[k.q].tolist(), after[k.q].tolist())
-    moved += _closing(program, after, P)
-    asked = [k for k in links if k.joint.v0]
-    fastest = max((abs(float(before[nq + i])) for k in asked for i in range(k.v.start, k.v.stop)), default=0.0)
-    sped = []
-    for k in asked:
-        for c, i in zip(JOINTS[k.joint.kind].velocities, range(k.v.start, k.v.stop), strict=True):
-            x, z = float(before[nq + i]), float(after[nq + i])
+    speeds = [(k.joint, before[nq:][k.v].tolist(), after[nq:][k.v].tolist()) for k in links if k.joint.v0]
+    closing = [j for j in program.constraints.loops if j.q0 or j.v0]
+    ends = pose_of(program, after, P).ends if closing else {}
+    for j in closing:
+        A, B = (ends[program.graph.number(body)] for body in (j.parent, j.child))
+        if j.q0:
+            moved += _changed(j, j.q0, closed_coordinates(j, A, B))
+        if j.v0:
+            speeds.append((j, list(j.v0), closed_rates(j, A, B)))
+    following: dict[str, None] = {}
+    fastest = max((abs(x) for _, asked, _ in speeds for x in asked), default=0.0)
+    for j, asked, found in speeds:
+        for c, x, z in zip(JOINTS[j.kind].velocities, asked, found, strict=True):
             if abs(z - x) > SLOWER * fastest:
-                sped.append(f"{_place(k.joint, c)} from {x:.6g} to {z:.6g} {'rad/s' if _is_turn(k, c) else 'm/s'}")
+                following |= {f"'{j.name}'": None} if j in closing else {}
+                sped.append(f"{_place(j, c)} from {x:.6g} to {z:.6g} {'rad/s' if _is_turn(j, c) else 'm/s'}")
     out = []
     if moved:
         out.append(f"the start pose was changed so that the loops of {names} close: {'; '.join(moved)}")
     if sped:
         out.append(f"the start speeds were changed to what the loops of {names} allow: {'; '.join(sped)}")
-    return out
-
-
-def _closing(program: Program, after: np.ndarray, P: np.ndarray) -> list[str]:
-    """Joints that close loops and start elsewhere than was asked: their coordinates follow from all others."""
-    out = []
-    ends = pose_of(program, after, P).ends if any(j.q0 for j in program.constraints.loops) else {}
-    for j in program.constraints.loops:
-        if j.q0:
-            found = closed_coordinates(j, *(ends[program.graph.number(body)] for body in (j.parent, j.child)))
-            out += _changed(j, j.q0, found)
+        if following:
+            out[-1] += f"; give other joints of the loop the speeds from which those of {', '.join(following)} follow"
     return out
 
 
@@ -208,8 +208,8 @@ def _place(joint: Joint, coordinate: str) -> str:
     return f"joint '{joint.name}'{f' {coordinate}' * several}"
 
 
-def _is_turn(k: Link, velocity: str) -> bool:
-    joint = JOINTS[k.joint.kind]
+def _is_turn(j: Joint, velocity: str) -> bool:
+    joint = JOINTS[j.kind]
     n = joint.velocities.index(velocity)
     return n >= joint.quaternion if joint.quaternion is not None else any(
         m.turns for m in joint.motions if m.coordinate == n

@@ -116,11 +116,6 @@ class NativeState:
         """Equal for simulations that share machine code."""
         return self._structure(self.program, self.method.method)
 
-    @property
-    def operations(self) -> int:
-        """Arithmetic operations of one evaluation of the equations."""
-        return self.method.f_rate.operations
-
     def call(self, name: str) -> None:
         """Run a native function on the blocks."""
         if name not in self._calls:

@@ -35,7 +35,7 @@ def bending(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
         joints[feet] = Joint(feet, "fixed", girder.body, name, (0.0, 0.0, girder.height), ALONG_Y)
         joints |= {slide: _on_girder(girder, joints[slide], down) for slide in girder.slides}
     changed = replace(system, bodies=tuple(bodies.values()), joints=tuple(joints.values()))
-    return msgspec.structs.replace(machine, system=changed)
+    return msgspec.structs.replace(machine, system=changed, girders=())
 
 
 def beam_of(girder: Girder) -> str:
@@ -80,10 +80,10 @@ def sag(machine: Mechanism, girder: Girder, *, heavy: bool) -> float:
     lengths = {rope.name: rope.L0 for rope in system.all_ropes}
     force = 2.0 * girder.mass * g / pi
     for slide in (joints[name] for name in girder.slides):
-        hooks = [hook for hook in machine.hooks if hook.on == slide.child]
-        hanging = sum(hook.below for hook in hooks)
+        ropes = [row for row in machine.heavy if row.on == slide.child]
+        hanging = sum(row.below for row in ropes)
         if heavy:
-            hanging += sum(hook.line * lengths[hook.rope] for hook in hooks)
+            hanging += sum(row.line * lengths[row.rope] for row in ropes)
         y = slide.p_PJ[1] if slide.kind == "fixed" else slide.q0[0]
         force += (bodies[slide.child].mass + hanging) * g * sin(pi * y / girder.span)
     return force / (pi * pi * pi * pi / 2.0 * girder.stiffness / 48.0)

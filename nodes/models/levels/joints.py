@@ -9,38 +9,52 @@ from dataclasses import replace
 from typing import Any
 
 import msgspec
+from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.description.mechanics import Joint, Vector
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import IDENTITY, Joint, Vector
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.plan.fidelity import Fidelity, held_by
 from heavylift.nodes.plan.mechanism import Mechanism
+from heavylift.nodes.plan.planar import attitude, times, turn
 
 X: Vector = (1.0, 0.0, 0.0)
-NORMAL = {"across": (X, (0.0, 1.0, 0.0)), "along": ((0.0, -1.0, 0.0), X)}  # of the plane, and its first direction
+PLANE = {"across": (X, (0.0, 1.0, 0.0)), "along": ((0.0, -1.0, 0.0), X)}  # its normal, and its first direction
 LEVEL = 1e-9  # of a quaternion's part that is out of the plane
+ONE = ("prismatic", "revolute")  # what can be locked
 
 
 def locking(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     """With locked joints fixed; their drives refuse orders."""
     system = machine.system
-    locked = {joint.name for joint in system.joints} & {*fidelity.locked}
-    if not locked:
+    moving = (joint for joint in system.joints if joint.kind != "fixed" and joint.q0)  # what closes a loop follows it
+    known = {joint.name: joint for joint in moving if joint.name in fidelity.locked}
+    if not known:
         return machine
-    known = {joint.name: joint for joint in system.joints}
+    if other := next((joint for joint in known.values() if joint.kind not in ONE), None):
+        raise ModelError(
+            f"{other.name}: only a joint that slides or turns about one axis can be locked; take it from 'locked'"
+        )
+    locked = {*known}
     held = {drive.name: held_by(fidelity, known[drive.joint]) for drive in system.drives if drive.joint in locked}
     joints = tuple(_fixed(joint) if joint.name in locked else joint for joint in system.joints)
     acting: dict[str, Any] = {
         kind: tuple(x for x in getattr(system, kind) if x.joint not in locked)
         for kind in ("springs", "stops", "brakes", "locks", "drives")
     }
-    actuators = tuple(msgspec.structs.replace(a, held=held.get(a.name, "")) for a in machine.actuators)
+    actuators = tuple(msgspec.structs.replace(a, held=held.get(a.name, a.held)) for a in machine.actuators)
     return msgspec.structs.replace(machine, system=replace(system, joints=joints, **acting), actuators=actuators)
 
 
 def _fixed(joint: Joint) -> Joint:
-    slides = joint.kind == "prismatic"
-    x, y, z = (p + slides * joint.q0[0] * a for p, a in zip(joint.p_PJ, joint.axis, strict=True))
-    return Joint(joint.name, "fixed", joint.parent, joint.child, (x, y, z), joint.R_PJ)
+    if joint.kind == "revolute":
+        R = times(joint.R_PJ, turn(joint.axis, joint.q0[0])) if joint.q0[0] else joint.R_PJ
+        return Joint(joint.name, "fixed", joint.parent, joint.child, joint.p_PJ, R, p_CJ=joint.p_CJ, R_CJ=joint.R_CJ)
+    way = product(joint.R_PJ, [joint.q0[0] * a for a in joint.axis])
+    x, y, z = (p + d for p, d in zip(joint.p_PJ, way, strict=True))
+    return Joint(
+        joint.name, "fixed", joint.parent, joint.child, (x, y, z), joint.R_PJ, p_CJ=joint.p_CJ, R_CJ=joint.R_CJ
+    )
 
 
 def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
@@ -53,17 +67,15 @@ def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def _planar(joint: Joint, motion: str) -> Joint:
-    """A free joint whose child stays in its plane."""
-    normal, first = NORMAL[motion]
-    x, y, z, *q = joint.q0
+    """A free joint whose child stays in its plane, turned out of it or not."""
+    normal, first = PLANE[motion]
+    x, y, z, *q = joint.q0 or JOINTS[joint.kind].rest
     turned = sum(a * b for a, b in zip(normal, q[:3], strict=True))
+    angle, own = 2.0 * atan2(turned, q[3]), IDENTITY
     if any(abs(c - turned * n) > LEVEL for c, n in zip(q[:3], normal, strict=True)):
-        raise ModelError(
-            f"{joint.child}: it starts turned out of the plane of its motion, '{motion}'; model it in space: "
-            "fidelity: {motion: spatial}"
-        )
-    angle = 2.0 * atan2(turned, q[3])
+        a, b, c = zip(*attitude(q), strict=True)
+        angle, own = 0.0, (a, b, c)
     return Joint(
         joint.name, "planar", joint.parent, joint.child, (x, y, z), axis=normal, second=first, q0=(0.0, 0.0, angle),
-        v0=(0.0,) * 3,
+        v0=(0.0,) * 3, R_CJ=own,
     )  # fmt: skip

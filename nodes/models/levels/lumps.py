@@ -1,4 +1,4 @@
-"""A hook rope with mass as a chain of lumps.
+"""A rope with mass as a chain of lumps.
 
 Lumps sit at the places of Gauss and weigh as his quadrature does, so that two of them already have the mass, the centre
 of mass and the inertia of the rope that is straight and evenly stretched, and so its swing; what is left to more lumps
@@ -8,13 +8,13 @@ is how it vibrates.  They keep the distance of the falls, so that the chain resi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from math import pi
 
 from heavylift.kernel.algebra.elementary import cos
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, Rope, System, Vector
-from heavylift.nodes.plan.fidelity import Fidelity
-from heavylift.nodes.plan.mechanism import Hoist
+from heavylift.nodes.plan.mechanism import Heavy
 
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
@@ -53,36 +53,48 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
     return {name: b - a for name, (a, b) in zip(names, pairwise(places), strict=True)}
 
 
-def chain(hook: Hoist, rope: Rope, gravity: float, fidelity: Fidelity) -> System:
-    """A hook rope as its pieces with lumps between them, at rest under what hangs on it at the start."""
-    assert hook.ends is not None
-    (x, y, top), (_, _, eye) = hook.ends
-    parts = pieces(rope.name, fidelity.lumps)
-    masses = [w * hook.line * rope.L0 for _, w in gauss(fidelity.lumps)]
-    half = max(abs(line.b.p[0]) for line in rope.lines)
+def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
+    """A rope as its pieces with lumps between them, at rest under what hangs on it at the start.
+
+    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass.
+    """
+    (x, y, top), (_, _, eye) = row.ends
+    parts, falls = pieces(rope.name, lumps), rope.lines[: len(row.beside)]
+    masses = [w * row.line * (rope.L0 - row.lead) for _, w in gauss(lumps)]
+    shares = [line.share for line in falls]
     bodies, joints, ropes = [], [], []
-    above, z = [line.a for line in rope.lines], top
+    above, z = [line.a for line in falls], top
     for i, (name, part) in enumerate(parts.items()):
-        below = hook.below + sum(masses[i:])
+        below = row.below + sum(masses[i:])
         z -= part * (top - eye)
         last = name == rope.name
         here = f"{rope.name}.lump-{i + 1}"
-        ends = [line.b if last else Point(here, (line.b.p[0], 0.0, 0.0)) for line in rope.lines]
+        ends = [line.b if last else Point(here, p) for line, p in zip(falls, row.beside, strict=True)]
         if not last:
-            lump, moved = _lump(here, masses[i], half, (x, y, z), fidelity.motion)
+            lump, moved = _lump(here, masses[i], row.beside, shares, (x, y, z), motion)
             bodies += lump
             joints += moved
-        lines = tuple(Line(a, b, line.share) for a, b, line in zip(above, ends, rope.lines, strict=True))
-        L0 = part * (top - eye) / (1.0 + below * gravity / rope.EA)
-        ropes.append(Rope(name, lines, rope.EA, L0, rope.damping / part, winch=True))
+        lines = tuple(Line(a, b, share) for a, b, share in zip(above, ends, shares, strict=True))
+        length = part * (top - eye)
+        if i == 0:
+            lines, length = lines + rope.lines[len(falls) :], length + row.lead
+        L0 = length / (1.0 + below * gravity / rope.EA)
+        ropes.append(Rope(name, lines, rope.EA, L0, rope.damping / part, rope.winch, rope.hooked))
         above = ends
     return System(tuple(bodies), tuple(joints), ropes=tuple(ropes))
 
 
-def _lump(name: str, mass: float, half: float, at: Vector, motion: str) -> tuple[list[Body], list[Joint]]:
-    """Two points of half the mass at +-half along x; it moves as far as the motion goes, and yaws in space."""
-    turns = mass * half * half
-    ball = Body(name, mass, inertia=((0.0, 0.0, 0.0), (0.0, turns, 0.0), (0.0, 0.0, turns)))
+def _lump(
+    name: str, mass: float, beside: Sequence[Vector], shares: Sequence[float], at: Vector, motion: str
+) -> tuple[list[Body], list[Joint]]:
+    """A point of each fall with its share of the mass; it moves as far as the motion goes, and yaws in space."""
+
+    def product(i: int, j: int) -> float:
+        return sum((share * mass * p[i] * p[j] for share, p in zip(shares, beside, strict=True)), 0.0)
+
+    x, y, z = (product(i, i) for i in range(3))
+    a, b, c = (0.0 - product(i, j) for i, j in ((0, 1), (0, 2), (1, 2)))
+    ball = Body(name, mass, inertia=((y + z, a, b), (a, x + z, c), (b, c, x + y)))
     directions = {"spatial": (X, Y), "across": (Y,), "along": (X,)}[motion]
     bodies, joints, parent, place = [], [], WORLD, at
     for axis, letter in ((X, "x"), (Y, "y")):
@@ -91,8 +103,7 @@ def _lump(name: str, mass: float, half: float, at: Vector, motion: str) -> tuple
             bodies.append(Body(child, 0.0))
             joints.append(Joint(child, "prismatic", parent, child, place, axis=axis, q0=(0.0,), v0=(0.0,)))
             parent, place = child, (0.0, 0.0, 0.0)
-    if motion == "spatial":
-        last = Joint(f"{name}-z", "cylindrical", parent, name, place, axis=Z, q0=(0.0, 0.0), v0=(0.0, 0.0))
-    else:
-        last = Joint(f"{name}-z", "prismatic", parent, name, place, axis=Z, q0=(0.0,), v0=(0.0,))
+    yaws = motion == "spatial" and x + y > 0.0
+    rest = (0.0, 0.0) if yaws else (0.0,)
+    last = Joint(f"{name}-z", "cylindrical" if yaws else "prismatic", parent, name, place, axis=Z, q0=rest, v0=rest)
     return [*bodies, ball], [*joints, last]

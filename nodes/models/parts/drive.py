@@ -19,7 +19,6 @@ from heavylift.nodes.plan.interlock import Stopped
 from heavylift.nodes.plan.plan import Driven
 
 from . import messages as m
-from .inputs import value
 from .parts import LiveActor
 
 SAME = 1e-12  # relative, of speeds that differ by rounding
@@ -209,7 +208,7 @@ class DriveActor(LiveActor):
             k1 = order.k1 if isinstance(order, m.FollowAngle) else 0.0
             self.say(m.SetFollow(self.element, order.master, k1, order.kc, order.ks))
         elif self.law is not None:
-            self._rest(self.x0 + value(self.law, order.s) - value(self.law, self.law.s))
+            self._rest(self.x0 + self.law.value(order.s) - self.law.value(self.law.s))
             self.law = None
             self.say(m.SetFollow(self.element))
 

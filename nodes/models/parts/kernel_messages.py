@@ -1,8 +1,11 @@
 """What passes between models and the kernel: inputs, that change a law, a mask or a guard, and its state events."""
 
-from collections.abc import Mapping
-from typing import ClassVar
+from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import msgspec
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.devs import Message
 
@@ -10,18 +13,30 @@ PLACE, SPEED, ACCELERATION = "m or rad", "m/s or rad/s", "m/s2 or rad/s2"  # alo
 
 
 class KernelInput(Message, frozen=True):
-    """Anything that changes a law, a mask or a guard of the kernel."""
+    """Anything that changes a law, a mask or a guard of the kernel, by a `command` of a `Simulation`."""
+
+    command: ClassVar[str]
+
+    def apply(self, simulation: Any) -> None:
+        """Give it to whatever has the commands of a `Simulation`; raises KernelError if it cannot obey."""
+        getattr(simulation, self.command)(*msgspec.structs.astuple(self))
 
 
 class SetProfile(KernelInput, frozen=True):
     """Ramp to signed `speed`, cruise, ramp down so that the displacement is `distance` (None: go on)."""
 
+    command: ClassVar[str] = "set_profile"
     units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}
     actuator: str
     start_ns: int
     speed: float
     accel: float
     distance: float | None = None
+
+    def part(self, piece: str, share: float) -> SetProfile:
+        """What a piece of a rope has to do of it."""
+        distance = None if self.distance is None else self.distance * share
+        return SetProfile(piece, self.start_ns, self.speed * share, self.accel * share, distance)
 
 
 class SetFollow(KernelInput, frozen=True):
@@ -33,10 +48,19 @@ class SetFollow(KernelInput, frozen=True):
     kc: float = 0.0
     ks: float = 0.0
 
+    def apply(self, simulation: Any) -> None:
+        """Its three numbers go together."""
+        simulation.set_follow(self.actuator, self.master, (self.k1, self.kc, self.ks))
+
+    def part(self, piece: str, share: float) -> SetFollow:
+        """What a piece of a rope has to do of it."""
+        return SetFollow(piece, self.master, self.k1 * share, self.kc * share, self.ks * share)
+
 
 class SetBrake(KernelInput, frozen=True):
     """Engage or release a brake."""
 
+    command: ClassVar[str] = "set_brake"
     brake: str
     engaged: bool
 
@@ -44,6 +68,7 @@ class SetBrake(KernelInput, frozen=True):
 class SetLock(KernelInput, frozen=True):
     """Lock or free a joint; one that moves is stopped by an impulse."""
 
+    command: ClassVar[str] = "set_lock"
     lock: str
     engaged: bool
 
@@ -51,6 +76,7 @@ class SetLock(KernelInput, frozen=True):
 class Hook(KernelInput, frozen=True):
     """Hook a sling; None keeps an end point (on the same body, in its frame) or the unstretched length."""
 
+    command: ClassVar[str] = "hook"
     units: ClassVar[Mapping[str, str]] = {"L0": "m"}
     rope: str
     a: Vector | None = None
@@ -61,12 +87,14 @@ class Hook(KernelInput, frozen=True):
 class Unhook(KernelInput, frozen=True):
     """Take a sling off."""
 
+    command: ClassVar[str] = "unhook"
     rope: str
 
 
 class Watch(KernelInput, frozen=True):
     """Arm a threshold; if it is already reached it fires at the next microstep."""
 
+    command: ClassVar[str] = "watch"
     threshold: str
     value: float
     rising: bool
@@ -75,6 +103,7 @@ class Watch(KernelInput, frozen=True):
 class Unwatch(KernelInput, frozen=True):
     """Disarm a threshold."""
 
+    command: ClassVar[str] = "unwatch"
     threshold: str
 
 

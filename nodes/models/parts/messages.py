@@ -10,6 +10,7 @@ value of a Master.  SI units.
 from collections.abc import Mapping
 from typing import ClassVar
 
+from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.devs import Message
 
@@ -103,11 +104,19 @@ class Follow(Order, frozen=True):
     kc: float = 0.0
     ks: float = 0.0
 
+    def value(self, s: float) -> float:
+        """f(s)."""
+        return float(self.kc * cos(s) + self.ks * sin(s))
+
 
 class FollowAngle(Follow, frozen=True):
     """Follow an angle with f(s) = k1 s + kc cos s + ks sin s."""
 
     k1: float = 0.0
+
+    def value(self, s: float) -> float:
+        """f(s)."""
+        return self.k1 * s + super().value(s)
 
 
 class HookOrder(Order, frozen=True):

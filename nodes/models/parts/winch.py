@@ -8,7 +8,6 @@ from heavylift.kernel.description.mechanics import System, Threshold
 
 from . import messages as m
 from .drive import DriveActor
-from .inputs import part
 
 SWITCH_BACK = 0.1  # an upper limit switch closes again this far below [m]
 UPPER, HOISTING = "upper limit", -1
@@ -54,7 +53,7 @@ class WinchActor(DriveActor):
         """Give every piece of the rope its part."""
         for message in messages:
             if isinstance(message, m.SetProfile | m.SetFollow):
-                super().say(*(part(message, *piece) for piece in self.pieces.items()))
+                super().say(*(message.part(*piece) for piece in self.pieces.items()))
             else:
                 super().say(message)
 

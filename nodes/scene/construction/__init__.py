@@ -5,6 +5,7 @@ signals                      what is measured: in conditions, by interlocks, by 
 machines, beams, stools      cranes on rails, what hangs on their hooks, blocks; the fidelity of the scene
 limiting                     the table of limits
 mechanisms, mechanism, ropes, laws, checking   `mechanism:`, machines: bodies, joints, ropes, laws
+weighing                     how machines hang at the start, for the passes of their levels
 environment                  vessels in waves; floor and obstacles
 rigging                      hooks of machines made of parts, and what hangs on them
 targets, resolve, levelling, level_luffing  the action list with its names resolved

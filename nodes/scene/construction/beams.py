@@ -28,7 +28,7 @@ from heavylift.kernel.description.mechanics import (
 )
 from heavylift.nodes.limits.reeving import lead_factor
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.mechanism import Cell, Latch
+from heavylift.nodes.plan.mechanism import Cell, Heavy, Latch
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
@@ -49,6 +49,7 @@ class OnHook:
 
     hook: str
     rope: Rope
+    heavy: Heavy
     winch: plan.Actuator
     hoist: plan.Hoist
     beam: plan.Mechanism
@@ -103,8 +104,13 @@ def on_hook(yard: Yard, rig: schema.Rig, name: str, given: schema.Beam) -> OnHoo
         rated=max(crane.falls * part / lead_factor(crane.falls, ends, efficiency), 0.0),
         where=yard.source.where((*path, "hook")),
     )
+    assert hoist.ends is not None
+    heavy = Heavy(
+        rope=rope.name, line=hoist.line, beside=tuple((line.b.p[0], 0.0, 0.0) for line in rope.lines),
+        ends=hoist.ends, below=hoist.below, on=hoist.on,
+    )  # fmt: skip
     bodies = _bodies(name, given, upper_mass)
-    return OnHook(hook, rope, winch, hoist, _beam(yard, rig, name, given, bodies, pose, lugs, over))
+    return OnHook(hook, rope, heavy, winch, hoist, _beam(yard, rig, name, given, bodies, pose, lugs, over))
 
 
 def _bodies(name: str, given: schema.Beam, mass: float) -> tuple[Body, Body]:
@@ -275,6 +281,8 @@ def with_hooks(yard: Yard, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.
         own = [hook for hook in hooks if cell.body in (hook.on, crane.system.bodies[0].name)]
         ropes, more = tuple(hook.rope for hook in own), sum(hook.block_mass for hook in own) * yard.scene.gravity
         cells.append(msgspec.structs.replace(cell, ropes=cell.ropes + ropes, rated=cell.rated + more))
-    both = {of: getattr(crane, of) + getattr(hung, of) for of in ("actuators", "taut", "shapes", "ties")}
+    both = {
+        of: getattr(crane, of) + getattr(hung, of) for of in ("actuators", "taut", "heavy", "bends", "shapes", "ties")
+    }
     both |= {"hooks": crane.hooks + hooks, "cells": tuple(cells)}
     return msgspec.structs.replace(crane, system=merge([crane.system, hung.system], yard.scene.gravity), **both)

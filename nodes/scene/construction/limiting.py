@@ -6,11 +6,10 @@ A number that the scene gives is the scene's; one of a machine type is the type'
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from math import prod
 
 from heavylift.kernel.description.forces import Wind
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
-from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, RUNNING, RUNNING_SOURCE
+from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.plan.spellings import BEAM_LOAD
@@ -163,12 +162,8 @@ def _hoist(hook: plan.Hoist, given: schema.Crane, row: Callable[..., Limit]) -> 
         hook.rope, "rope factor", "", "rope_factor", (hook.rope,), value=factor, least=True, factor=factor,
         breaking=given.fall_breaking, source=source, **at,
     )  # fmt: skip
-    partial = given.rope_partial_factor or prod(RUNNING.values())
-    by = "the scene" if given.rope_partial_factor else RUNNING_SOURCE
-    yield row(
-        hook.rope, "rope peak", "N", "rope_partial_factor", (hook.rope,), value=given.fall_breaking / partial,
-        factor=partial, breaking=given.fall_breaking, source=by, **at,
-    )  # fmt: skip
+    own = {"rope_partial_factor": given.rope_partial_factor}
+    yield from strength_limits("hoist rope", hook.rope, given.fall_breaking, hook.where, own, message)
     pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'"}
     yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, "source": "", **pull})
 

@@ -164,6 +164,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, hung: Sequence[OnHook], *
         actuators=(*actuators, *(x.winch for x in hung)),
         taut=tuple(x.rope.name for x in hung),
         hooks=tuple(x.hoist for x in hung),
+        heavy=tuple(x.heavy for x in hung),
         cells=tuple(_cells(yard, name, crane, capacity, sorted(hung, key=lambda x: x.hook))),
         girders=(girder,),
         shapes=(*_portal(name, crane, girder, hung), *_trolleys(name, parts)),
@@ -230,15 +231,15 @@ def _groups(yard: Yard, rig: schema.Rig) -> None:
 
 
 def build_fidelity(yard: Yard, machines: Sequence[plan.Mechanism]) -> plan.Fidelity:
-    """How much is modelled, groups of joints as names of joints; what is wrong is added to the faults of the scene."""
-    given = yard.scene.fidelity
-    groups = groups_of(machines)
-    joints = [joint for group in groups.values() for joint in group]
-    locked: list[str] = []
-    for i, name in enumerate(given.locked):
-        if name not in groups and name not in joints:
-            message = f"there is no joint '{name}' to lock"
-            yard.source.fault(("fidelity", "locked", i), message, closest(name, [*groups, *joints]))
-        locked += groups.get(name, [name])
-    made = msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity)
-    return planar(made, machines)
+    """How much is modelled of these machines, groups of joints as names of joints."""
+    given, groups = yard.scene.fidelity, groups_of(machines)
+    locked = [joint for name in given.locked for joint in groups.get(name, [name])]
+    return planar(msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity), machines)
+
+
+def check_locked(yard: Yard, machines: Sequence[plan.Mechanism]) -> None:
+    """What is to be locked exists; what is wrong is added to the faults of the scene."""
+    known = [*groups_of(machines), *(joint.name for machine in machines for joint in machine.system.joints)]
+    for i, name in enumerate(yard.scene.fidelity.locked):
+        if name not in known:
+            yard.source.fault(("fidelity", "locked", i), f"there is no joint '{name}' to lock", closest(name, known))

@@ -10,10 +10,12 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path as FilePath
 
+from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.constraints.contact.pairs import check_contact
 from heavylift.kernel.description import forces as forces
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.contacts import Contact
+from heavylift.kernel.description.flexible import Beam, Flexible
 from heavylift.kernel.description.flexible_checks import check_flexible
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import check_parallel
@@ -21,6 +23,7 @@ from heavylift.kernel.forces.table import check_force
 from heavylift.kernel.model.checks import check_inertia, check_joint
 from heavylift.kernel.multibody.graph import build_graph
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.mechanism import Bend, Heavy
 from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.forces import Characteristic
 from heavylift.nodes.scene.keys.parts.rigging import Edge
@@ -106,6 +109,8 @@ class _Assembly(Checking):
             hooks=tuple(hung.hooks),
             shapes=(*self._shapes(), *hung.shapes),
             ties=tuple(hung.ties),
+            heavy=(*hung.heavy, *self._heavy(given.ropes)),
+            bends=tuple(self._bends(bodies)),
             where=self.source.where(self.base),
         )
 
@@ -126,6 +131,34 @@ class _Assembly(Checking):
         if body.box and any(body.inertia):
             self.fault((*path, "box"), "a body has either 'inertia' or the moments of its 'box'", on_key=True)
         return k.Body(name, body.mass or 0.0, body.com, _moments(body), made)
+
+    def _heavy(self, ropes: Mapping[str, mechanics.Rope]) -> Iterator[Heavy]:
+        for name, rope in ropes.items():
+            start = rope.lines[0].start if rope.lines else rope.start
+            if rope.mass_per_length and start:
+                beside = ((0.0, 0.0, 0.0),) * max(1, len(rope.lines) or len(rope.over) + 1)
+                yield Heavy(rope=name, line=rope.mass_per_length, on=start.body, beside=beside)
+
+    def _bends(self, bodies: tuple[k.Body, ...]) -> Iterator[Bend]:
+        """Bodies that can bend, with what of their mass does."""
+        known = {body.name: body for body in bodies}
+        for name, x in self.given.elastic.items():
+            path, box = (*self.base, "elastic", name), self.given.bodies[name].box if name in known else None
+            if name not in known or known[name].flexible:
+                message = f"there is no rigid body '{name}'"
+                self.fault(path, message, on_key=True)
+                continue
+            body, length = known[name], x.length or (box[0] if box else 0.0)
+            mass = x.mass or body.mass
+            middle = (length / 2.0, 0.0, 0.0)
+            if not length or not 0.0 < mass <= body.mass * (1.0 + mechanics.ROUNDING):
+                self.fault(path, "a body that bends has a length, or a 'box', and no more 'mass' bends than it has")
+            elif mass >= body.mass and norm([a - b for a, b in zip(body.com, middle, strict=True)]) > TOO_SHORT:
+                self.fault(path, "where all of a body bends its 'com' is in the middle of its length; give less 'mass'")
+            else:
+                beam = Beam(length, mass / length, x.EI, x.EI, polar=mass / body.mass * body.inertia[0][0] / length)
+                flexible = Flexible(x.modes, beam, frame=x.frame, damping=x.damping)
+                yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
     def _shapes(self) -> Iterator[plan.Shape]:
         for name, body in self.given.bodies.items():

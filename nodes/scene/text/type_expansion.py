@@ -12,7 +12,7 @@ from .source import Data, Path, Source
 HEADER = {"machine type", "family", "name", "about", "capacity", "source", "parameters", "interlocks"}
 NAMED = (  # sections whose keys are names of parts
     *("bodies", "joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts"),
-    "hooks",
+    *("hooks", "elastic"),
 )
 BODIES, JOINTS = ("parent", "child", "body", "on", "radius from"), ("joint",)  # keys whose values name a body, a joint
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -89,7 +89,7 @@ class Expansion:
         if not isinstance(made, dict) or not isinstance(given, dict):
             return given
         for key, value in given.items():
-            if key not in made and len(path) == 1 and path[0] in NAMED:
+            if key not in made and len(path) == 1 and path[0] in NAMED and path != ("elastic",):
                 told = f"the type {self.kind.name} makes no '{key}'"
                 self.source.fault((*self.base, *path, key), told, closest(key, made), on_key=True)
             else:

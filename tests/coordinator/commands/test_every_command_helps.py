@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.commands import app
 from heavylift.coordinator.commands.common import completing
 from heavylift.nodes.scene import bundled

@@ -13,7 +13,8 @@ import time
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import main, run_models
+from heavylift import run_models
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.run import Watch
 from heavylift.kernel import OutputError
 from heavylift.nodes.devs import ms

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.participants import External
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport import FIFO, Link, Ticket

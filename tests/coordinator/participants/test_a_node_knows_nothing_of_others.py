@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.participants import building
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Simulator, Transition

@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import main, run_models
+from heavylift import run_models
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.participants import built
 from heavylift.coordinator.protocol import Outcome
 from heavylift.kernel import ModelError
@@ -147,7 +148,7 @@ def test_a_file_that_has_the_name_of_another_module_is_told_of_it(tmp_path, monk
 def test_a_script_that_runs_its_model_at_import_is_told_so(tmp_path):
     script = tmp_path / "study.py"
     script.write_text(
-        "from heavylift.coordinator import run_models\n"
+        "from heavylift import run_models\n"
         "from heavylift.nodes.zoo.token_ring import ring\n"
         "def build():\n    return ring(3, 1, 10)\n"
         "run_models(build, until=1e-7)\n"

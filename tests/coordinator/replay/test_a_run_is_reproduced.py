@@ -9,7 +9,8 @@ from pathlib import Path
 import msgspec
 import pytest
 from altered_recordings import Parts, altered
-from heavylift.coordinator import main, run_models
+from heavylift import run_models
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.live import Given
 from heavylift.coordinator.replay import RecordedRun, single
 from heavylift.coordinator.run import run

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.protocol import Outcome
 from heavylift.coordinator.run import Branch
 from heavylift.kernel import ModelError, RecordingError
@@ -127,7 +127,7 @@ def test_a_port_that_cannot_stop_a_run() -> None:
 def test_a_script_defines_messages_and_runs_its_model(tmp_path: Path) -> None:
     script = tmp_path / "study.py"
     script.write_text(
-        "from heavylift.coordinator import run_models\n"
+        "from heavylift import run_models\n"
         "from heavylift.nodes.devs import Atomic, Coupled, Message\n"
         "class Answer(Message):\n    value: int\n"
         "class Wise(Atomic):\n    def result(self):\n        return Answer(42)\n"

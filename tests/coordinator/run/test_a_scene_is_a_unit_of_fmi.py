@@ -8,6 +8,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import fmi2LastSuccessfulTime
 from fmpy.validation import validate_fmu
 from heavylift.coordinator.commands import app
 from heavylift.coordinator.live import Given
@@ -156,6 +157,7 @@ def test_steps_are_discarded_beyond_the_end_and_back_in_time(tmp_path: Path, sto
         else:
             with pytest.raises(FMICallException, match="discard"):
                 unit.doStep(start, h)
+            assert unit.getRealStatus(fmi2LastSuccessfulTime) == start
         assert unit.getReal([x]) == angles[-1:]
     unit.terminate()
     unit.freeInstance()

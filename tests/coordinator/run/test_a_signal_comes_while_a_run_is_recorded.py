@@ -4,10 +4,10 @@ import signal
 from types import SimpleNamespace
 
 import pytest
-from heavylift.coordinator import Interrupted, Stopping
 from heavylift.coordinator.participants import Wiring
 from heavylift.coordinator.record import Tape
 from heavylift.coordinator.run import Conversation, Watch
+from heavylift.coordinator.stopping import Interrupted, Stopping
 from heavylift.kernel import RecordingError, Stopped
 from heavylift.nodes.devs import Tag
 

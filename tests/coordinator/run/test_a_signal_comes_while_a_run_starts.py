@@ -1,16 +1,21 @@
 """Wherever the start of a run in processes is when a signal comes: no folder and no process is left of it."""
 
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
+import sysconfig
 import time
 from contextlib import suppress
 from pathlib import Path
 from random import Random
 
+import heavylift
 import pytest
 from command import PATIENCE_s
+from heavylift import kernel
 
 POINTS = 40  # of each signal
 STARTED = """
@@ -107,3 +112,58 @@ def test_nothing_is_left(number: signal.Signals, case: int, lines: list[str], tm
     while left(tmp_path / "run") and time.monotonic() < deadline:
         time.sleep(0.02)
     assert left(tmp_path / "run") == [], f"at {point}"
+
+
+FIRST = """
+import json, os, sys
+import _signal
+before = set(sys.modules)
+
+
+def held(*arguments):
+    print(json.dumps(sorted(set(sys.modules) - before)), flush=True)
+    os._exit(0)
+
+
+_signal.pthread_sigmask = held
+from heavylift.coordinator.cli import main
+main()
+"""
+
+
+def fresh() -> dict[str, str]:
+    """An environment in which the command starts itself again."""
+    return {k: v for k, v in os.environ.items() if k not in ("PYTHONHASHSEED", "PYTHONUTF8")}
+
+
+def test_hardly_anything_is_imported_before_signals_are_held_back() -> None:
+    done = subprocess.run([sys.executable, "-c", FIRST], env=fresh(), stdout=subprocess.PIPE, text=True, check=True)
+    assert json.loads(done.stdout) == ["heavylift", "heavylift.coordinator", "heavylift.coordinator.cli"]
+
+
+APART_s, CLEAN, MOST = 0.004, 12, 400  # moments; so many clean ends in a row are enough; moments at most
+ROOMS = ("coordinator", "kernel", "nodes", "recordings")
+
+
+@pytest.mark.large(beyond=1)
+def test_an_early_ctrl_c_ends_in_one_line_or_within_python_itself(tmp_path: Path) -> None:
+    """Before our first line, Python dies of the signal in silence, or prints a traceback of its own files alone."""
+    ours = [Path(heavylift.__file__), *(Path(kernel.__file__).parents[1] / room for room in ROOMS)]
+    script = Path(sysconfig.get_path("scripts")) / "heavylift"
+    clean = i = 0
+    while clean < CLEAN and (i := i + 1) < MOST:
+        command = [sys.executable, str(script), "run", "pendulum", "-o", f"{i}.mcap"]
+        with subprocess.Popen(
+            command, cwd=tmp_path, env=fresh(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        ) as run:
+            time.sleep(APART_s * i)
+            run.send_signal(signal.SIGINT)
+            _, error = run.communicate(timeout=PATIENCE_s)
+        if (run.returncode, error) == (130, "heavylift: stopped\n"):
+            clean += 1
+            continue
+        clean = 0
+        named = [Path(name) for name in re.findall(r'File "(/[^"]*)"', error)]
+        assert not [x for x in named for y in ours if x.is_relative_to(y)], error
+        assert not error or "Traceback" in error, error
+    assert clean == CLEAN

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.supervision import LIMITS
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, Simulator, ms

@@ -61,6 +61,16 @@ def test_a_lift_has_between_its_samples_what_denser_samples_show() -> None:
         assert found[name].values == pytest.approx(dense[name].values[apart], rel=1e-6, abs=CLOSE)
 
 
+def test_the_end_that_was_asked_for_is_a_time_of_the_run() -> None:
+    """Of a scene, too, of which nothing at that very instant happens any more."""
+    for what, until in ((FALLING, 1.0), ("pendulum", 1.0), ("lift", 0.3)):
+        result = simulate(what, until=until)
+        found = result.at(np.linspace(0.0, until, 11))
+        assert found.t[-1] == until
+        for name, signal in found.signals.items():
+            assert signal.values[-1] == pytest.approx(result[name].values[-1], rel=1e-6, abs=CLOSE)
+
+
 def test_events_are_those_of_the_recording(tmp_path: Path) -> None:
     recording = Recording(run("lift", tmp_path / "lift.mcap", in_process=True).recording)
     assert simulate("lift").events == recording.events()

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.live import Given
 from heavylift.coordinator.run import Branch, Watch, conversation, run
 from heavylift.coordinator.run.branch import branch

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from contextlib import closing
 from pathlib import Path
 from types import FrameType
 
@@ -20,7 +21,7 @@ STARTS = [sum(HEAD + len(e) for e in ENTRIES[:i]) for i in range(len(ENTRIES) + 
 @pytest.fixture
 def written(tmp_path: Path) -> Path:
     path = tmp_path / "run.journal"
-    with Journal(path) as journal:
+    with closing(Journal(path)) as journal:
         for entry in ENTRIES:
             journal.append(entry)
     return path
@@ -75,7 +76,7 @@ def test_a_killed_writer_loses_nothing_that_it_appended(tmp_path: Path) -> None:
 
 
 def test_a_reader_follows_a_journal_that_grows(tmp_path: Path) -> None:
-    with Journal(tmp_path / "run.journal") as journal:
+    with closing(Journal(tmp_path / "run.journal")) as journal:
         journal.append(b"one")
         entries = read(journal.path)
         assert next(entries) == b"one"
@@ -84,7 +85,7 @@ def test_a_reader_follows_a_journal_that_grows(tmp_path: Path) -> None:
 
 
 def test_at_a_checkpoint_the_past_is_dropped(written: Path) -> None:
-    with Journal(written) as journal:
+    with closing(Journal(written)) as journal:
         journal.append(b"granted")
         journal.restart([b"checkpoint", b"outstanding"])
         journal.append(b"granted next")

@@ -14,7 +14,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.run import run
 from heavylift.coordinator.sweeps import Study, sweep, sweeping, verified
 from heavylift.coordinator.sweeps.page import page

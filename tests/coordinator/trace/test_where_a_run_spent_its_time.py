@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.trace import Grant, Held, Lane, Timeline, chains, data, text, trace_events
 from heavylift.kernel import RecordingError
 from heavylift.recordings import Recorder

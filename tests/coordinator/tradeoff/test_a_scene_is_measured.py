@@ -5,7 +5,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.tradeoff import answers, long_enough, measure, percent, play, write
 from heavylift.kernel import ModelError, SceneError
 from heavylift.nodes.scene import load

@@ -6,7 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.tradeoff import METHODS, Rung, Setting, answers, chosen, ladder, page
 from heavylift.coordinator.tradeoff.settings import settings
 from heavylift.nodes.plan import Fidelity

@@ -6,7 +6,7 @@ import json
 from math import hypot, sqrt
 
 import pytest
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.uncertainty.sensitivities import sensitivities
 from heavylift.kernel import ModelError
 from heavylift.nodes.scene import load

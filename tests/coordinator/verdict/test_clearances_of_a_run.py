@@ -29,7 +29,7 @@ def apart(a: Moving, b: Moving) -> float:
     """The least distance of two shapes over all samples, by bounded least squares."""
     found = np.inf
     for k in range(len(a.t)):
-        (A, half), (B, other) = ((R[0], h[0]) for R, h in (x.axes(np.array([k])) for x in (a, b)))
+        (A, half), (B, other) = (x.at(k, 0.0)[1:] for x in (a, b))
         both = np.concatenate([half, other]) + 1e-12
         M, d = np.hstack([A, -B]), b.centre[k] - a.centre[k]
         found = min(found, float(np.linalg.norm(M @ lsq_linear(M, d, (-both, both), method="bvls").x - d)))

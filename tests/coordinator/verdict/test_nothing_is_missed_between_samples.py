@@ -11,6 +11,7 @@ from heavylift.coordinator.verdict import (
     SHARP,
     Coarse,
     Known,
+    Minimum,
     Moving,
     Placed,
     Stretches,
@@ -22,7 +23,6 @@ from heavylift.coordinator.verdict import (
     whole,
 )
 from heavylift.coordinator.verdict.moving import Frame
-from heavylift.coordinator.verdict.nearest import nearest
 from heavylift.kernel.description.points import Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import Solid, Strand
@@ -52,6 +52,15 @@ def fixed(t: Floats, centre: Floats, turn: Floats | None = None) -> tuple[Frame,
 def stretches(shapes: list[Moving], pairs: list[tuple[int, int]], groups: range | None = None) -> Stretches:
     n = len(shapes[0].t)
     return whole(Coarse(shapes, np.zeros((n, 2)), (0, n - 1)), pairs, groups)
+
+
+def nearest(shapes: list[Moving], start: Stretches, most: float = np.inf) -> Minimum | None:
+    """The minimum over stretches of one group; None if they stay farther apart than `most` [m]."""
+    known = Known(0, 0.0)
+    known.groups(np.array([most]))
+    search(shapes, start, known)
+    (found,) = known.take()
+    return found if found is not None and found.least < most else None
 
 
 def minimum(a: Moving, b: Moving) -> tuple[float, float]:

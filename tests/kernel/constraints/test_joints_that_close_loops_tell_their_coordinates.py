@@ -1,16 +1,20 @@
-"""A joint that closes a loop tells the coordinates that it would have in the tree; beside SciPy's rotations."""
+"""Coordinates and speeds of joints that close loops are those of joints of the tree; beside SciPy's rotations."""
 
+from dataclasses import replace
 from random import Random
 
 import numpy as np
 import pytest
-from heavylift.kernel.constraints import CLOSURES, closed_coordinates
+from heavylift.kernel.constraints import CLOSURES, closed_coordinates, closed_rates
 from heavylift.kernel.description import JOINTS, WORLD, Body, Joint, System
+from heavylift.kernel.model import evaluate
+from heavylift.kernel.multibody import rates
+from linkages import looped
 from scipy.spatial.transform import Rotation
 from small_scenes import started
 
 KINDS = sorted(k for k in CLOSURES if JOINTS[k].n_q and k != "free")
-CLOSE = 1e-9
+CLOSE, STEP = 1e-9, 1e-5
 
 
 def frame(random):
@@ -31,9 +35,8 @@ def moved(joint, q, axes):
     return turned, slid
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("seed", range(20))
-def test_coordinates_are_those_of_a_joint_of_the_tree(kind, seed):
+def drawn(kind, seed):
+    """A joint with random frames, its coordinates and speeds, and where its sides are when the coordinates are q."""
     random = Random(f"{kind} {seed}")
     of = JOINTS[kind]
     E, R_PJ, R_CJ, R_A = (frame(random) for _ in range(4))
@@ -47,11 +50,33 @@ def test_coordinates_are_those_of_a_joint_of_the_tree(kind, seed):
         p_CJ=tuple(p_CJ), R_CJ=tuple(map(tuple, R_CJ.as_matrix())), pitch=0.3 if kind == "screw" else 0.0,
         q0=tuple(x + random.uniform(-0.3, 0.3) for x in q),
     )  # fmt: skip
-    turned, slid = moved(joint, q, axes)
-    R_B = R_A * R_PJ * turned * R_CJ.inv()
-    o_B = o_A + R_A.apply(p_PJ + R_PJ.apply(slid)) - R_B.apply(p_CJ)
-    A, B = (np.concatenate([R.as_matrix().ravel(), o, np.zeros(9)]) for R, o in ((R_A, o_A), (R_B, o_B)))
-    assert closed_coordinates(joint, A, B) == pytest.approx(q, abs=CLOSE)
+    v = [random.uniform(-1.5, 1.5) for _ in of.velocities]
+    spin, drift = (np.array([random.uniform(-2, 2) for _ in range(3)]) for _ in range(2))
+
+    def sides(t):
+        """Rotation and origin of A and B, of which A moves, too, after t seconds."""
+        at = (Rotation.from_quat(q) * Rotation.from_rotvec(np.multiply(v, t))).as_quat() if kind == "spherical" else (
+            np.add(q, np.multiply(v, t)))  # fmt: skip
+        turned, slid = moved(joint, at, axes)
+        R, o = Rotation.from_rotvec(spin * t) * R_A, o_A + drift * t
+        R_B = R * R_PJ * turned * R_CJ.inv()
+        return (R, o), (R_B, o + R.apply(p_PJ + R_PJ.apply(slid)) - R_B.apply(p_CJ))
+
+    return joint, q, v, sides
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("seed", range(20))
+def test_coordinates_and_speeds_are_those_of_a_joint_of_the_tree(kind, seed):
+    joint, q, v, sides = drawn(kind, seed)
+    ends = []
+    for (R, o), (before, p), (after, s) in zip(sides(0.0), sides(-STEP), sides(STEP), strict=True):
+        twist = [*(after * before.inv()).as_rotvec() / (2 * STEP), *(s - p) / (2 * STEP)]
+        r = np.array([0.3, -0.2, 0.5])  # from the tree's point, where its twist is, to the body's origin
+        twist[3:] -= np.cross(twist[:3], r)
+        ends.append(np.concatenate([R.as_matrix().ravel(), o - r, r, twist]))
+    assert closed_coordinates(joint, *ends) == pytest.approx(q, abs=CLOSE)
+    assert closed_rates(joint, *ends) == pytest.approx(v, abs=1e-7)
 
 
 def shafts(kind, name, asked):
@@ -79,3 +104,60 @@ def test_a_start_value_that_is_not_kept_is_told(kind, asked, told, name):
     assert note.startswith(f"the start pose was changed so that the loops of joint '{name}' close: joint '{name}' ")
     assert all(f"joint '{name}' {x}" in note for x in told), note
     assert note.count(" from ") == len(told)
+
+
+LOOPS = sorted(set(KINDS) - {"spherical"})
+
+
+def used(s):
+    """Speeds of all joints at the start; of those that close loops, central differences of their coordinates."""
+    program = s.program
+    y, v, P = s.state.copy(), s.state[program.nq :], program.parameters.initial
+    ends = []
+    for t in (-STEP, STEP):
+        x = y.copy()
+        for k in program.graph.links:
+            if k.v.stop > k.v.start:
+                x[k.q] += t * np.array(rates(k.joint.kind, y[k.q], v[k.v]), float)
+        ends.append(evaluate(program, 0.0, x, P, forces=False).ends)
+    found = {k.joint.name: tuple(v[k.v]) for k in program.graph.links}
+    for j in program.constraints.loops:
+        q = [np.array(closed_coordinates(j, *(e[program.graph.number(b)] for b in (j.parent, j.child)))) for e in ends]
+        found[j.name] = tuple((q[1] - q[0]) / (2 * STEP))
+    return found
+
+
+def told_speeds(s):
+    """What the note says of speeds, and its end."""
+    told = [n.sentence for n in s.notes if n.sentence.startswith("the start speeds")]
+    assert len(told) < 2
+    told = "".join(told).partition(" allow: ")[2]
+    return {" ".join(x.split()[:-5]): float(x.split()[-2]) for x in told.split("; give")[0].split("; ") if x}, told
+
+
+@pytest.mark.parametrize("kind", LOOPS)
+@pytest.mark.parametrize("seed", range(6))
+def test_speeds_that_fit_are_silent_and_others_are_told_with_what_is_used(kind, seed):
+    random = Random(f"{kind} {seed}")
+    system, *_ = looped(seed, (kind,), n=5)
+    drawn = [tuple(random.uniform(-1.0, 1.0) for _ in JOINTS[j.kind].velocities) for j in system.joints]
+    asked = replace(system, joints=tuple(replace(j, v0=v) for j, v in zip(system.joints, drawn, strict=True)))
+    s = started(asked, native=False)
+    speeds, (told, sentence) = used(s), told_speeds(s)
+    for j in asked.joints:
+        for c, x, z in zip(JOINTS[j.kind].velocities, j.v0, speeds[j.name], strict=True):
+            where = f"joint '{j.name}'" + f" {c}" * (len(j.v0) > 1)
+            assert (where in told) == (abs(x - z) > 1e-3), where
+            assert told.get(where, z) == pytest.approx(z, rel=1e-5, abs=1e-5)
+    (closing,) = s.program.constraints.loops
+    assert sentence.endswith(f"; give other joints of the loop the speeds from which those of '{closing.name}' follow")
+    fits = replace(asked, joints=tuple(replace(j, v0=speeds[j.name]) for j in asked.joints))
+    assert told_speeds(started(fits, native=False)) == ({}, "")
+
+
+def test_a_speed_of_the_closing_joint_alone_is_told():
+    """Nothing else is asked to move, so that it does not."""
+    at_rest = shafts("universal", "x", ())
+    joints = (*at_rest.joints[:2], replace(at_rest.joints[2], v0=(2.0, 0.0)))
+    _, sentence = told_speeds(started(replace(at_rest, joints=joints), native=False))
+    assert sentence.startswith("joint 'x' rate1 from 2 to 0 rad/s; give other joints")

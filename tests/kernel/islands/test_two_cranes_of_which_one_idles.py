@@ -50,7 +50,7 @@ def simulated(islands: str = "apart") -> Simulation | Islands:
 
 def cost(*parts: Simulation) -> float:
     """Operations: attempted steps times those of one evaluation."""
-    return sum((p["accepted"] + p["rejected"]) * p.native.operations for p in parts)
+    return sum((p["accepted"] + p["rejected"]) * p.native.method.f_rate.operations for p in parts)
 
 
 def test_the_idle_crane_costs_nothing_and_changes_nothing() -> None:

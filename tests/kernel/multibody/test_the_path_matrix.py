@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from heavylift.kernel.description import WORLD, Body, Joint, System
-from heavylift.kernel.equations import balance, equations
+from heavylift.kernel.equations import equations
 from heavylift.kernel.multibody import build_graph, children_of, path_matrix
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -76,13 +76,6 @@ def test_bodies_listed_as_numbered_keep_their_numbers(parents):
 
 
 def test_the_arm_prints_the_equations_one_to_four():
-    graph = build_graph(tree(ARM, range(4)))
-    assert [balance(graph, i) for i in range(4)] == [
-        'm1 r1" = F1 + Fc1 - Fc2 - Fc3',
-        'm2 r2" = F2 + Fc2',
-        'm3 r3" = F3 + Fc3 - Fc4',
-        'm4 r4" = F4 + Fc4',
-    ]
     text = equations(tree(ARM, range(4)))
     assert text.startswith(
         "GRAPH\n   body  joint  kind      on\n"
@@ -91,6 +84,8 @@ def test_the_arm_prints_the_equations_one_to_four():
     )
     for row in ("1 0 0 0", "1 1 0 0", "1 0 1 0", "1 0 1 1"):
         assert f"\n  {row}\n" in text
+    for row in ('m1 r1" = F1 + Fc1 - Fc2 - Fc3', 'm2 r2" = F2 + Fc2', 'm3 r3" = F3 + Fc3 - Fc4', 'm4 r4" = F4 + Fc4'):
+        assert f" {row}\n" in text
     assert "nan" not in text
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from heavylift.coordinator import run_models
+from heavylift import run_models
 from heavylift.coordinator.run import Watch
 from heavylift.coordinator.supervision import failover
 from heavylift.kernel import ModelError, allowed

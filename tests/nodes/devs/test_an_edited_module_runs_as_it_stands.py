@@ -43,6 +43,12 @@ WAYS = {
     "module above it in a package": ("pack.sub.a", "pack/h.py", "from .. import h\nW = h.W"),
     "package above it": ("pack.sub.a", "pack/sub/__init__.py", "from . import W"),
     "helper by importlib": ("a", "h.py", "from importlib import import_module\nW = import_module('h').W"),
+    "helper by a name that is computed": ("a", "h.py", "import importlib\nW = importlib.import_module(chr(104)).W"),
+    "relative helper by importlib": (
+        "pack.a",
+        "pack/h.py",
+        "import importlib\nW = importlib.import_module('.h', __package__).W",
+    ),
     "helper imported by a function": ("a", "h.py", "def w():\n    import h\n    return h.W\nW = w()"),
 }
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.commands.common.options import fails
+from heavylift.coordinator.commands.common import fails
 from heavylift.nodes.limits import NOT_CHECKED, STATES, UNKNOWN, Limit, checks_of, line_of
 from heavylift.nodes.plan import Use
 from heavylift.nodes.scene import begun_with, load, parse

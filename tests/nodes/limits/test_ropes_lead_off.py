@@ -8,7 +8,17 @@ from math import atan, degrees, radians, sin, tan
 
 import numpy as np
 import pytest
-from heavylift.nodes.limits import NOT_CHECKED, Finding, Signals, Use, checks_of, judge, rows, uses_of, uses_on_path
+from heavylift.nodes.limits import (
+    NOT_CHECKED,
+    Finding,
+    Signals,
+    Use,
+    checks_of,
+    judge,
+    rows,
+    uses_of,
+    uses_on_path,
+)
 from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import load
 from heavylift.nodes.statics import StaticState

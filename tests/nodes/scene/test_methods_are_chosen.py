@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.run import run
 from heavylift.kernel import HeavyliftError, SceneError
 from heavylift.nodes.plan import decode, encode

@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.participants import paused
 from heavylift.kernel.analysis import equilibrium
 from heavylift.nodes.scene import load

@@ -11,7 +11,7 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import Reeving, Signal
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.mechanism import Tie
+from heavylift.nodes.plan.mechanism import Heavy, Tie
 from heavylift.nodes.scene.construction.checking import Checking
 from heavylift.nodes.scene.construction.yard import box
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -23,6 +23,7 @@ from .edges import along_edges
 from .tree import Tree
 
 TOUCH = 1e-9  # [m]
+WIRE = 7.92 / 93.5e6  # kg/m of a wire rope over its EA [N], as goliaths have it: 44 mm 6x36, 890.6 mm2 and 105 GPa
 
 
 @dataclass
@@ -35,6 +36,7 @@ class Hung:
     reevings: list[Reeving] = field(default_factory=list)
     actuators: list[plan.Actuator] = field(default_factory=list)
     hooks: list[plan.Hoist] = field(default_factory=list)
+    heavy: list[Heavy] = field(default_factory=list)
     shapes: list[plan.Shape] = field(default_factory=list)
     ties: list[Tie] = field(default_factory=list)
 
@@ -127,6 +129,8 @@ def _hang_one(
     )  # fmt: skip
     for key, given in rigging.items():
         _slings(found, key, given, name, hook, tree)
+    line = hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
+    found.heavy.append(Heavy(rope=name, line=line, on=hook.on, beside=((0.0, 0.0, 0.0),) * (2 if hook.apart else 1)))
     axis = k.Point(hook.radius_from) if hook.radius_from else None
     found.hooks.append(
         plan.Hoist(

@@ -3,22 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import prod
 from typing import Any
 
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
-from heavylift.nodes.limits.standards import (
-    ISO_4308,
-    ND_0027,
-    ROPE_FACTORS,
-    RUNNING,
-    RUNNING_SOURCE,
-    SLINGS,
-    SUCCESSOR,
-    partial_factor,
-)
+from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys import schema
@@ -54,9 +44,7 @@ def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float
     note = "" if most is not None else "the machine's limit is unknown"
     yield Limit(quantity="off-lead", value=most, note=note, **{**at, "unit": "rad", "source": by})
     if given.fall_breaking:
-        partial = prod(RUNNING.values())
-        strength = {"value": given.fall_breaking / partial, "factor": partial, "breaking": given.fall_breaking}
-        yield Limit(quantity="rope peak", **strength, **{**at, "unit": "N", "source": RUNNING_SOURCE})  # type: ignore[arg-type]
+        yield from strength_limits("hoist rope", at["subject"], given.fall_breaking, at["where"], {})
     yield Limit(quantity="drum pull", note="its type states none", **{**at, "unit": "N", "source": ""})
     if given.highest is not None:
         yield Limit(quantity="hook height", value=given.highest, **{**at, "unit": "m"})
@@ -178,13 +166,6 @@ def bridle_limit(yard: Yard, sling: str, where: str, *, bent: bool) -> Limit:
 
 def sling_limits(given: SlingType, name: str, where: str) -> Iterator[Limit]:
     """A sling, at rest and at its peak."""
-    most = {"factor": given.factor, "source": "the scene" if "factor" in given.model_fields_set else SLINGS}
-    own = f"{ND_0027}, 7.3.1, hand splice; {SUCCESSOR}"
-    partial = given.partial_factor or partial_factor()
-    peak = {"factor": partial, "source": "the scene" if given.partial_factor else own}
-    kinds: tuple[tuple[Quantity, dict[str, Any]], ...] = (("sling tension", most), ("sling peak", peak))
-    for quantity, by in kinds:
-        yield Limit(
-            subject=name, quantity=quantity, unit="N", value=given.breaking / by["factor"], breaking=given.breaking,
-            elements=(name,), where=where, **by,
-        )  # fmt: skip
+    own = {"partial_factor": given.partial_factor}
+    own |= {"factor": given.factor} if "factor" in given.model_fields_set else {}
+    yield from strength_limits("sling", name, given.breaking, where, own)

@@ -9,6 +9,7 @@ from typing import cast
 from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import WORLD, Point, Quantity, Vector
 from heavylift.kernel.description.signals import Signal
+from heavylift.nodes.limits.named import LOADS, signal_of
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.shapes import around
@@ -17,7 +18,7 @@ from heavylift.nodes.scene.construction.limiting import rated_limits
 from heavylift.nodes.scene.construction.yard import Yard, parts_of
 
 RATINGS = {
-    "load": ("hook load", "trolley load", "crane load", "tandem load", BEAM_LOAD, "frame load", "shackle load"),
+    "load": (*LOADS, BEAM_LOAD),
     "tension": ("sling tension", "rope tension"),
 }  # rows of the table of limits that a share is of
 WIDE = 1e4  # [m] half edges of the floor
@@ -61,8 +62,8 @@ class Subjects:
             case "load" if hook:
                 return model, Signal(kind, ropes=(hook.rope,), numbers=(1.0 / self.gravity, hook.block_mass))
             case "load" if (row := self.ratings[quantity].get(word)) and row.unit == "kg":
-                each = Signal(kind, ropes=row.elements, numbers=(1.0 / self.gravity, self._blocks(row)))
-                return self.ropes[row.elements[0]], each
+                each = signal_of(row, self.hooks, self.gravity)
+                return (self.ropes[row.elements[0]], each) if each else None
             case "radius" if hook and hook.axis:
                 return model, Signal(kind, point=hook.eye, origin=hook.axis)
             case "moment" if hook and hook.chart:

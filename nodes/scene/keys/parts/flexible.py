@@ -79,6 +79,18 @@ class Beam(Stiffness):
         return k.Flexible(self.modes, beam, frame=self.frame, damping=self.damping, loads=tuple(self.loads))
 
 
+class Elastic(Base):
+    """A body that bends where the fidelity has `girder: elastic`: a uniform beam along its x from its frame on, alike
+    about y and z; `length` left out: that of its box, `mass` left out: all of it."""
+
+    EI: u.Rigidity
+    length: u.Extent | None = None
+    mass: u.Mass | None = None
+    damping: u.Ratio = 0.0
+    modes: int = Field(default=2, ge=1, le=30)
+    frame: Literal["clamped", "simply supported"] = "clamped"
+
+
 class Hull(Stiffness):
     """A block as a uniform beam along its x, from end to end, which its mean frame follows."""
 

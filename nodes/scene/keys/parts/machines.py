@@ -9,6 +9,7 @@ from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, Field
 
 from .contacts import Contact
+from .flexible import Elastic
 from .forces import Force
 from .joints import Joint
 from .mechanics import Body, Brake, Drive, Hook, Lock, Mechanism, Rope, Spring, Stop, Support
@@ -78,3 +79,4 @@ class Machine(Mechanism):
     forces: dict[PartName, Force] = Field(default_factory=dict)
     contacts: dict[PartName, Contact] = Field(default_factory=dict)
     hooks: dict[PartName, Hook] = Field(default_factory=dict)
+    elastic: dict[PartName, Elastic] = Field(default_factory=dict)

@@ -17,7 +17,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, GetC
 from pydantic_core import CoreSchema, core_schema
 
 from .contacts import Contact
-from .flexible import Beam, Matrices
+from .flexible import Beam, Elastic, Matrices
 from .forces import Force as ForceElement
 from .joints import Joint
 
@@ -131,6 +131,7 @@ class Rope(Base):
     damping: u.Damping | None = None
     winch: Winch | None = None
     hooked: bool = True
+    mass_per_length: u.MassPerLength | None = None  # where the fidelity gives ropes a mass
 
     @property
     def plain(self) -> bool:
@@ -233,6 +234,7 @@ class Hook(Base):
     counterweight: u.Mass | None = None  # of which the chart is looked up: that of the next lighter one
     radius_from: str = ""  # body from whose origin the radius of the chart is measured
     fall_EA: u.Force
+    fall_mass: u.MassPerLength | None = None  # where the fidelity gives ropes a mass; left out: of steel wire so stiff
     fall_breaking: u.Force | None = None  # left out: the rope is not judged
     mechanism_group: MechanismGroup = "M6"  # gives the rope factor by ISO 4308-1
     damping: u.Ratio = 0.03  # of critical, with what it carries at the start
@@ -277,6 +279,7 @@ class Mechanism(Base):
     forces: dict[Name, ForceElement] = Field(default_factory=dict)
     contacts: dict[Name, Contact] = Field(default_factory=dict)
     hooks: dict[Name, Hook] = Field(default_factory=dict)
+    elastic: dict[Name, Elastic] = Field(default_factory=dict)  # bodies
 
     @property
     def laws(self) -> dict[str, dict[str, Any]]:

@@ -13,6 +13,6 @@ else:
 
     coordinate()
 
-from heavylift.coordinator import main
+from heavylift.coordinator.cli import main
 
 sys.exit(main())

@@ -1,0 +1,122 @@
+"""Bodies of machines that bend as beams, such as booms.
+
+They start bent by their own weight and by what hangs on them, and are cambered: what they carry is where it was on a
+rigid body, so that nothing swings before something moves, and ropes are longer by what a bent beam is shorter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import msgspec
+from heavylift.kernel.algebra.dense import cross, dot, norm, product
+from heavylift.kernel.description.mechanics import Body, Joint, Matrix, Point, Vector
+from heavylift.nodes.plan.fidelity import Fidelity
+from heavylift.nodes.plan.mechanism import Bend, Load, Mechanism
+from heavylift.nodes.plan.planar import times
+
+SETTLES = 40  # steps in which what compression adds to a deflection dies away, as far from buckling as booms are
+Modes = Any  # of the kernel, which needs NumPy, as a process that only declares does not
+
+
+def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
+    """With the bodies that can bend as beams."""
+    if fidelity.girder == "rigid" or not machine.bends:
+        return machine
+    from heavylift.kernel.multibody.flexible.modes import modes_of
+
+    system, heavy = machine.system, fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
+    lengths = {rope.name: rope.L0 for rope in system.all_ropes}
+    more = {x.rope: x.line * (lengths[x.rope] - x.lead) / x.below for x in machine.heavy if heavy and not x.why}
+    longer = dict[str, float]()
+    for row in machine.bends:
+        modes = modes_of(row.body, row.flexible)
+        start = _rest(row, modes, [_scaled(load, 1.0 + more.get(load.rope, 0.0)) for load in row.loads])
+        bodies = tuple(_bending(body, row, start) if body.name == row.body else body for body in system.bodies)
+        moved = _moved(system, row.body, partial(_cambered, modes, start))
+        for load in row.loads:
+            way, size = _cambered(modes, start, load.p)[2], norm(load.force)
+            longer[load.rope] = longer.get(load.rope, 0.0) - load.share * dot(way, load.force) / (size or 1.0)
+        system = replace(moved, bodies=bodies)
+    ropes = tuple(replace(x, L0=x.L0 + longer[x.name]) if x.name in longer else x for x in system.ropes)
+    hang = tuple(msgspec.structs.replace(x, lead=x.lead + longer.get(x.rope, 0.0)) for x in machine.heavy)
+    return msgspec.structs.replace(machine, system=replace(system, ropes=ropes), heavy=hang, bends=())
+
+
+def _scaled(load: Load, by: float) -> Load:
+    x, y, z = (by * f for f in load.force)
+    return msgspec.structs.replace(load, force=(x, y, z))
+
+
+def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
+    """A body with that part of its mass which bends as a beam along its x."""
+    beam, left = row.flexible.beam, body.mass - row.mass
+    assert beam is not None
+    middle = (beam.start + beam.length / 2.0, 0.0, 0.0)
+    com = body.com
+    if left > 0.0:
+        x, y, z = ((body.mass * c - row.mass * m) / left for c, m in zip(body.com, middle, strict=True))
+        com = (x, y, z)
+    part = left / body.mass
+    a, b, c = ((part * x, part * y, part * z) for x, y, z in body.inertia)
+    return replace(body, mass=left, com=com, inertia=(a, b, c), flexible=replace(row.flexible, start=start))
+
+
+def _rest(row: Bend, modes: Modes, loads: list[Load]) -> tuple[float, ...]:
+    """Coordinates of its modes under these loads and its own weight, with what compression adds."""
+    n, beam = len(modes.mass), row.flexible.beam
+    assert beam is not None
+    pieces = beam.elements
+    weight = row.mass / pieces
+    x, y, z = (weight * g for g in row.gravity)
+    places = [beam.start + beam.length * (i + 0.5) / pieces for i in range(pieces)]
+    whole = [*loads, *(Load(x=at, p=(at, 0.0, 0.0), force=(x, y, z)) for at in places)]
+    pull, soft = [0.0] * n, [[0.0] * n for _ in range(n)]
+    for load in whole:
+        shapes, g = modes.at(load.x).T.tolist(), modes.shortening(load.x).tolist()
+        wrench = (*load.force, *cross([load.p[0] - load.x, *load.p[1:]], load.force))
+        pull = [q + dot(shape, wrench) for q, shape in zip(pull, shapes, strict=True)]
+        soft = [[s + load.force[0] * x for s, x in zip(*rows, strict=True)] for rows in zip(soft, g, strict=True)]
+    bent = [0.0] * n
+    for _ in range(SETTLES):
+        bent = [(q - s) / k for q, s, k in zip(pull, product(soft, bent), modes.stiffness.tolist(), strict=True)]
+    return tuple(bent)
+
+
+def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector, Matrix, Vector]:
+    """Where on the straight beam a point is that lies at p when it is bent, how it is turned against that, and by how
+    much it misses p, since a bent beam is shorter."""
+    station, X = modes.station(p)
+    moved = product(modes.at(station).tolist(), start)
+    turned = moved[3:]
+    part = 1.0 / (1.0 + dot(turned, turned) / 4.0)
+    columns = [cross(turned, [float(i == j) for i in range(3)]) for j in range(3)]
+    skew = [list(row) for row in zip(*columns, strict=True)]
+    square = [[dot(row, column) for column in columns] for row in skew]
+    a, b, c = ([float(i == j) + part * (square[j][i] / 2.0 + skew[j][i]) for j in range(3)] for i in range(3))
+    back: Matrix = ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (c[0], c[1], c[2]))  # transposed
+    arm = [q - x - d for q, x, d in zip(p, X.tolist(), moved, strict=False)]
+    along, y, z = product(back, arm)
+    shorter = dot(start, product(modes.shortening(station).tolist(), start)) / 2.0
+    u, v, w = (-along * row[0] for row in zip(*back, strict=True))  # what no arm can lie along the beam
+    return (p[0], X.tolist()[1] + y, X.tolist()[2] + z), back, (u - shorter, v, w)
+
+
+def _moved(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix, Vector]]) -> Any:
+    """A description with the points and joints of a body elsewhere on it."""
+    if isinstance(x, Point):
+        return replace(x, p=at(x.p)[0]) if x.body == body else x
+    if isinstance(x, Joint):
+        if x.parent != body or x.kind == "slider":
+            return x
+        p, back, _ = at(x.p_PJ)
+        return replace(x, p_PJ=p, R_PJ=times(back, x.R_PJ))
+    if isinstance(x, tuple):
+        return tuple(_moved(each, body, at) for each in x)
+    from heavylift.kernel.description.field_types import field_names
+
+    names = () if isinstance(x, Body) else field_names(x.__class__)
+    return type(x)(**{name: _moved(getattr(x, name), body, at) for name in names}) if names else x

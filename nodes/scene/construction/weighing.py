@@ -1,0 +1,125 @@
+"""What passes need to know of a machine at the start: how heavy ropes hang, how long ties are, what bends a beam."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import msgspec
+import numpy as np
+from heavylift.kernel.algebra.dense import norm, product
+from heavylift.kernel.description.mechanics import Joint, Line, Point, Rope, System, Vector, merge
+from heavylift.nodes.plan.mechanism import Bend, Heavy, Load, Mechanism, Tie
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.scene.keys.parts import kinematics
+from numpy.typing import NDArray
+
+PLUMB = 1e-6  # of a rope's length that one end may be beside the other
+
+
+def weighed(built: Plan) -> Plan:
+    """A plan with that, as its machines made of parts stand and hang at the start."""
+    if not any(machine.heavy or machine.bends or machine.ties for machine in built.mechanisms):
+        return built
+    whole = merge([machine.system for machine in built.machines], built.gravity)
+    start = _Start(whole)
+    found = (
+        msgspec.structs.replace(
+            machine,
+            heavy=tuple(row if machine.levels and row.below else start.hanging(machine, row) for row in machine.heavy),
+            bends=tuple(start.bent(row) for row in machine.bends),
+            ties=machine.ties if machine.levels else tuple(start.tied(tie) for tie in machine.ties),
+        )
+        for machine in built.machines
+    )
+    return msgspec.structs.replace(built, machines=tuple(found))
+
+
+class _Start:
+    def __init__(self, whole: System) -> None:
+        self.whole, self.at, self.g = whole, kinematics.poses(whole), whole.gravity
+        self.ropes = {rope.name: rope for rope in whole.ropes}
+        self.carried = {joint.child: joint for joint in reversed(whole.joints)}
+
+    def pull(self, rope: Rope) -> float:
+        """Its tension [N]."""
+        return rope.EA * max(0.0, kinematics.length(rope, self.at) - rope.L0) / rope.L0 if rope.hooked else 0.0
+
+    def tied(self, tie: Tie) -> Tie:
+        """A tie with its length, if it carries."""
+        rope = self.ropes.get(tie.rope)
+        taut = rope is not None and self.pull(rope) > 0.0
+        return msgspec.structs.replace(tie, spans=kinematics.length(rope, self.at)) if rope and taut else tie
+
+    def hanging(self, machine: Mechanism, row: Heavy) -> Heavy:
+        """A heavy rope with its places, or why it can have no mass."""
+        rope = self.ropes.get(row.rope)
+        if rope is None:
+            over = any(x.name == row.rope for x in machine.system.reevings)
+            why = "it runs over sheaves or edges" if over else "it cannot stretch"
+            return msgspec.structs.replace(row, why=why)
+        falls = rope.lines[: len(row.beside)]
+        a, b = ([kinematics.place(getattr(line, end), self.at) for line in falls] for end in "ab")
+        top, eye = (np.array([sum(x) / len(falls) for x in zip(*places, strict=True)]) for places in (a, b))
+        way: list[float] = (top - eye).tolist()
+        apart = max(norm((p - top - q + eye).tolist()) for p, q in zip(a, b, strict=True))
+        length, T = norm(way), self.pull(rope)
+        shares = abs(sum(line.share for line in falls) - 1.0)
+        whys = {
+            "it is slack at the start": T <= 0.0 or self.g <= 0.0,
+            "it does not hang plumb from its start": max(*map(abs, way[:2]), -way[2]) > PLUMB * length,
+            "its falls are not parallel, or do not share its length": apart > PLUMB * length or shares > PLUMB,
+        }  # fmt: skip
+        return msgspec.structs.replace(
+            row,
+            beside=tuple(_vector(q - eye) for q in b),
+            ends=(_vector(top), _vector(eye)),
+            lead=sum(self._length(line) for line in rope.lines[len(falls) :]),
+            below=T / self.g if T > 0.0 and self.g > 0.0 else 0.0,
+            why=next((why for why, holds in whys.items() if holds), ""),
+        )
+
+    def _length(self, line: Line) -> float:
+        return line.share * norm((kinematics.place(line.a, self.at) - kinematics.place(line.b, self.at)).tolist())
+
+    def bent(self, row: Bend) -> Bend:
+        """A beam with gravity and the forces on it."""
+        stations = {row.body: None} | {
+            body.name: x for body in self.whole.bodies if (x := self._station(row, body.name))
+        }
+        gravity = self._within(row.body, [0.0, 0.0, -self.g])
+        return msgspec.structs.replace(row, gravity=gravity, loads=tuple(self._loads(row, stations, gravity)))
+
+    def _station(self, row: Bend, body: str) -> Joint | None:
+        """The joint by which a body sits on a beam, with others between or not."""
+        joint = self.carried.get(body)
+        while joint is not None and joint.parent != row.body:
+            joint = self.carried.get(joint.parent)
+        return joint
+
+    def _loads(self, row: Bend, on: dict[str, Joint | None], gravity: Vector) -> Iterator[Load]:
+        origin = self.at[row.body][0]
+        for body in (body for body in self.whole.bodies if on.get(body.name)):
+            p = self._within(row.body, (kinematics.place(Point(body.name, body.com), self.at) - origin).tolist())
+            joint, (x, y, z) = on[body.name], gravity
+            yield Load(x=joint.p_PJ[0] if joint else 0.0, p=p, force=(body.mass * x, body.mass * y, body.mass * z))
+        for rope in self.whole.ropes:
+            T = self.pull(rope)
+            ends = [(line, *ends) for line in rope.lines for ends in ((line.a, line.b), (line.b, line.a))] if T else []
+            for line, here, there in ends:
+                if here.body in on and there.body not in on:
+                    place = kinematics.place(here, self.at)
+                    way = (kinematics.place(there, self.at) - place).tolist()
+                    size = T * line.share / norm(way)
+                    p, joint = self._within(row.body, (place - origin).tolist()), on[here.body]
+                    force = self._within(row.body, [size * x for x in way])
+                    x = joint.p_PJ[0] if joint else here.p[0]
+                    yield Load(x=x, p=p, force=force, rope=rope.name, share=line.share)
+
+    def _within(self, body: str, way: list[float]) -> Vector:
+        """A direction of the world in the frame of a body."""
+        return _vector(product(self.at[body][1].T.tolist(), way))
+
+
+def _vector(p: Sequence[float] | NDArray[np.float64]) -> Vector:
+    x, y, z = map(float, p)
+    return x, y, z

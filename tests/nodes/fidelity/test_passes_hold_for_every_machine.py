@@ -1,0 +1,224 @@
+"""Levels are passes over the description of any machine: pure, idempotent, at rest at the start, true to masses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from heavylift.coordinator.run import Played, play
+from heavylift.kernel.description import System
+from heavylift.nodes.models.levels import PASSES, as_modelled, at, exact, levels, omitted, reasons, size
+from heavylift.nodes.plan import Fidelity, Mechanism, Plan, machines
+from heavylift.nodes.plan.planar import planar
+from heavylift.nodes.scene import load, parse
+from lifts_of_the_world import lift_of_the_world
+
+SCENES = Path(__file__).parents[3] / "nodes" / "scenes"
+BUNDLED = sorted(file.stem for file in SCENES.glob("*.yaml"))
+RANDOM = [f"random {seed}" for seed in range(60)]
+TYPE = Path(__file__).parents[2] / "data" / "bending-boom.yaml"
+HANGING = ("crawler", "hall", "jib", "floating", "spreader", "edge", "lift", "in-turn")
+FIDELITIES = (
+    Fidelity(ropes="massive", lumps=1),
+    Fidelity(ropes="massive", lumps=4, girder="elastic"),
+    Fidelity(rope_mass="lumped", slings="rigid", pads="standing"),
+    Fidelity(ropes="rigid", slings="rigid", rope_mass="lumped", girder="elastic"),
+    Fidelity(motion="across"),
+    Fidelity(motion="along", ropes="massive", lumps=2),
+)
+ROUNDING, STATIC, STILL = (
+    1e-12,
+    1e-5,
+    2e-3,
+)  # relative: of masses, of tensions at the start, of those in its first second
+LANDING = 2e-3  # relative, of peaks that one more lump changes
+TOLERANCE, SAME = 1e-8, 1e-5  # of runs that are to be equal, and of their tensions
+
+
+@cache
+def plan_of(name: str) -> Plan:
+    word, _, seed = name.partition(" ")
+    return (parse(lift_of_the_world(int(seed)).text, f"{word}.yaml") if seed else load(name)).plan
+
+
+def boom(folder: Path, more: str = "") -> Plan:
+    """A lift by a type that is one file."""
+    (folder / "boom.yaml").write_text(TYPE.read_text(encoding="utf-8"), encoding="utf-8")
+    scene = "heavylift: 1\nname: boom\nend: 6 s\ncranes: {crane: {type: boom.yaml}}\n"
+    (folder / "scene.yaml").write_text(scene + more, encoding="utf-8")
+    return load(folder / "scene.yaml").plan
+
+
+def given(plan: Plan, fidelity: Fidelity) -> Iterator[tuple[Mechanism, Fidelity]]:
+    """All machines of a plan, with a fidelity that locks what leaves its plane."""
+    every = machines(plan)
+    for machine in every:
+        yield machine, planar(fidelity, every)
+
+
+@pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
+def test_each_pass_is_pure_and_changes_nothing_twice(name: str) -> None:
+    for fidelity in FIDELITIES:
+        for machine, level in given(plan_of(name), fidelity):
+            before = repr(machine)
+            for each in PASSES:
+                once = each(machine, level)
+                assert repr(machine) == before
+                assert repr(each(machine, level)) == repr(once)
+                assert each(once, level) == once, each.__name__
+
+
+@pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
+def test_ropes_have_their_mass_and_its_centre(name: str) -> None:
+    for machine, _ in given(plan_of(name), Fidelity()):
+        rows = {row.rope: row for row in machine.heavy if not row.why}
+        lengths = {rope.name: rope.L0 for rope in machine.system.ropes}
+        plain = as_modelled(at(plan_of(name), Fidelity()), machine).system
+        for fidelity in (Fidelity(ropes="massive", lumps=n) for n in (1, 2, 4)):
+            found = as_modelled(at(plan_of(name), fidelity), machine).system
+            whole = sum(row.line * (lengths[rope] - row.lead) for rope, row in rows.items())
+            assert _mass(found) - _mass(plain) == pytest.approx(whole, rel=1e-9)
+            placed = {joint.child: joint.p_PJ for joint in found.joints}
+            for rope, row in rows.items():
+                lumps = {body.name: body.mass for body in found.bodies if body.name.startswith(f"{rope}.lump-")}
+                lumps = {name: mass for name, mass in lumps.items() if mass}
+                middle = sum(m * placed[f"{x}-x"][2] for x, m in lumps.items()) / sum(lumps.values())
+                top, eye = row.ends[0][2], row.ends[1][2]
+                assert middle == pytest.approx((top + eye) / 2.0, abs=ROUNDING * top)
+
+
+def _mass(system: System) -> float:
+    return sum(body.mass for body in system.bodies) + sum(rope.mass for rope in system.straight_ropes)
+
+
+@cache
+def still(name: str, fidelity: Fidelity) -> Played:
+    return play(quiet(at(plan_of(name), fidelity)))
+
+
+def quiet(plan: Plan) -> Plan:
+    """The same with nothing to do for a second."""
+    return msgspec.structs.replace(plan, actions=(), lists=(), models=(), limits=(), interlocks=(), end=1.0)
+
+
+def tensions(run: Played, what: str = "rope/tension") -> dict[str, np.ndarray]:
+    block = run.layout.find(what)
+    return {name: run.rows[:, block.start + i] for i, name in enumerate(block.names)}
+
+
+@pytest.mark.parametrize("name", [*HANGING, *RANDOM[:6]])
+def test_hook_ropes_start_at_rest_under_what_they_carry_and_weigh(name: str) -> None:
+    plan = plan_of(name)
+    if plan.lists:
+        plan = msgspec.structs.replace(plan, lists=())
+    plain = tensions(play(quiet(plan)))
+    for fidelity in (Fidelity(rope_mass="lumped"), Fidelity(ropes="massive", lumps=2, girder="elastic")):
+        rich = tensions(play(quiet(at(plan, fidelity))))
+        for row in (row for machine in machines(plan) for row in machine.heavy if not row.why):
+            assert rich[row.rope][0] == pytest.approx(plain[row.rope][0], rel=STATIC)
+            if fidelity.ropes == "massive":
+                rope = next(r for m in machines(plan) for r in m.system.ropes if r.name == row.rope)
+                weight = row.line * (rope.L0 - row.lead) * plan.gravity
+                assert rich[f"{row.rope}~1"][0] == pytest.approx(plain[row.rope][0] + weight, rel=STATIC)
+            if not any(machine.name == "wind" for machine in plan.mechanisms):
+                swings = (
+                    np.abs(rich[row.rope] - rich[row.rope][0]).max()
+                    - np.abs(plain[row.rope] - plain[row.rope][0]).max()
+                )
+                assert swings < STILL * plain[row.rope][0]
+
+
+@pytest.mark.parametrize("name", ["spreader", "hall", "crawler"])
+def test_more_lumps_come_closer(name: str) -> None:
+    """Peaks of hook ropes; ropes that weigh a hundredth of their load leave as little."""
+    runs = []
+    for n in (1, 2, 4):
+        level = Fidelity(ropes="massive", lumps=n)
+        run = play(msgspec.structs.replace(at(plan_of(name), level), limits=(), method="radau5", tolerance=1e-5))
+        hooks = {hook.rope for machine in machines(plan_of(name)) for hook in machine.hooks}
+        runs.append({rope: peak.max() for rope, peak in tensions(run, "rope/peak").items() if rope in hooks})
+    one, two, four = runs
+    for rope, peak in four.items():
+        assert abs(two[rope] - peak) <= abs(one[rope] - peak) + LANDING / 10.0 * peak
+        assert two[rope] == pytest.approx(peak, rel=LANDING)
+
+
+@pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
+def test_levels_are_ordered_and_each_tells_what_it_leaves_out(name: str) -> None:
+    plan = plan_of(name)
+    found = levels(plan)
+    sizes = [size(plan, level) for level in found]
+    assert sizes == sorted(sizes)
+    assert len({*found}) == len(found)
+    assert omitted(plan, found[-1]) == tuple(x for x in omitted(plan, found[-1]) if x in KEPT)
+    hangs = any(not row.why for machine in machines(plan) for row in machine.heavy)
+    assert ("rope mass" in omitted(plan, found[0])) == hangs
+    assert bool(hangs) == (len(found) > 1)
+
+
+KEPT = ("motion out of its plane", "elastic slings", "other supports")  # of the scene's own fidelity
+
+
+@pytest.mark.parametrize("name", ["edge", "sling-break"])
+def test_what_no_order_moves_is_locked_and_changes_nothing(name: str) -> None:
+    plan = msgspec.structs.replace(plan_of(name), limits=(), method="dop853", tolerance=TOLERANCE)
+    locked = exact(plan)
+    assert len(locked.locked) > len(plan.fidelity.locked)
+    free, held = (tensions(play(at(plan, level)), "rope/peak") for level in (plan.fidelity, locked))
+    for rope, peak in free.items():
+        assert held[rope].max() == pytest.approx(peak.max(), rel=SAME, abs=1.0)
+
+
+def test_a_crane_with_a_boom_that_bends_is_one_file(tmp_path: Path) -> None:
+    """It starts bent and at rest, its hook where it is on a rigid boom, and bends at its own frequency."""
+    plan = boom(tmp_path)
+    assert omitted(plan, levels(plan)[0])[-1:] == ("elastic bodies",)
+    rigid, bent = (as_modelled(at(plan, Fidelity(girder=g)), plan.mechanisms[0]) for g in ("rigid", "elastic"))
+    one, two = ({body.name: body for body in x.system.bodies} for x in (rigid, bent))
+    flexible = two["crane.boom"].flexible
+    assert one["crane.boom"].flexible is None
+    assert flexible is not None
+    assert flexible.beam is not None
+    assert two["crane.boom"].mass + flexible.beam.mass_per_length * flexible.beam.length == one["crane.boom"].mass
+    w, F, EI, L = 20e3 / 40.0 * 9.80665 * 0.45, 2e3 * 9.80665 * 0.45, 8e9, 40.0  # 63 degrees up: cos is 0.45
+    sag = w * L * L * L * L / (8.0 * EI) + F * L * L * L / (3.0 * EI)
+    assert -sum(flexible.start) == pytest.approx(sag, rel=0.05)
+    pulls = tensions(play(quiet(at(plan, Fidelity(girder="elastic")))))["crane.main"]
+    assert pulls[0] == pytest.approx(2e3 * plan.gravity, rel=STATIC * 10.0)
+    assert np.abs(pulls - pulls[0]).max() < STILL * pulls[0]
+
+
+def test_a_rope_over_sheaves_has_no_mass_and_says_why() -> None:
+    scene = """\
+heavylift: 1
+name: ropes
+end: 1 s
+mechanism:
+  bodies: {a: {mass: 1 t}, b: {mass: 1 t}}
+  joints:
+    one: {type: prismatic, child: a, axis: [0, 0, 1]}
+    two: {type: prismatic, child: b, axis: [0, 0, 1], at: [5 m, 0 m, 0 m]}
+  ropes:
+    over:
+      start: {body: world, at: [-1 m, 0 m, 9 m]}
+      over: [{body: a, at: [0 m, 0 m, 0 m], radius: 1 m}]
+      end: {body: world, at: [1 m, 0 m, 9 m]}
+      EA: 10 MN
+      length: 21.57 m
+      mass per length: 5 kg/m
+    plumb:
+      start: {body: world, at: [5 m, 0 m, 9 m]}
+      end: {body: b, at: [0 m, 0 m, 0 m]}
+      EA: 10 MN
+      length: 8.99 m
+      mass per length: 5 kg/m
+"""
+    plan = parse(scene, "ropes.yaml").plan
+    assert reasons(plan) == {"over": "it runs over sheaves or edges"}
+    found = play(at(plan, Fidelity(ropes="massive", lumps=2)))
+    assert "plumb~1" in tensions(found)
+    assert "over~1" not in tensions(found)

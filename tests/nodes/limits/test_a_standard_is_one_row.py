@@ -1,0 +1,45 @@
+"""A limit by another standard is one row of the table: plan, check, run and report know it."""
+
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.kernel import SceneError
+from heavylift.nodes.limits import standards
+from heavylift.nodes.scene import load
+
+OWN, FACTOR = "a works standard", 1000.0
+
+
+def add(monkeypatch: pytest.MonkeyPatch, folder: Path, *row: str) -> None:
+    """Add the row; scenes are kept beside those of the table as it is."""
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(folder))
+    monkeypatch.setattr(standards, "STRENGTHS", (*standards.STRENGTHS, standards.Strength(*row, FACTOR, OWN)))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["lift", "spreader"])
+def test_a_row_for_rest_refuses_a_scene(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    add(monkeypatch, tmp_path, "sling", "sling tension")
+    with pytest.raises(SceneError, match=rf"1000 are needed \({OWN}\)"):
+        load(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "row"),
+    [
+        ("lift", ("sling", "sling peak")),
+        ("lift", ("hoist rope", "rope peak")),
+        ("spreader", ("sling", "sling peak")),
+        ("jib", ("hoist rope", "rope peak")),
+    ],
+)
+def test_a_row_for_peaks_is_judged_in_a_run(
+    name: str, row: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add(monkeypatch, tmp_path, *row)
+    scene = load(name)
+    assert [x for x in scene.plan.limits if x.source == OWN]
+    verdict = run(scene, tmp_path / "run.mcap", in_process=True).verdict
+    assert verdict is not None
+    assert any(f"({OWN})" in f.sentence for f in verdict.findings if f.severity == "red")
+    assert OWN in str(verdict.checks)
