@@ -117,7 +117,7 @@ def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 
 def _lug_load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """What the slings on a lug pull together [kg]; those of loaders while they are hooked there."""
+    """What the slings on a lug pull together [kg]; those of beams while they are hooked there."""
     pulls = {}
     for name in (name for name in limit.elements if name in signals.tensions):
         on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), False)
