@@ -18,7 +18,8 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 def weighed(built: Plan) -> Plan:
     """A plan with that, as its machines made of parts stand and hang at the start."""
-    if not any(machine.heavy or machine.bends or machine.ties for machine in built.mechanisms):
+    free = any(machine.heavy or machine.bends or machine.ties for machine in built.mechanisms)
+    if not free and all(row.below for machine in built.levelled for row in machine.heavy):
         return built
     whole = merge([machine.system for machine in built.machines], built.gravity)
     start = _Start(whole)
