@@ -3,7 +3,7 @@
 Lowest layer first
     devs       Parallel DEVS: atomic and coupled models, ports, messages, superdense time, the simulator
     plan       a scene after reading, as plain data: machines, actions, limits, fidelity, questions
-    models     cranes, loaders, block, mechanisms and their commander, one coupled model per node
+    models     machines and their commander, one coupled model per node
     statics    the equilibrium path along the action list
     limits     what a lift must not exceed, and the findings of those who looked
     fidelity   the rules that leave out of a model what a question does not need

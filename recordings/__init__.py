@@ -2,7 +2,7 @@
 
 A run:      with Recorder("run.mcap", {"scene": "lift", "seed": 1}) as rec: rec.add_port(...); rec.event(...)
 Numbers:    rec.layout(SampleLayout([...])); rec.samples(batch)
-Reading:    Recording("run.mcap")["rope/tension"], ["loader/1"].tension, .events(), .run, .result: READING.md
+Reading:    Recording("run.mcap")["rope/tension"], ["legs/1"].tension, .events(), .run, .result: READING.md
 For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself;
             curves("run.mcap", ["rope/tension/*"], "run.html") any signals, overlay(a, b, out) those of two runs.
 A page:     view("run.mcap", "run.html") shows the lift in 3D with signals, stages and events.

@@ -1,15 +1,16 @@
-"""What viewers draw of a plan: portals on their rails, trolleys, loaders, the block, any mechanism; lines of ropes."""
+"""What viewers draw of a plan: machines as they collide, rails below those that travel, lines of ropes."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from math import hypot
 
 from heavylift.kernel.description.forces import Spring
-from heavylift.kernel.description.mechanics import Line, Point, System
+from heavylift.kernel.description.mechanics import Body, Line, Point, System, Vector
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m
-from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.plan import Actuator, Plan
 from heavylift.nodes.plan.shapes import Shapes, Solid
 from heavylift.recordings import Box, RopeLine
 
@@ -36,23 +37,40 @@ def boxes(plan: Plan) -> list[Box]:
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
     """Middle and radius [m] of what is to be seen of a plan at its start."""
-    if plan.cranes:
-        n, r = len(plan.cranes), sum(c.main.com[1] for c in plan.cranes) / len(plan.cranes)
-        x, y = sum(c.at[0] + c.gantry.start for c in plan.cranes) / n, r + sum(c.at[1] for c in plan.cranes) / n
-        far = max(max(abs(c.at[0] + c.gantry.start - x), abs(c.at[1] + r - y)) for c in plan.cranes)
+    if cranes := _on_rails(plan):
+        n, r = len(cranes), sum(c.main.com[1] for c in cranes) / len(cranes)
+        x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n
+        far = max(max(abs(c.at[0] + c.gantry.start - x), abs(c.at[1] + r - y)) for c in cranes)
         return (x, y, 0.6 * r), 1.3 * r + (far if plan.lists else 0.0)
     arms = [p for m in plan.mechanisms for p in (*(b.com for b in m.system.bodies), *(j.p_PJ for j in m.system.joints))]
     reach = sum(hypot(*p) for p in arms) / max(1, len(plan.mechanisms))
     return (0.0, 0.0, 0.0), max(reach, 1.0)
 
 
+@dataclass(frozen=True)
+class _Portal:
+    """A crane on two rails along x: where its coordinates count from, its gantry, its main body."""
+
+    at: Vector
+    gantry: Actuator
+    main: Body
+
+
+def _on_rails(plan: Plan) -> list[_Portal]:
+    found = []
+    for machine in (machine for machine in plan.levelled if machine.girders):
+        (joint, *_), (main, *_) = machine.system.joints, machine.system.bodies
+        found.append(_Portal(joint.p_PJ, machine.actuators[0], main))
+    return found
+
+
 def _rails(plan: Plan) -> list[Box]:
     """Two rails along x, as far as a crane can go."""
-    if not plan.cranes:
+    if not (cranes := _on_rails(plan)):
         return []
-    low = min(c.at[0] + c.gantry.lower for c in plan.cranes) - OVERHANG
-    high = max(c.at[0] + c.gantry.upper for c in plan.cranes) + OVERHANG
-    spans = sorted({c.at[1] + y for c in plan.cranes for y in (2.0 * c.main.com[1], 0.0)})
+    low = min(c.at[0] + (c.gantry.lower or 0.0) for c in cranes) - OVERHANG
+    high = max(c.at[0] + (c.gantry.upper or 0.0) for c in cranes) + OVERHANG
+    spans = sorted({c.at[1] + y for c in cranes for y in (2.0 * c.main.com[1], 0.0)})
     return [Box("world", ((low + high) / 2, y, RAIL / 4), (high - low, RAIL, RAIL / 2), GREY) for y in spans]
 
 

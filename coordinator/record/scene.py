@@ -25,8 +25,8 @@ from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
 from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, StateEvent
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import Plan, encode
+from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.format.samples import Batch, decode_batch
@@ -91,7 +91,6 @@ class Record(FileTape):
         self._errors = scene.errors
         self._layout = SampleLayout([])
         self._ropes = RopeLines([])
-        carried = {r.carries: r.name for r in plan.rig.hook_ropes}
         facts = {
             "scene": plan.name,
             "seed": plan.seed,
@@ -110,7 +109,7 @@ class Record(FileTape):
             "tandem": scene.facts.tandem,
             "supports": supports(plan),
             **(more or {}),
-            "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
+            BEAMS: hanging(plan),
         }
         attachments = {path_text(scene.path.name): scene.text.encode(), RESOLVED: encode(plan)}
         attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}
@@ -284,8 +283,16 @@ def _asked(scene: LoadedScene) -> dict[str, object]:
 
 def supports(plan: Plan) -> list[dict[str, object]]:
     """Where bodies can stand: name, body, point of it, height of the pad [m]."""
-    found = [support for machine in machines(plan) for support in machine.system.supports]
+    found = [support for machine in plan.machines for support in machine.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
+
+
+def hanging(plan: Plan) -> dict[str, str]:
+    """Machines that hang on the hook of another one, with its rope."""
+    owners = {body.name: machine.name for machine in plan.machines for body in machine.system.bodies}
+    hooks = [(machine.name, hook) for machine in plan.machines for hook in machine.hooks]
+    on = {owners[hook.eye.body]: hook.rope for name, hook in hooks if owners.get(hook.eye.body, name) != name}
+    return {machine.name: on[machine.name] for machine in plan.machines if machine.name in on}
 
 
 ROPES = ("rope tension", "sling tension")  # limits of one rope at rest
@@ -293,7 +300,7 @@ ROPES = ("rope tension", "sling tension")  # limits of one rope at rest
 
 def rated(plan: Plan) -> dict[str, float]:
     """Tension that counts as 100 % of use, per rope [N]; ropes without one are left out."""
-    hooks = {rope.name: rope.rated for rope in plan.rig.hook_ropes if rope.rated}
-    slings = {tie.rope: tie.rated for machine in machines(plan) for tie in machine.ties if tie.rated}
+    hooks = {hook.rope: hook.rated for machine in plan.machines for hook in machine.hooks if hook.rated}
+    slings = {tie.rope: tie.rated for machine in plan.machines for tie in machine.ties if tie.rated}
     most = {q: {x.subject: x.value for x in plan.limits if x.quantity == q and x.value} for q in ROPES}
     return most["rope tension"] | hooks | slings | most["sling tension"]

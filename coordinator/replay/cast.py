@@ -1,6 +1,6 @@
 """The models of a recorded run, built again by the code that is installed now.
 
-A run of a scene attaches its plan: cranes, loaders, block, mechanism, commander, and the kernel.  A run of any other
+A run of a scene attaches its plan: machines, commander, and the kernel.  A run of any other
 DEVS model names the function that built it: its children.  A model is asked for by kind and name, such as crane/west,
 or by its name alone.
 """
@@ -21,7 +21,8 @@ from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import Model, OutPort, Simulator, Steppable
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one
-from heavylift.nodes.plan.plan import Plan, decode, functions
+from heavylift.nodes.plan.plan import Mechanism, Plan, decode, functions
+from heavylift.nodes.plan.spellings import BEAM
 from heavylift.recordings import Recording
 
 
@@ -67,9 +68,8 @@ def cast_of(rec: Recording) -> Cast:
 
 
 def _of_plan(plan: Plan) -> Cast:
-    kinds = (("crane", plan.cranes), ("loader", plan.loaders), ("mechanism", plan.mechanisms), ("model", plan.models))
-    found = {f"{kind}/{x.name}": x.name for kind, some in kinds for x in some}
-    found |= {x.name: x.name for x in plan.all_blocks}
+    found = {f"{_kind(x)}/{x.name}" if _kind(x) else x.name: x.name for x in plan.machines}
+    found |= {f"model/{x.name}": x.name for x in plan.models}
 
     def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
         if name == KERNEL:
@@ -78,6 +78,13 @@ def _of_plan(plan: Plan) -> Cast:
 
     wires = wiring(plan)
     return Cast({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wires, make, plan.microsteps)
+
+
+def _kind(machine: Mechanism) -> str:
+    """By which word a machine is asked for beside its name; none of what is lifted alone."""
+    if not machine.levels:
+        return "mechanism"
+    return "crane" if machine.hooks or machine.girders else "" if machine.cargo else BEAM
 
 
 def _of_model(reference: str, by: str, microsteps: int, stop: str) -> Cast:

@@ -30,6 +30,7 @@ from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.fidelity.case import Case, case_of
+from heavylift.nodes.fidelity.lifts import lift_of
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene import LoadedScene
@@ -106,9 +107,9 @@ class Held:
 def _hook_pairs(plan: Plan, case: Case) -> list[Pair]:
     """A crane and what hangs from it on the stiffest hook of a lift: loaded, and empty."""
     hook = min(case.hooks, key=lambda h: h.soft_rope)
-    rope = next(r for r in plan.rig.hook_ropes if r.name == hook.rope)
-    crane = next(c for c in plan.cranes if c.name == rope.crane)
-    loader = next(x for x in plan.loaders if x.name == rope.carries)
+    rope = next(r for r in lift_of(plan).rig.hook_ropes if r.name == hook.rope)
+    crane = next(c for c in lift_of(plan).cranes if c.name == rope.crane)
+    loader = next(x for x in lift_of(plan).loaders if x.name == rope.carries)
     empty = loader.upper.mass + loader.lower.mass
     k = 1.0 / hook.soft_rope
     return [

@@ -22,6 +22,7 @@ from heavylift.coordinator.run.pool import cores
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.kernel.version import __version__
+from heavylift.nodes.fidelity.lifts import lift_of
 from heavylift.nodes.plan.actions import Wait
 
 from .planning import Planner
@@ -201,7 +202,7 @@ def too_small(budget: float, why: str, needed: float) -> SceneError:
 def unit_of(scene: LoadedScene) -> str:
     """Of places: of a block, or of the coordinates of all joints of a mechanism."""
     plan = scene.plan
-    if plan.block is not None:
+    if lift_of(plan).block is not None:
         return "m"
     joints = [JOINTS[j.kind] for m in plan.mechanisms for j in m.system.joints]
     turns = {joint.turns(i) or i >= (joint.n_q if joint.quaternion is None else joint.quaternion)

@@ -14,6 +14,7 @@ from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.pause import configured
 from heavylift.coordinator.record.energy import EnergyAudit
 from heavylift.coordinator.run import in_memory
+from heavylift.nodes.fidelity.lifts import lift_of
 from heavylift.nodes.models import build
 from heavylift.nodes.plan.actions import Lifted, Move, Wait
 from heavylift.nodes.plan.plan import Plan
@@ -105,10 +106,10 @@ def _shown(
 ) -> Shown:
     tension, peak = layout.find("rope/tension"), layout.find("rope/peak")
     names = list(tension.names) if tension else []
-    ropes = [r.name for r in plan.rig.hook_ropes] if plan.lift else names
+    ropes = [r.name for r in lift_of(plan).rig.hook_ropes] if lift_of(plan).lift else names
     picks = [names.index(r) for r in ropes]
-    channel = layout.find(f"pose/{plan.block.name}" if plan.block else "joint/position")
-    columns = [] if channel is None else list(channel.names[:3] if plan.block else channel.names)
+    channel = layout.find(f"pose/{lift_of(plan).block.name}" if lift_of(plan).block else "joint/position")
+    columns = [] if channel is None else list(channel.names[:3] if lift_of(plan).block else channel.names)
     at = channel.start if channel else 0
     empty = np.zeros((len(t), 0))
     return Shown(

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import msgspec
 from heavylift.nodes.fidelity import Question, choose
+from heavylift.nodes.fidelity.lifts import lift_of
 from heavylift.nodes.plan.fidelity import Asked
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import Fidelity, Plan
 from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.scene import LoadedScene
@@ -90,7 +90,7 @@ class Setting:
 def ladder(scene: LoadedScene) -> tuple[list[Rung], Rung | None]:
     """The rungs of a scene, poorest first, and the one above the richest; none for a mechanism."""
     plan = scene.plan
-    if plan.block is None or scene.followed is None:
+    if lift_of(plan).block is None or scene.followed is None:
         return [Rung(AS_WRITTEN, None)], None
     rungs = [
         Rung("rigid", Fidelity(ropes="rigid", slings="rigid")),
@@ -106,12 +106,12 @@ def chosen(scene: LoadedScene, ask: tuple[Asked, ...], limit: float) -> list[Run
     """The rungs that a scene would be given if it asked each quantity alone, and all, and named nothing itself; none
     for a mechanism."""
     plan = msgspec.structs.replace(scene.plan, fidelity=Fidelity())
-    if plan.block is None or scene.followed is None:
+    if lift_of(plan).block is None or scene.followed is None:
         return []
     found: dict[Fidelity, list[str]] = {}
     for question in dict.fromkeys((*((quantity,) for quantity in ask), ask)):
         verdict = choose(plan, scene.followed, Question(question, limit), frozenset())
-        fidelity = planar(verdict.fidelity, machines(plan))
+        fidelity = planar(verdict.fidelity, plan.machines)
         found.setdefault(fidelity, []).append(question[0] if len(question) == 1 else ALL)
     return [Rung(f"chosen for {ALL if ALL in names else _listed(names)}", f) for f, names in found.items()]
 

@@ -4,8 +4,8 @@ A placement is a function of the scene and the command line alone, and it change
 that share a process are one node of the protocol there, called like the first of them; the kernel is always its own.
 
     placement:                       a scene's key: process -> its nodes; all others get a process of their own
-      yard-a: [west, loader-1]
-    --place "west,loader-1=yard-a"   the same on the command line, laid over the scene's
+      yard-a: [west, block]
+    --place "west,block=yard-a"      the same on the command line, laid over the scene's
     --remote yard-a                  somebody starts this process on another host
     --external yard-a                somebody starts a program of another kind in its place
     --processes 4                    models in their order over four processes; the kernel has one to itself

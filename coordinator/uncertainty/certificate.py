@@ -27,6 +27,7 @@ from heavylift.coordinator.tradeoff.measuring import unit_of
 from heavylift.kernel.errors import HeavyliftError, RecordingError
 from heavylift.nodes.fidelity.case import case_of
 from heavylift.nodes.fidelity.cost import cost
+from heavylift.nodes.fidelity.lifts import lift_of
 from heavylift.nodes.fidelity.method import METHODS
 from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import Fidelity, Plan
@@ -116,7 +117,7 @@ def tighter(plan: Plan) -> list[Plan]:
     finest = min(TIGHT, 1e-2 * plan.tolerance if plan.step is None else TIGHT)
     if finest < FINEST:
         return []
-    rigid = plan.fidelity.ropes == "rigid" and plan.lift
+    rigid = plan.fidelity.ropes == "rigid" and lift_of(plan).lift
     rigid = rigid or any(system.rigid_ropes for system in (m.system for m in plan.mechanisms))
     tolerances = (finest * SECOND / TIGHT, finest) if rigid else (finest,)
     return [_stepped(plan, plan.fidelity, tolerance) for tolerance in tolerances]
@@ -124,7 +125,7 @@ def tighter(plan: Plan) -> list[Plan]:
 
 def richer(plan: Plan) -> Plan | None:
     """The next richer spatial rung; None of a mechanism and of machines made of parts."""
-    if not plan.lift:
+    if not lift_of(plan).lift:
         return None
     at = plan.fidelity
     lumps = 2 * at.lumps if at.ropes == "massive" else 2
@@ -155,7 +156,7 @@ class Certifying:
     def price(self) -> str:
         """What the certificate costs, in a sentence."""
         plan, n = self._scene.plan, 2 * sum(x.sd > 0.0 for x in self._inputs)
-        case = case_of(plan, self._scene.followed) if plan.block and self._scene.followed else None
+        case = case_of(plan, self._scene.followed) if lift_of(plan).block and self._scene.followed else None
 
         def seconds(one: Plan) -> float | None:
             if case is None or one.method not in METHODS:

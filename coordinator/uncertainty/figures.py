@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from heavylift.coordinator.tradeoff.playing import Shown, spans
 from heavylift.coordinator.tradeoff.quantities import LOADED, STILL, swing
+from heavylift.nodes.fidelity.lifts import lift_of
 from heavylift.nodes.models import COMMANDER
 from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import Plan
@@ -60,9 +61,9 @@ def recorded(plan: Plan, rec: Recording) -> Shown:
     """What a recorded run of a plan shows, as `play` tells it of one that is not recorded."""
     stages = [(e.t_ns * 1e-9, e.value["action"], e.value["name"]) for e in rec.events(COMMANDER, "stage")]
     names = rec.columns("rope/tension") if "rope/tension" in rec.signals() else []
-    place = f"pose/{plan.block.name}" if plan.block else "joint/position"
-    ropes = [rope.name for rope in plan.rig.hook_ropes] if plan.lift else names
-    columns = rec.columns(place)[:3] if plan.block else rec.columns(place) if place in rec.signals() else []
+    place = f"pose/{lift_of(plan).block.name}" if lift_of(plan).block else "joint/position"
+    ropes = [rope.name for rope in lift_of(plan).rig.hook_ropes] if lift_of(plan).lift else names
+    columns = rec.columns(place)[:3] if lift_of(plan).block else rec.columns(place) if place in rec.signals() else []
     tension = rec.signal("rope/tension") if names else None
     at = rec.signal(place) if columns else None
     one = tension or at

@@ -1,6 +1,6 @@
 """How near the parts of a lift came to one another: the smallest clearances with time and place, and what is too near.
 
-Things are what a planner names: the block, a loader, a portal, a rope.  Two of them are kept apart by the scene's limit
+Things are what a planner names: the block, a beam, a portal, a rope.  Two of them are kept apart by the scene's limit
 or must only not go through each other (`nodes.plan.shapes`), as must what the scene orders to touch, while it does; at
 other times that must only not touch.
 """

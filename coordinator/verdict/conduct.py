@@ -15,7 +15,6 @@ from heavylift.nodes.devs import Event
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.parts.messages import BrakeState, Limit, OperatorCommand, Overload, Skipped, Stage, Tripped
 from heavylift.nodes.plan.actions import Action, Condition, Landed, Move, Turn
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan, driven
 from heavylift.recordings import Recording
@@ -90,7 +89,7 @@ def conduct_of(rec: Recording) -> Conduct:
 
 def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
     """All of it, in no order."""
-    lift = any(machine.cargo for machine in machines(plan))
+    lift = any(machine.cargo for machine in plan.machines)
     yield from _stops(plan, said)
     yield from _interlocks(plan, said)
     yield from _at_once(plan, said)
@@ -144,7 +143,7 @@ def _lands(until: Condition | None) -> bool:
 
 def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
     """Hooks that were two-blocked, and drives that came to the end of their way; each once."""
-    hooks = [(machine.name, hook.rope) for machine in machines(plan) for hook in machine.hooks]
+    hooks = [(machine.name, hook.rope) for machine in plan.machines for hook in machine.hooks]
     names = {rope: f"the hook {rope.removeprefix(f'{name}.')} of {name}" for name, rope in hooks}
     seen = set()
     for t, actor, limit in said.stopped:

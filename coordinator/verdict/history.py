@@ -14,7 +14,6 @@ from typing import Protocol
 
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import REEVING, StaticState, reeved
@@ -152,7 +151,7 @@ def history_of(rec: Recording) -> Collector:
 def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
     """The same of the path at rest, of several lists one after the other, each with its points; ropes hang on
     the lugs to which they are hooked."""
-    known, ends = machines(plan), [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
+    known, ends = plan.machines, [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
     lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
     for first, end in pairwise([0, *ends, len(states)]):
         part, rigs = states[first:end], list[Rig]()

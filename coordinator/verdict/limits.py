@@ -7,7 +7,6 @@ from math import atan2, ceil, cos, exp, pi, sin, sqrt
 
 import numpy as np
 from heavylift.nodes.limits.signals import Signals, hooked_in
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
 from numpy.typing import NDArray
@@ -55,7 +54,7 @@ def impacts(plan: Plan, past: Past) -> dict[str, tuple[float, float]]:
     mass comes down on the pads that touch then, but for what ropes and other supports hold.
     """
     found: dict[str, tuple[float, float]] = {}
-    strands, pads = Shapes(plan).strands.values(), {s.name: s for m in machines(plan) for s in m.system.supports}
+    strands, pads = Shapes(plan).strands.values(), {s.name: s for m in plan.machines for s in m.system.supports}
     for limit in (x for x in plan.limits if x.quantity == "impact"):
         weight = (limit.value or 0.0) / limit.factor
         ropes = [x.rope for x in strands if limit.subject in x.ends]

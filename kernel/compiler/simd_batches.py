@@ -1,6 +1,6 @@
 """Equal calls side by side: calls of one function that do not need each other become the lanes of one vector call.
 
-Equal loaders, ropes and trees are calls of one function with different numbers, so the processor's vector units take
+Equal frames, ropes and trees are calls of one function with different numbers, so the processor's vector units take
 up to eight of them at once.  Every lane does what the scalar code does, operation by operation, so no bit changes;
 where a processor has narrower vectors the compiler splits them.
 """

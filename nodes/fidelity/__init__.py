@@ -2,6 +2,7 @@
 
     choose(plan, followed, question, named) -> Verdict: fidelity, method, tolerance; every choice with its reason
 
+lifts, following      a lift as the rules read it, and its path at rest
 case, hooks, moving   the numbers of a scene that the rules need
 response, rests    how a load answers the whole action list; how its rest moves along the static path
 rules, always      one small function per rule; what is left out without a question
@@ -15,8 +16,10 @@ from heavylift.kernel.on_demand import face
 from heavylift.nodes.plan.fidelity import ASKABLE, Question
 
 from .choose import choose, unpromised
+from .following import Following, following
+from .lifts import lift_of
 from .verdict import Verdict
 
-__all__ = ["ASKABLE", "Question", "Verdict", "choose", "unpromised"]
+__all__ = ["ASKABLE", "Following", "Question", "Verdict", "choose", "following", "lift_of", "unpromised"]
 
 face(__name__)

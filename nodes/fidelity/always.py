@@ -13,6 +13,7 @@ from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.plan.plan import Plan
 
+from .lifts import lift_of
 from .rules import STATES, Choice
 
 FREE = 6  # degrees of freedom of a body that nothing holds
@@ -32,7 +33,7 @@ def reeving(plan: Plan, mechanics: System) -> Choice:
 
     Lead part over mean of n falls: n (1 - eta) / (1 - eta^n).
     """
-    falls = [rope.falls for rope in plan.rig.hook_ropes]
+    falls = [rope.falls for rope in lift_of(plan).rig.hook_ropes]
     n = max(falls, default=1)
     lead = n * (1.0 - EFFICIENCY) / (1.0 - power(EFFICIENCY, n)) - 1.0
     over = [r.name for r in mechanics.reevings]
@@ -56,8 +57,8 @@ def wind(plan: Plan, mechanics: System) -> Choice:
 
 def contact(plan: Plan, mechanics: System) -> Choice:
     """Pads meet the stool below them and no other; nothing else can touch, unless the scene names contacts."""
-    every = len(plan.block.pads) if plan.block else 0
-    standing = [pad for pad in plan.block.pads if pad.closed] if plan.block else []
+    every = len(lift_of(plan).block.pads) if lift_of(plan).block else 0
+    standing = [pad for pad in lift_of(plan).block.pads if pad.closed] if lift_of(plan).block else []
     pairs = every * len(standing)
     kept = len(mechanics.supports)
     shapes = f"; {len(mechanics.contacts)} contacts are named" if mechanics.contacts else "; nothing else can touch"

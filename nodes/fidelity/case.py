@@ -13,12 +13,12 @@ from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.levels.girders import sag
 from heavylift.nodes.plan.actions import Action, Brake, Hookup, Lifted, Move, Turn, Unhook
-from heavylift.nodes.plan.goliaths import machine
-from heavylift.nodes.plan.plan import Axis, Crane, HookRope, Loader, Plan, drive_name
+from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
-from heavylift.nodes.statics.static_state import Following, Step
 
+from .following import Following, Step
 from .hooks import Hook
+from .lifts import Axis, Crane, HookRope, Loader, drive_name, lift_of
 from .moving import Parting, by_ways, lasts, lifting, tilted, turning
 from .response import Swings, answer, frequencies
 from .rests import awaiting, begins, bouncing, changes, flies_up, recoils, swinging
@@ -65,15 +65,17 @@ class Case:
 
 def case_of(plan: Plan, followed: Following) -> Case | None:
     """The numbers of a scene; None if nothing is lifted as far as it can be followed."""
-    if not (loads := _loads(plan, followed)) or plan.block is None:
+    if not (loads := _loads(plan, followed)) or lift_of(plan).block is None:
         return None
     plan = by_ways(plan, followed)
     moves = [order for action in plan.actions for order in action.orders if isinstance(order, Move)]
     turns = any(isinstance(order, Turn) for action in plan.actions for order in action.orders)
-    ropes = [rope for rope in plan.rig.hook_ropes if rope.name in loads]
+    ropes = [rope for rope in lift_of(plan).rig.hook_ropes if rope.name in loads]
     places = {rope.name: _places(plan, rope, followed) for rope in ropes}
     bends = {rope.name: max(_bend(plan, rope, y) for y in places[rope.name]) for rope in ropes}
-    sags = {c.name: sum(loads[r.name][0] * bends[r.name] for r in ropes if r.crane == c.name) for c in plan.cranes}
+    sags = {
+        c.name: sum(loads[r.name][0] * bends[r.name] for r in ropes if r.crane == c.name) for c in lift_of(plan).cranes
+    }
     gives = (loads[r.name][0] * sum(_soft(plan, r, loads[r.name][1])) + bends[r.name] * sags[r.crane] for r in ropes)
     partings = lifting(plan, followed, plan.gravity * max(gives))
     still = (_hook(plan, r, *loads[r.name], moves, partings, places[r.name], sags[r.crane]) for r in ropes)
@@ -85,11 +87,11 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
     rests = swinging(plan, followed, 0, way), swinging(plan, followed, 1, way)
     swings = Swings(rests, (slow, fast), begins(followed))
     ordered, drives = set[str](), dict[str, tuple[float, float]]()
-    for crane in plan.cranes:
+    for crane in lift_of(plan).cranes:
         for which, axis in (("gantry", crane.gantry), ("upper", crane.upper.axis), ("lower", crane.lower.axis)):
             joint = f"{crane.name}.gantry" if which == "gantry" else f"{crane.name}.{which}-slide"
             drives[joint] = axis.kp, sum(h.load for h in hooks if _hangs_from(plan, h.rope, crane, which))
-            name = drive_name(crane.name, which)  # type: ignore[arg-type]
+            name = drive_name(crane.name, which)
             if any(m.actuator == name for m in moves) or (turns and which != "gantry"):
                 ordered.add(joint)
     return Case(
@@ -99,7 +101,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         awaits=swings.at(tuple(awaiting(plan, followed))),
         ordered=frozenset(ordered),
         drives=drives,
-        hinges=tuple(f"{x.name}.hinge" for x in plan.loaders),
+        hinges=tuple(f"{x.name}.hinge" for x in lift_of(plan).loaders),
         determinate=len(hooks) <= 3,
         mirrored=_mirrored(plan, ordered, {rope.crane for rope in ropes}),
         turns=turns,
@@ -120,7 +122,7 @@ def _loads(plan: Plan, followed: Following) -> dict[str, tuple[float, Step]]:
     """Rope -> the largest share of the block that hangs on it [kg], and the step with its longest rope."""
     found: dict[str, tuple[float, Step]] = {}
     for step in followed.steps:
-        for rope in plan.rig.hook_ropes if step.loads else ():
+        for rope in lift_of(plan).rig.hook_ropes if step.loads else ():
             share = (step.loads or {}).get(rope.carries, 0.0)
             if share > 0.0:
                 before, longest = found.get(rope.name, (0.0, step))
@@ -134,24 +136,24 @@ def _hook(
     places: list[float], sags: float,
 ) -> Hook:  # fmt: skip
     """`partings`: may lift the block; `places`: of its trolley then [m]; `sags`: the crane's shares times bends."""
-    assert plan.block is not None
-    crane = next(c for c in plan.cranes if c.name == rope.crane)
-    loader = next(x for x in plan.loaders if x.name == rope.carries)
-    slings = [s for s in plan.rig.slings if s.loader == rope.carries]
+    assert lift_of(plan).block is not None
+    crane = next(c for c in lift_of(plan).cranes if c.name == rope.crane)
+    loader = next(x for x in lift_of(plan).loaders if x.name == rope.carries)
+    slings = [s for s in lift_of(plan).rig.slings if s.loader == rope.carries]
     mine = [m for m in moves if m.actuator == rope.name]
     picking = [abs(m.speed) for x in partings for m in x.moves if m.actuator == rope.name]
     length, load = step.state.ropes[rope.name], share + loader.upper.mass + loader.lower.mass
-    pose, com = plan.block.pose, plan.block.body.com
+    pose, com = lift_of(plan).block.pose, lift_of(plan).block.body.com
     soft_rope, soft_slings = _soft(plan, rope, step)
     below = loader.pose[2] - pose[2] - com[2]  # of the hook, as it stands
-    stools = sum(p.support.k for p in plan.block.pads if p.closed) / len(plan.rig.hook_ropes)
+    stools = sum(p.support.k for p in lift_of(plan).block.pads if p.closed) / len(lift_of(plan).rig.hook_ropes)
     trolley, axis = _hangs_on(crane, rope)
     bend = max(_bend(plan, rope, y) for y in places)
     phases = [pi * y / crane.girder.span for y in places]
     traversed = max((abs(m.by) for m in moves if VERBS[m.verb].along == "y" and m.by is not None), default=0.0)
     hangs = (load + trolley) * plan.gravity / axis.kp
     heavy = plan.fidelity.ropes == "massive" or plan.fidelity.rope_mass == "lumped"
-    parts = machine(plan, crane)
+    parts = crane.parts
     bent = sag(parts, parts.girders[0], heavy=heavy)
     lever = abs(sum(line.a.p[2] for line in rope.lines) / len(rope.lines) - crane.girder.height)
     per_way = pi / crane.girder.span
@@ -196,7 +198,7 @@ def _rings(plan: Plan, followed: Following, h: Hook) -> float:
 
 def _soft(plan: Plan, rope: HookRope, step: Step) -> tuple[float, float]:
     """Compliances of a rope and of what hangs from it [m/N]."""
-    slings = [s for s in plan.rig.slings if s.loader == rope.carries]
+    slings = [s for s in lift_of(plan).rig.slings if s.loader == rope.carries]
     return step.state.ropes[rope.name] / rope.EA, 1.0 / sum(s.EA / s.L0 for s in slings) if slings else 0.0
 
 
@@ -207,7 +209,7 @@ def _grip(stools: float, soft: float) -> float:
 
 def _places(plan: Plan, rope: HookRope, followed: Following) -> list[float]:
     """Where the trolley of a hook stands on its girder as hoisting begins under a taut sling, or at the start [m]."""
-    crane = next(c for c in plan.cranes if c.name == rope.crane)
+    crane = next(c for c in lift_of(plan).cranes if c.name == rope.crane)
     trolley = next(h.trolley for h in crane.hooks if h.rope == rope.name)
     begun = zip(plan.actions, followed.acted, strict=False)
     hoists = (at for x, at in begun if any(isinstance(m, Move) and m.actuator == rope.name for m in x.orders))
@@ -224,7 +226,7 @@ def _hangs_on(crane: Crane, rope: HookRope) -> tuple[float, Axis]:
 
 def _bend(plan: Plan, rope: HookRope, y: float) -> float:
     """sin(pi y / L) / sqrt(k) of the girder's first mode, k = pi^4 EI / 2 L^3 [1 / sqrt(N/m)]."""
-    crane = next(c for c in plan.cranes if c.name == rope.crane)
+    crane = next(c for c in lift_of(plan).cranes if c.name == rope.crane)
     return float(sin(pi * y / crane.girder.span)) / sqrt(pi * pi * pi * pi / 2.0 * crane.girder.stiffness / 48.0)
 
 
@@ -235,23 +237,23 @@ def _hangs_from(plan: Plan, rope: str, crane: Crane, which: str) -> bool:
 def _mirrored(plan: Plan, ordered: set[str], carrying: set[str]) -> bool:
     """Whether a lift is its own mirror image about the plane across the rails through the block's centre of mass, and
     nothing moves along them; of cranes those count that carry."""
-    block = plan.block
+    block = lift_of(plan).block
     if block is None or any(joint.endswith(".gantry") for joint in ordered):
         return False
     middle = block.pose[0] + block.body.com[0]
-    turned = any(abs(q) > MIRRORED for q in block.pose[4:6]) or any(block.body.products[:2])
+    turned = any(abs(q) > MIRRORED for q in block.pose[4:6]) or any(block.products[:2])
     if abs(block.body.com[0]) > MIRRORED or turned:
         return False
     places = {lug.name: lug.p for lug in block.lugs}
-    cranes = [c for c in plan.cranes if c.name in carrying]
+    cranes = [c for c in lift_of(plan).cranes if c.name in carrying]
     hung: list[Sided] = [(c.gantry.start - middle, *_crane(c)) for c in cranes]
     sides: dict[str, float] = {drive: c.gantry.start - middle for c in cranes for drive in _trolleys(c)}
-    for rope in (r for r in plan.rig.hook_ropes if r.crane in carrying):
-        loader = next(x for x in plan.loaders if x.name == rope.carries)
+    for rope in (r for r in lift_of(plan).rig.hook_ropes if r.crane in carrying):
+        loader = next(x for x in lift_of(plan).loaders if x.name == rope.carries)
         sides[rope.name] = loader.pose[0] - middle
         hung.append((sides[rope.name], *loader.pose[1:3], rope.L0, rope.EA, *_loader(loader)))
         sides[loader.name] = sides[rope.name]
-        for s in plan.rig.slings:
+        for s in lift_of(plan).rig.slings:
             if s.loader == loader.name:
                 sides[s.name] = sides[rope.name] + s.beam.p[0]
             if s.loader == loader.name and s.lug:

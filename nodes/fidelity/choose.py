@@ -16,15 +16,14 @@ from itertools import combinations
 import msgspec
 from heavylift.nodes.models.assembly import system
 from heavylift.nodes.plan.fidelity import ALONG, Asked, Question
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import Fidelity, Plan
 from heavylift.nodes.plan.planar import planar
-from heavylift.nodes.statics.static_state import Following
 
 from .always import ALWAYS
 from .case import Case, case_of
 from .chance import FARTHEST, Errors, chance
 from .cost import cost
+from .following import Following
 from .method import METHODS, Stepped, stepped
 from .rules import RULES, Choice
 from .verdict import INTEGRATION, Decided, Verdict, left, percent, unruled
@@ -73,7 +72,7 @@ def choose(
         if choice.rule in left_out or poor:
             spent = {q: e + choice.errors.get(q, 0.0) for q, e in spent.items()}
         decided.append(Decided(choice, _outcome(choice, left_out, named), poor))
-    pruned, most = (msgspec.structs.replace(plan, fidelity=planar(f, machines(plan))) for f in (fidelity, richest))
+    pruned, most = (msgspec.structs.replace(plan, fidelity=planar(f, plan.machines)) for f in (fidelity, richest))
     unsure = chance(case)
     ways = _steps(case, pruned, left(question, spent, unsure), steps)
     dearer = (STARTING + ways[0].cost.product) / (STARTING + _plain(case, plan, steps)) if ways else 1.0

@@ -13,9 +13,11 @@ from math import sqrt
 import msgspec
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Action, Condition, Lifted, Move, Turn, Wait
-from heavylift.nodes.plan.plan import Plan, drive_name
+from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.pulses import times
-from heavylift.nodes.statics.static_state import Following, State
+
+from .following import Following, State
+from .lifts import drive_name, lift_of
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def _awaits_lifting(condition: Condition | None) -> bool:
 
 def _by_way(action: Action, before: State, plan: Plan) -> Action:
     starts = before.ropes | {drive_name(crane, "gantry"): x for crane, x in before.cranes.items()}
-    for crane in plan.cranes:
+    for crane in lift_of(plan).cranes:
         for trolley in (crane.upper, crane.lower):
             starts[drive_name(crane.name, trolley.name)] = before.trolleys[crane.name, trolley.name]
     orders = tuple(

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.plan import Fidelity, Plan
-from heavylift.nodes.statics.static_state import Following
 
 from .case import case_of
 from .chance import Errors
+from .following import Following
+from .lifts import lift_of
 from .rules import girder, hinges, idle_drives, lumps, rope_mass
 from .verdict import EXACT, percent, unruled
 
@@ -35,7 +36,7 @@ class Modelled:
 def modelled_as(plan: Plan, followed: Following | None) -> Modelled:
     """The rung of a plan; `followed`: its action list, None for a mechanism."""
     at, out = plan.fidelity, _left_out(plan.fidelity)
-    if plan.block is None or followed is None:
+    if lift_of(plan).block is None or followed is None:
         return Modelled((), {}, "a mechanism is modelled as it is written, no rule looks at it")
     if why := unruled(plan):
         return Modelled(out, {}, why)

@@ -17,8 +17,9 @@ from heavylift.nodes.plan.actions import Action, After, Hookup, Move, MovesDone,
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.statics.state import StaticState
-from heavylift.nodes.statics.static_state import Following, loads_of
 
+from .following import Following, loads_of
+from .lifts import lift_of
 from .moving import profile
 from .response import Knot, moved, together
 
@@ -44,7 +45,7 @@ def changes(plan: Plan, followed: Following) -> bool:
 
 def flies_up(plan: Plan, followed: Following) -> bool:
     """Whether slings are unhooked that carry more than all that is left on their rope."""
-    weighs = {x.name: x.upper.mass + x.lower.mass for x in plan.loaders}
+    weighs = {x.name: x.upper.mass + x.lower.mass for x in lift_of(plan).loaders}
     return any(load > weighs[name] for name, load in _let_go(plan, followed))
 
 
@@ -55,7 +56,7 @@ def recoils(plan: Plan, followed: Following) -> bool:
 
 def _let_go(plan: Plan, followed: Following) -> Iterator[tuple[str, float]]:
     """Loaders from which slings are unhooked while the block hangs, and what they carry before [kg]."""
-    of = {s.name: s.loader for s in plan.rig.slings}
+    of = {s.name: s.loader for s in lift_of(plan).rig.slings}
     for given, before in _given(plan, followed):
         let_go = {of[order.sling] for order in given if isinstance(order, Unhook)}
         if let_go and not before.grounded:
@@ -71,8 +72,8 @@ def _given(plan: Plan, followed: Following) -> Iterator[tuple[list[Hookup | Unho
 
 def swinging(plan: Plan, followed: Following, axis: int, way: float) -> tuple[Knot, ...]:
     """Knots of the block's rest along the rails (0) or across (1); `way`: the longest that it goes [m]."""
-    assert plan.block is not None
-    knots, name = list[Knot](), plan.block.name
+    assert lift_of(plan).block is not None
+    knots, name = list[Knot](), lift_of(plan).block.name
     stood = followed.path.states[0].poses[name][0][axis]
     for number, states in _by_action(followed):
         steps: list[Step] = []

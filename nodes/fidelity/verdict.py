@@ -15,6 +15,7 @@ from heavylift.nodes.plan.plan import Fidelity, Plan
 
 from .chance import Errors
 from .cost import Cost
+from .lifts import lift_of
 from .method import Stepped
 from .rules import Choice
 
@@ -153,12 +154,12 @@ class Verdict:
 
 def unruled(plan: Plan) -> str:
     """What of a lift no rule looks at, as a sentence; "" if there is nothing."""
-    if plan.tied:
+    if lift_of(plan).tied:
         only = {m.name for m in plan.mechanisms} == {"wind"}
         return f"{'the wind' if only else 'its mechanism'} acts on the lift, which no rule looks at"
-    if plan.block and plan.block.flexible:
+    if lift_of(plan).block and lift_of(plan).block.flexible:
         return "its block is flexible, which no rule looks at"
-    if any(sling.over for sling in plan.rig.slings):
+    if any(sling.over for sling in lift_of(plan).rig.slings):
         return "its slings bend over edges, which no rule looks at"
     if any(parts(action) for action in plan.actions):
         return "a sling parts, which no rule looks at"

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from math import dist, hypot
 
 from heavylift.kernel.description.points import Vector
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Finding
+from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace
 
@@ -22,28 +22,30 @@ def outside(half: Vector, p: Vector) -> float:
 
 
 def geometry_findings(plan: Plan) -> list[Finding]:
-    """Lugs far off the box of the block, and a centre of mass outside it: red; a mass unlike its volume: a warning."""
-    block, dense = plan.block, list(_densities(plan))
-    if block is None or not any(block.size):
-        return dense
-    u, v, w = (side / 2 for side in block.size)
-    half, found = (u, v, w), []
-    for lug in block.lugs:
-        off = outside(half, lug.p)
+    """Lugs far off the box of a block, and centres of mass outside it: red; a mass unlike its volume: a warning."""
+    found = [finding for machine in plan.machines for cargo in machine.cargo for finding in _of(cargo)]
+    return found + list(_densities(plan))
+
+
+def _of(cargo: Cargo) -> Iterator[Finding]:
+    u, v, w = (side / 2 for side in cargo.size)
+    if not any(cargo.size):
+        return
+    for lug, p in cargo.lugs.items():
+        off = outside((u, v, w), p)
         if off > REACH + ROUNDING:
-            told = f"the lug {lug.name} is {off:.4g} m off the block, no lug of it can be more than {REACH:g} m off"
-            found.append(_finding(lug.name, told, lug.where, off, REACH))
-    off = outside(half, block.body.com)
+            told = f"the lug {lug} is {off:.4g} m off the block, no lug of it can be more than {REACH:g} m off"
+            yield _finding(lug, told, cargo.marks[lug], off, REACH)
+    off = outside((u, v, w), cargo.com)
     if off > ROUNDING:
-        com = ", ".join(f"{x:g}" for x in block.body.com)
+        com = ", ".join(f"{x:g}" for x in cargo.com)
         told = f"the centre of mass at u, v, w = {com} m is {off:.4g} m outside the block"
-        found.append(_finding(block.name, told, block.com_where, off, 0.0))
-    return found + dense
+        yield _finding(cargo.body, told, cargo.marks[""], off, 0.0)
 
 
 def _densities(plan: Plan) -> Iterator[Finding]:
     """Of what is lifted, by its mass over the boxes that hold it."""
-    known = machines(plan)
+    known = plan.machines
     masses = {body.name: body.mass for m in known for body in m.system.bodies if body.flexible is None}
     low, high = DENSITIES
     for machine, cargo in ((m, c) for m in known for c in m.cargo):

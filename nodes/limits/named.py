@@ -8,11 +8,12 @@ from heavylift.kernel.description.mechanics import Quantity as Kind
 from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.plan.mechanism import Hoist
+from heavylift.nodes.plan.spellings import BEAM_LOAD
 
 LOADS: tuple[Quantity, ...] = (
     "hook load", "trolley load", "crane load", "tandem load", "frame load", "shackle load",
 )  # fmt: skip
-TENSIONS: tuple[Quantity, ...] = ("loader load", "sling tension", "sling peak", "rope tension")
+TENSIONS: tuple[Quantity, ...] = (BEAM_LOAD, "sling tension", "sling peak", "rope tension")
 KINDS: dict[Quantity, Kind] = {
     **dict.fromkeys(LOADS, "load"),
     **dict.fromkeys(TENSIONS, "tension"),

@@ -17,7 +17,6 @@ from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import Line, System
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.model.quantities import names, numbers, points, scalar
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
@@ -59,7 +58,7 @@ def evaluated(
 ) -> Column | None:
     """A signal at each instant (n,), in its unit of SI; None if something that it is of is on no record.  `lines`: of
     its rope, else all of them; `given`: values (n,), else those of the record."""
-    systems = [machine.system for machine in machines(plan)]
+    systems = [machine.system for machine in plan.machines]
     rigid = tuple(rope for s in systems for rope in s.rigid_ropes)
     system = System(ropes=tuple(rope for s in systems for rope in s.ropes), rigid_ropes=rigid)
     own = [end for line in lines for end in (line.a, line.b)]
@@ -118,7 +117,7 @@ def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 
 def _lug_load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """What the slings on a lug pull together [kg]; those of loaders while they are hooked there."""
+    """What the slings on a lug pull together [kg]; those of beams while they are hooked there."""
     pulls = {}
     for name in (name for name in limit.elements if name in signals.tensions):
         on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), False)
@@ -188,7 +187,7 @@ def _bridle(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     if tie is None or tie.rope not in signals.tensions:
         return None
     values = np.full(len(signals.t), np.nan)
-    tight, lugs = signals.tensions[tie.rope] > TIGHT * tie.rated, lug_places(machines(plan))
+    tight, lugs = signals.tensions[tie.rope] > TIGHT * tie.rated, lug_places(plan.machines)
     hung = [(lugs.get(lug), tight & inside) for lug, inside in signals.lugs(tie.rope)]
     for lower, inside in [(tie.lower, tight)] if tie.lower else hung:
         line = Line(tie.upper, lower) if lower else None
@@ -222,9 +221,14 @@ def _coordinate(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
 
 
 def _along(plan: Plan, signals: Signals, body: str, axis: int) -> Column | None:
-    """A coordinate of a part of a goliath, from where that counts its own [m]."""
-    origin = next((crane.at for crane in plan.cranes if body.startswith(f"{crane.name}.")), (0.0, 0.0))
-    return signals.poses[body][0][:, axis] - origin[axis] if body in signals.poses else None
+    """A coordinate of a body, from where the machine counts its own [m]."""
+    if body not in signals.poses:
+        return None
+    carried, origin = {j.child: j for machine in plan.machines for j in machine.system.joints}, 0.0
+    at = body
+    while (joint := carried.get(at)) is not None:
+        origin, at = origin + joint.p_PJ[axis], joint.parent
+    return signals.poses[body][0][:, axis] - origin
 
 
 # air

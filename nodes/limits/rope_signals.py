@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from heavylift.kernel.description.mechanics import WORLD, Line, Point
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.plan import Hoist, Mechanism, Plan, Tie
 
@@ -28,12 +27,12 @@ class HookRope:
 
 def hooks_of(plan: Plan) -> dict[str, Hoist]:
     """The hooks by the ropes that hold them."""
-    return {hook.rope: hook for machine in machines(plan) for hook in machine.hooks}
+    return {hook.rope: hook for machine in plan.machines for hook in machine.hooks}
 
 
 def rope_of(plan: Plan, name: str) -> HookRope | None:
     """The hook rope of this name, if it is straight."""
-    for machine in machines(plan):
+    for machine in plan.machines:
         for hook in (hook for hook in machine.hooks if hook.rope == name):
             for rope in (rope for rope in machine.system.straight_ropes if rope.name == name):
                 lines = tuple(line for line in rope.lines if hook.eye.body in (line.a.body, line.b.body))
@@ -43,7 +42,7 @@ def rope_of(plan: Plan, name: str) -> HookRope | None:
 
 def tie_of(plan: Plan, name: str) -> Tie | None:
     """The sling of this name."""
-    return next((tie for machine in machines(plan) for tie in machine.ties if tie.rope == name), None)
+    return next((tie for machine in plan.machines for tie in machine.ties if tie.rope == name), None)
 
 
 def rope_length(signals: Signals, rope: HookRope) -> Column:
@@ -69,7 +68,7 @@ def rope_direction(signals: Signals, rope: HookRope) -> Column | None:
 
 def carries(plan: Plan, rope: HookRope, signals: Signals) -> Column:
     """Whether a load hangs on a hook, at each instant (n,)."""
-    slings = [tie.rope for tie in ties_on(machines(plan), rope.hook) if tie.rope in signals.tensions]
+    slings = [tie.rope for tie in ties_on(plan.machines, rope.hook) if tie.rope in signals.tensions]
     if not slings:
         return np.ones(len(signals.t), dtype=bool)
     least = CARRIES * rope.hook.capacity if rope.hook.capacity else EMPTY * rope.hook.block_mass

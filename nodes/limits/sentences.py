@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import degrees
 
 from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.spellings import BEAM_LOAD
 
 NOISE = {"N": 1.0, "kg": 0.1, "rad": 1e-6, "m": 1e-6}  # by unit: values below it, and differences, are rounding
 
@@ -70,7 +71,7 @@ def _trolley(subject: str) -> str:
     return f"the {which} trolley of {crane}"
 
 
-def _loader(use: Use, ran: bool) -> str:
+def _beam(use: Use, ran: bool) -> str:
     verb = "carried" if ran else "would carry"
     return f"the slings of {use.limit.subject} {verb} {shown(use.limit, use.value)} of {shown(use.limit, bound(use))}"
 
@@ -182,7 +183,7 @@ WORDS: dict[str, Words] = {
     "trolley load": Words("overload", _carries(_trolley), refused=True),
     "crane load": Words("overload", _carries(str), refused=True),
     "tandem load": Words("overload", _carries(str), refused=True),
-    "loader load": Words("overload", _loader),
+    BEAM_LOAD: Words("overload", _beam),
     "frame load": Words("overload", _carries(str), refused=True),
     "shackle load": Words("overload", _carries(lambda sling: f"each shackle of {sling}"), refused=True),
     "lug load": Words("overload", _carries(lambda lug: f"the lug {lug}"), refused=True),

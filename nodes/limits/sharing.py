@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Lifted, Move
+from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.plan import Plan
 
 from .standards import HOISTING, SHARING, daf_onshore, hoisting_factor
@@ -16,9 +17,13 @@ DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium 
 
 
 def indeterminate(plan: Plan) -> int:
-    """How many hooks carry the block, if they are too many for their shares to follow from equilibrium; else 0."""
-    hung = {sling.loader for sling in plan.rig.slings if sling.lug}
-    return len(hung) if len(hung) > DETERMINATE else 0
+    """How many hooks carry a block, if they are too many for their shares to follow from equilibrium; else 0."""
+    most = 0
+    for cargo in (cargo for machine in plan.machines for cargo in machine.cargo):
+        hooks = (hook for machine in plan.machines for hook in machine.hooks)
+        holds = (any(tie.lug in cargo.lugs for tie in ties_on(plan.machines, hook)) for hook in hooks)
+        most = max(most, sum(holds))
+    return most if most > DETERMINATE else 0
 
 
 def shared(plan: Plan) -> list[str]:
@@ -34,7 +39,8 @@ def shared(plan: Plan) -> list[str]:
 
 def dynamics_foreseen(plan: Plan) -> tuple[float, str] | None:
     """The dynamic amplification that a standard foresees for the block, and its source; None where none is lifted."""
-    return daf_onshore(plan.block.body.mass) if plan.block else None
+    masses = [cargo.mass for machine in plan.machines for cargo in machine.cargo]
+    return daf_onshore(max(masses)) if masses else None
 
 
 def hoisting_foreseen(plan: Plan) -> list[str]:

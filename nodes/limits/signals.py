@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
@@ -104,7 +103,7 @@ class _Line(Protocol):
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
     """Which sling hangs on which lug from when on [s], told by the rope lines that hang then."""
-    known = machines(plan)
+    known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}
     found: list[Hooked] = []

@@ -22,8 +22,7 @@ from heavylift.nodes.models.parts.gauges import Gauge
 from heavylift.nodes.models.parts.interlock import fit
 from heavylift.nodes.models.parts.parts import LiveActor, Machine, declared, share
 from heavylift.nodes.plan.actions import Begin
-from heavylift.nodes.plan.goliaths import of_lift
-from heavylift.nodes.plan.plan import ActionList, Block, Crane, Loader, Mechanism, Plan
+from heavylift.nodes.plan.plan import ActionList, Mechanism, Plan
 
 from .levels.listing import as_modelled
 from .machine import MachineModel
@@ -186,22 +185,16 @@ def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
 
 
 def _only(plan: Plan, machines: Collection[str], **more: Any) -> Plan:
-    """What these machines need of a plan, with `more` of it: of goliaths and what hangs on them all of their lift."""
-    more["mechanisms"] = tuple(each for each in plan.mechanisms if each.name in machines)
+    """What these machines need of a plan, with `more` of it."""
+    more["machines"] = tuple(each for each in plan.machines if each.name in machines)
     more["interlocks"] = tuple(each for each in plan.interlocks if each.machine in machines)
-    if plan.lists and plan.cranes:
-        kin = {name for each in more["lists"] for name in each.machines}
-        ropes = tuple(rope for rope in plan.rig.hook_ropes if rope.crane in kin)
-        slings = tuple(sling for sling in plan.rig.slings if sling.loader in kin)
-        more |= {of: tuple(x for x in getattr(plan, of) if x.name in kin) for of in ("cranes", "loaders", "blocks")}
-        more["rig"] = msgspec.structs.replace(plan.rig, hook_ropes=ropes, slings=slings)
     return msgspec.structs.replace(plan, limits=(), **more)
 
 
 def _of_lift(plan: Plan, of: ActionList, **more: Any) -> Plan:
     """The plan of one of several lifts."""
     own = _only(plan, of.machines, lists=(of,), **{key: x for key, x in more.items() if key != "lists"})
-    return of_lift(own, of)
+    return msgspec.structs.replace(own, fidelity=of.fidelity, start=of.start)
 
 
 def driving(plan: Plan) -> tuple[str, ...]:
@@ -222,12 +215,7 @@ def drives(model: NodeModel) -> list[DriveActor]:
     return [actor for actor in _actors(model) if isinstance(actor, DriveActor)]
 
 
-def _built(
-    plan: Plan,
-    name: str,
-    machine: Crane | Loader | Block | Mechanism | None,
-    thresholds: tuple[Threshold, ...],
-) -> NodeModel:
+def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[Threshold, ...]) -> NodeModel:
     if name == COMMANDER:
         return CommanderModel(plan)
     if own := next((own for own in plan.models if own.name == name), None):

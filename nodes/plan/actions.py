@@ -170,7 +170,7 @@ class Unhook(Item, frozen=True, kw_only=True, tag="unhook"):
 
 
 class Brake(Item, frozen=True, kw_only=True, tag="brake"):
-    """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a loader) is engaged or released; an interlock is
+    """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a beam) is engaged or released; an interlock is
     active, or bypassed."""
 
     model: str

@@ -7,17 +7,16 @@ are stiff moves as a rigid one does.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import Body, Matrix, Vector
 
-from .plan import Inertia
 
-
-def block_body(name: str, given: Inertia, flexible: Flexible | None) -> Body:
-    """A body of the description that has these mass properties, with all that bends of it."""
-    moments = given.matrix
+def block_body(given: Body, flexible: Flexible | None) -> Body:
+    """A body of these mass properties with all that bends of it."""
     if flexible is None or flexible.beam is None:
-        return Body(name, given.mass, given.com, moments, flexible)
+        return replace(given, flexible=flexible)
     beam = flexible.beam
     bends = beam.mass_per_length * beam.length
     left = max(0.0, given.mass - bends)
@@ -31,10 +30,10 @@ def block_body(name: str, given: Inertia, flexible: Flexible | None) -> Body:
     )  # fmt: skip
 
     def moment(i: int, j: int) -> float:
-        return moments[i][j] + whole[i][j] - own[i][j] - (of_beam[i] if i == j else 0.0)
+        return given.inertia[i][j] + whole[i][j] - own[i][j] - (of_beam[i] if i == j else 0.0)
 
     a, b, c = ((moment(i, 0), moment(i, 1), moment(i, 2)) for i in range(3))
-    return Body(name, left, com, (a, b, c), flexible)
+    return Body(given.name, left, com, (a, b, c), flexible)
 
 
 def _about_origin(mass: float, p: Vector) -> Matrix:

@@ -15,6 +15,8 @@ from typing import Literal, TypeAlias
 import msgspec
 from heavylift.kernel.description.signals import Signal
 
+from .spellings import BeamLoad
+
 ROUNDING = 1e-9  # a use so little above 1 is 1
 
 Quantity: TypeAlias = Literal[
@@ -22,7 +24,7 @@ Quantity: TypeAlias = Literal[
     "trolley load",
     "crane load",
     "tandem load",
-    "loader load",
+    BeamLoad,
     "frame load",
     "shackle load",
     "lug load",

@@ -37,8 +37,10 @@ class Hoist(Item, frozen=True, kw_only=True):
 
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
     [kg]), `axis`: from where its radius is measured.
-    `on`: the body that its rope leaves; `line`: mass of all falls, as limits count it [kg/m]; `falls` and `drum_ends`
-    of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given.
+    `on`: the body that its rope leaves; `line`: mass of all falls, as limits count it [kg/m]; `ends`: where the rope
+    begins and where its eye is at the start, in the world [m]; `below`: what hangs on it then, with its block [kg];
+    `falls` and `drum_ends` of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given;
+    `rated`: the tension that counts as 100 % of its use [N].
     """
 
     rope: str
@@ -49,10 +51,13 @@ class Hoist(Item, frozen=True, kw_only=True):
     chart: tuple[tuple[float, float], ...] = ()
     on: str = ""
     line: float = 0.0
+    ends: tuple[Vector, Vector] | None = None
+    below: float = 0.0
     falls: int = 1
     drum_ends: int = 1
     efficiency: float = 1.0
     breaking: float = 0.0
+    rated: float = 0.0
 
 
 class Tie(Item, frozen=True, kw_only=True):
@@ -73,12 +78,13 @@ class Tie(Item, frozen=True, kw_only=True):
 
 
 class Cell(Item, frozen=True, kw_only=True):
-    """A load cell on a body: it reports when ropes together carry more than `rated` [N]."""
+    """A load cell on a body: it reports when ropes carry more than `rated` [N] together; `capacity`: below hooks."""
 
     name: str
     body: str
     ropes: tuple[str, ...]
     rated: float
+    capacity: float = 0.0
 
 
 class Latch(Item, frozen=True, kw_only=True):
@@ -89,11 +95,16 @@ class Latch(Item, frozen=True, kw_only=True):
 
 
 class Cargo(Item, frozen=True, kw_only=True):
-    """A body that is lifted: centre of mass and lugs [m], the face that each support belongs to, and, where its
-    attitude is reported, by how much it is turned at the start [rad]."""
+    """A body that is lifted: its mass [kg], centre of mass and lugs [m], moments about it [kg m2], edges of its box [m]
+    (zeros: not given), the face that each support belongs to, and, where its attitude is reported, by how much
+    it is turned at the start [rad]; `marks`: where its lugs are written, and "" its centre of mass."""
 
     body: str
+    mass: float = 0.0
     com: Vector = (0.0, 0.0, 0.0)
+    moments: Vector = (0.0, 0.0, 0.0)
+    size: Vector = (0.0, 0.0, 0.0)
+    marks: dict[str, str] = msgspec.field(default_factory=dict)
     lugs: dict[str, Vector] = msgspec.field(default_factory=dict)
     faces: dict[str, str] = msgspec.field(default_factory=dict)
     turned: float | None = None
@@ -182,7 +193,7 @@ class Mechanism(Item, frozen=True, kw_only=True):
 
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
     supports that carry at the start.  `pieces`: of ropes with lumps, with their parts of the falls.  Its parts may name
-    bodies and joints of other machines.
+    bodies and joints of other machines.  `levels`: where its moves lead is known before, and judged; it begins at rest.
     """
 
     name: str
@@ -200,6 +211,7 @@ class Mechanism(Item, frozen=True, kw_only=True):
     heavy: tuple[Heavy, ...] = ()
     bends: tuple[Bend, ...] = ()
     pieces: dict[str, dict[str, float]] = msgspec.field(default_factory=dict)
+    levels: bool = False
 
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:

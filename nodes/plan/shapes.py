@@ -18,7 +18,6 @@ from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.laws import Support
 from heavylift.kernel.description.points import IDENTITY, WORLD, Matrix, Vector
 
-from .goliaths import machines
 from .plan import Mechanism, Plan
 
 Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "stools"]
@@ -60,7 +59,7 @@ class Shapes:
     """The shapes of a plan, and how they may meet; of what lifts nothing, those alone with which bodies touch."""
 
     def __init__(self, plan: Plan) -> None:
-        self.plan, self.machines = plan, machines(plan)
+        self.plan, self.machines = plan, plan.machines
         joints = [joint for machine in self.machines for joint in machine.system.joints]
         self._carried = {joint.child: joint for joint in reversed(joints)}
         self._pairs = {frozenset((joint.parent, joint.child)) for joint in joints}

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.plan.spellings import BEAM, BEAMS, RAILS
 from heavylift.nodes.scene.keys.parts.kinematics import place, poses
-from heavylift.nodes.scene.text.machine_types import GOLIATH, machine_type
+from heavylift.nodes.scene.text.machine_types import machine_type
 from heavylift.nodes.scene.text.opening import scene_file, scene_text
 from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scene.text.table_files import row_names
@@ -18,7 +19,7 @@ from heavylift.nodes.scene.text.units import LENGTH
 
 from .loading import parse
 
-GOLIATH_AT, STOOLS, BEAM = 60.0, 1.0, 4.0  # [m] x of a goliath, height of stools, between the slings of a loader
+PORTAL_AT, STOOLS, BETWEEN = 60.0, 1.0, 4.0  # [m] x of a portal, height of stools, between the slings of a beam
 INSIDE, PADS, STEEP = 0.3, 0.35, 2.0  # of a block's sides: lugs and stools; of a sling over its reach
 LUG, SHORT = 0.1, 3.0  # [m] of a lug above the upper face; of a sling
 TEXT = """\
@@ -70,9 +71,9 @@ def begun_with(name: str, crane: str, blocks: str) -> dict[str, str]:
 
 def _text(name: str, crane: str, table: str) -> str:
     u, v, w = _size(table)
-    if machine_type(crane).data.get("family") == GOLIATH:
-        lugs, (x, y), at = _above(crane, v), (GOLIATH_AT, _middle(crane)), f", at: {GOLIATH_AT:g} m"
-        hung = "rig:\n  loaders:\n", "    loader-{0}: {{hook: crane {0}, sling: 10 m, lugs: [{1}]}}"
+    if machine_type(crane).data.get("family") == RAILS:
+        lugs, (x, y), at = _above(crane, v), (PORTAL_AT, _middle(crane)), f", at: {PORTAL_AT:g} m"
+        hung = f"rig:\n  {BEAMS}:\n", f"    {BEAM}-" + "{0}: {{hook: crane {0}, sling: 10 m, lugs: [{1}]}}"
     else:
         hooks, at = _hooks(crane), ""
         x, y = (sum(places) / len(hooks) for places in zip(*hooks.values(), strict=True))
@@ -128,14 +129,14 @@ def _hooks(crane: str) -> dict[str, tuple[float, float]]:
 
 
 def _above(crane: str, width: float) -> dict[str, list[tuple[float, float]]]:
-    """Lugs below the hooks of a goliath, two for each loader, from the middle of the block [m]."""
+    """Lugs below the hooks of a crane on rails, two for each beam, from the middle of the block [m]."""
     apart = LENGTH.read(str(machine_type(crane).parameters["hook spacing"]))
     places = {"H1": (-apart, -INSIDE * width), "H2": (apart, -INSIDE * width), "H3": (0.0, INSIDE * width)}
-    return {hook: [(a - BEAM / 2, b), (a + BEAM / 2, b)] for hook, (a, b) in places.items()}
+    return {hook: [(a - BETWEEN / 2, b), (a + BETWEEN / 2, b)] for hook, (a, b) in places.items()}
 
 
 def _middle(crane: str) -> float:
-    """The middle of a goliath's girder, y [m]."""
+    """The middle of its girder, y [m]."""
     girder = machine_type(crane).parameters["girder"]
     assert isinstance(girder, list)
     return sum(LENGTH.read(str(end)) for end in girder) / 2

@@ -17,7 +17,6 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.fidelity import Question
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
@@ -40,8 +39,8 @@ from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.action_preview import first_rest
 from heavylift.nodes.statics.aiming import aimed
+from heavylift.nodes.statics.resting import rigged, settled, standing
 from heavylift.nodes.statics.state import StaticState
-from heavylift.nodes.statics.static_state import rigged, settled, standing
 from heavylift.nodes.statics.swinging import swing_free
 
 from .instances import several
@@ -97,16 +96,13 @@ def _built(
     lift = plan.Plan(
         name=scene.name,
         gravity=scene.gravity,
-        cranes=tuple(yard.cranes),
-        loaders=tuple(yard.loaders),
-        block=yard.block,
-        rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
+        machines=tuple(yard.machines),
+        fidelity=build_fidelity(yard, yard.machines),
     )
-    lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, machines(lift)))
     mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
     mechanisms = measuring(yard, mechanisms)
-    everything = machines(msgspec.structs.replace(lift, mechanisms=mechanisms))
+    everything = (*yard.machines, *mechanisms)
     check_locked(yard, everything)
     lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, everything))
     yard.interlocks = build_interlocks(yard, mechanisms)
@@ -114,7 +110,7 @@ def _built(
         msgspec.structs.replace(
             lift,
             **_common(scene),
-            mechanisms=mechanisms,
+            machines=everything,
             models=build_models(yard, mechanisms),
             interlocks=yard.interlocks,
             limits=build_limits(yard, mechanisms),
@@ -141,7 +137,8 @@ def _built(
     raise_faults(source, _impossible(source, loaded, followed))
     bent = any(block.flexible for block in scene.all_blocks.values())
     hung = bent or any(machine.ties and not machine.hooks for machine in loaded.plan.mechanisms)
-    if (loaded.plan.lift or hung) and (first := _first_rest(loaded, followed)):
+    on_levels = any(machine.levels and machine.hooks for machine in loaded.plan.machines)
+    if (on_levels or hung) and (first := _first_rest(loaded, followed)):
         rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, first))
         if followed:
             rests.__dict__.update(statics=loaded.statics)  # the same path: it begins at that rest
@@ -207,11 +204,10 @@ def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
 def _impossible(source: Source, loaded: LoadedScene, followed: bool) -> list[Fault]:
     """What cannot be built or carried out, or would be overloaded; loads are judged only where everything fits."""
     scene, built = loaded.scene, loaded.plan
-    found = (start_checks(scene, built) if built.lift else []) or held_orders(built)
-    hooks = any(machine.hooks for machine in built.mechanisms)
-    if followed and not found and (built.lift or hooks):
+    found = start_checks(scene, built) or held_orders(built)
+    hooks = any(machine.hooks for machine in built.machines)
+    if followed and not found and hooks:
         found = order_checks(scene, built, loaded.statics)
-        if loaded.followed is not None:
-            found = found or step_checks(scene, built, loaded.followed.steps)
+        found = found or step_checks(scene, built, loaded.statics.states)
         found = found or overloads(built, loaded.statics)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]

@@ -20,6 +20,7 @@ from math import floor, inf, log10, sqrt
 
 import msgspec
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.defaults import listed
 from heavylift.nodes.scene.keys.quantities import below, quantity
@@ -41,7 +42,7 @@ FAR = 20.0  # times more or less: an input that leads there is not told by a log
 DIGITS = 6  # of a value without uncertainty
 KEPT = ("fidelity", "method", "tolerance", "step", "driven", "end")  # of a plan, whatever an input is
 USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depends on
-    *("block.mass", "block.com", "rig.sling.EA", "rig.loaders.*.sling", "cranes.*.fall EA", "cranes.*.rope damping"),
+    *("block.mass", "block.com", "rig.sling.EA", f"rig.{BEAMS}.*.sling", "cranes.*.fall EA", "cranes.*.rope damping"),
     *("cranes.*.girder stiffness", "cranes.*.sheave efficiency", "mechanism.bodies.*.mass", "mechanism.bodies.*.com"),
     *("mechanism.ropes.*.EA", "mechanism.ropes.*.length", "mechanism.ropes.*.damping", "mechanism.*.stiffness"),
     *("mechanism.ropes.*.over.*.efficiency", "mechanism.forces.*.speed"),

@@ -18,9 +18,9 @@ from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, Begun, Wait
-from heavylift.nodes.plan.mechanism import Heavy
+from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape
 from heavylift.nodes.plan.own import Own
-from heavylift.nodes.plan.plan import ActionList, Block, Crane, Fidelity, Hook, Loader, Plan, Rig, Trolley
+from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.construction.signals import build_interlocks
 from heavylift.nodes.scene.construction.yard import Yard
@@ -35,16 +35,15 @@ from .loaded_scene import LoadedScene
 
 COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "step", "seed", "gravity", "microsteps")
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
-SIDE_BY_SIDE = ("cranes", "loaders", "mechanisms", "models", "interlocks", "may_touch")  # of a plan
+SIDE_BY_SIDE = ("machines", "models", "interlocks", "may_touch")  # of a plan
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
      "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together",
-     "master", "followers", "crane", "carries", "loader", "block", "locked", "lugs", "rigging")
+     "master", "followers", "block", "locked", "lugs", "rigging", "slides", "ties")
 )  # fmt: skip
 WORDS = {  # fields that hold other words
     Characteristic: ("of",),
     Own: ("model",),
-    Hook | Trolley: ("name",),
     Fidelity: ("ropes", "slings"),
 }
 MACHINES = (
@@ -116,13 +115,8 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
             fidelity=part.fidelity,
             start=part.start,
         )
-        rigs = (whole.rig, part.rig)
         more: dict[str, Any] = {of: getattr(whole, of) + getattr(part, of) for of in SIDE_BY_SIDE}
-        more["rig"] = Rig(
-            hook_ropes=tuple(rope for rig in rigs for rope in rig.hook_ropes),
-            slings=tuple(sling for rig in rigs for sling in rig.slings),
-        )
-        more["blocks"] = whole.blocks + part.all_blocks
+        more["machines"] = tuple(sorted(more["machines"], key=_order))
         more["limits"] = whole.limits + tuple(x for x in part.limits if x.subject != EVERY or x.elements)
         more |= {"actions": whole.actions + actions, "lists": (*whole.lists, own_list)}
         whole = msgspec.structs.replace(whole, **more)
@@ -130,9 +124,9 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    yard = Yard(source, scene, [*whole.cranes], [*whole.loaders], limits=whole.limits, blocks=whole.blocks)
-    yard.ropes, yard.slings = [*whole.rig.hook_ropes], [*whole.rig.slings]
-    yard.hooks = {rope.carries: (rope.crane, rope.hook) for rope in whole.rig.hook_ropes}
+    yard = Yard(source, scene, [*whole.levelled], limits=whole.limits)
+    hooks = [hook for crane in yard.cranes for hook in crane.hooks]
+    yard.hooks = {hook.eye.body.rpartition(".")[0]: _split(hook.rope) for hook in hooks}
     between, listed = build_interlocks(yard, whole.mechanisms), build_actions(yard, whole.mechanisms)
     _begins_each_once(source, scene, listed)
     raise_faults(source, source.faults)
@@ -144,6 +138,17 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     notes = tuple((t, f"{name}: {told}") for name, x in lifts for t, told in x.statics.notes)
     unstable = next((x.statics.unstable for _, x in lifts if x.statics.unstable is not None), None)
     return whole, Followed(tuple(states), tuple(acted), notes, why, unstable, "")
+
+
+def _order(machine: Mechanism) -> tuple[bool, ...]:
+    """In the order of their nodes: cranes on levels, what hangs on their hooks, their loads, and the others."""
+    return not machine.levels, machine.levels and bool(machine.cargo), machine.levels and bool(machine.ties)
+
+
+def _split(rope: str) -> tuple[str, str]:
+    """Crane and hook of the rope of a hook."""
+    crane, _, hook = rope.rpartition(".")
+    return crane, hook
 
 
 def _begins_each_once(source: Source, scene: Scene, listed: Sequence[Action]) -> None:
@@ -215,12 +220,14 @@ def moved(x: Any, prefix: str, d: Vector) -> Any:
     changed = {name: value if name in words else _changed(name, value, prefix, d) for name, value in fields}
     if isinstance(x, Point | Ball | Box | Plane) and x.body == WORLD:
         changed["p"] = _sum(x.p, d)
-    if isinstance(x, Crane):
-        changed["at"] = _sum((*x.at, 0.0), d)[:2]
-    if isinstance(x, Heavy):
+    if isinstance(x, Heavy | Hoist) and x.ends:
         changed["ends"] = tuple(_sum(p, d) for p in x.ends)
-    if isinstance(x, Loader | Block):
-        changed["pose"] = (*_sum(x.pose[:3], d), *x.pose[3:])
+    if isinstance(x, Shape) and x.thing:
+        *kind, thing = x.thing.split(" ")
+        changed["thing"] = " ".join([*kind, _renamed(thing, prefix)])
+    if isinstance(x, Cargo):
+        changed |= {"faces": {_renamed(support, prefix): face for support, face in x.faces.items()}}
+        changed |= {"marks": {_renamed(lug, prefix): where for lug, where in x.marks.items()}}
     if isinstance(x, Joint) and x.parent == WORLD:
         free = x.kind == "free" and x.q0
         changed |= {"q0": (*_sum(x.q0[:3], d), *x.q0[3:])} if free else {"p_PJ": _sum(x.p_PJ, d)}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.cache import remembered
-from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
+from heavylift.nodes.fidelity import Following, Question, Verdict, choose, following, lift_of, unpromised
 from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.limits.checks import Errors, checks_of
 from heavylift.nodes.limits.geometry import geometry_findings
@@ -19,12 +19,11 @@ from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import Asked
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Check, Finding, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.plan.shapes import Shapes
-from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
+from heavylift.nodes.statics import Followed, StaticState, follow, goal_states
 from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.nodes.statics.findings import path_findings
 
@@ -80,13 +79,19 @@ class LoadedScene:
 
     @cached_property
     def followed(self) -> Following | None:
-        """The same as the states of a lift; None where no goliath lifts a block."""
-        return following(self.plan, self.statics) if self.plan.lift else None
+        """The same as the rules of a lift see it; None where they do not hold."""
+        return following(self.plan, self.statics) if lift_of(self.plan).lift else None
 
     @property
     def states(self) -> Sequence[StaticState]:
-        """The points of the path at rest along the action list; none without a block."""
-        return self.statics.states if self.plan.lift else ()
+        """The points of the path at rest along the action list; none where nothing is lifted."""
+        return self.statics.states if self.lifts else ()
+
+    @property
+    def lifts(self) -> bool:
+        """Whether hooks lift something."""
+        machines = self.plan.machines
+        return any(machine.hooks for machine in machines) and any(machine.cargo for machine in machines)
 
     @cached_property
     def _as_written(self) -> LoadedScene:
@@ -117,7 +122,7 @@ class LoadedScene:
         built = self._as_written.plan
         if self._as_written.followed is None or built.models:
             return built
-        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, machines(built)))
+        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.machines))
         if verdict.steps:
             steps = verdict.steps[0]
             built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance)
@@ -126,10 +131,9 @@ class LoadedScene:
     @cached_property
     def uses(self) -> list[Use]:
         """The worst of each limit on that path, of a lift also where its moves are to lead."""
-        if not self.plan.limits or (self.plan.lift and not self.states):
+        if not self.plan.limits or (self.lifts and not self.states):
             return []
-        goals = goal_states(self.plan, self.statics) if self.plan.lift else []
-        return uses_on_path(self.plan, [*self.statics.states, *goals])
+        return uses_on_path(self.plan, [*self.statics.states, *goal_states(self.plan, self.statics)])
 
     @cached_property
     def findings(self) -> list[Finding]:

@@ -105,7 +105,7 @@ def check(scene: LoadedScene | str | Path, near: Sequence[Finding] = ()) -> Repo
     scene = loaded(scene)
     found = sorted_findings([*scene.findings, *near])
     answer = str(scene.verdict or "")
-    return report(scene.plan, scene.statics, scene.followed, scene.uses, found, scene.checked(near), answer)
+    return report(scene.plan, scene.statics, scene.uses, found, scene.checked(near), answer)
 
 
 class _Kept(msgspec.Struct):
@@ -132,7 +132,7 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
 
     before = named_so_far()
     loaded = build(path, name, text, overrides)
-    if named_so_far() == before and not (loaded.plan.mechanisms or loaded.plan.models):
+    if named_so_far() == before and all(machine.levels for machine in loaded.plan.machines) and not loaded.plan.models:
         kept = _Kept(loaded.plan, loaded.facts, loaded.verdict, loaded.merged, loaded.whole)
         write_cached(file, msgspec.msgpack.encode(kept))
     return loaded

@@ -8,21 +8,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from math import degrees
+from math import degrees, pi, sqrt
 from typing import TYPE_CHECKING
 
+from heavylift.kernel.description.forces import Reeving
+from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import clock, likewise
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.actions import Move
+from heavylift.nodes.plan.actions import Move, Turn
 from heavylift.nodes.plan.limit import Check, Finding, State, Use
+from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.pulses import ramp, times
-from heavylift.nodes.statics import Followed, Following
+from heavylift.nodes.statics import Followed, StaticState
+from heavylift.nodes.statics.goals import world
 
 COLUMNS = 6  # of a table of ropes
+SHOWN, ROUND = pi / 6.0, 1e-6  # [rad] of a turn that has a row of its own
 
 if TYPE_CHECKING:
     from heavylift.kernel.model.reactions.mobility import Mobility
@@ -67,7 +72,6 @@ class Report:
 def report(
     built: plan.Plan,
     statics: Followed,
-    followed: Following | None,
     uses: Sequence[Use],
     findings: Sequence[Finding],
     checks: Sequence[Check] = (),
@@ -75,20 +79,23 @@ def report(
 ) -> Report:
     """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
     mobility = _mobility(built)
-    ropes = len(built.rig.hook_ropes) + sum(len(m.system.ropes) + len(m.system.reevings) for m in built.mechanisms)
-    rigged = {sling for m in built.mechanisms for slings in m.rigged.values() for sling in slings}
-    hung = [rope for m in built.mechanisms for rope in m.system.all_ropes if rope.hooked and rope.name in rigged]
-    ropes, slings, actions = ropes - len(rigged), len(built.rig.slings) + len(hung), len(built.actions)
-    models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms)
-    models += len(built.models) + 1
+    every: list[Rope | Reeving] = []
+    for m in built.machines:
+        every += [*m.system.ropes, *m.system.reevings]
+    ties = {tie.rope: m.levels for m in built.machines for tie in m.ties if m.levels or tie.rigging}
+    slings = sum(rope.hooked or ties[rope.name] for rope in every if rope.name in ties)
+    ropes, actions = sum(rope.name not in ties for rope in every), len(built.actions)
+    models = len(built.machines) + len(built.models) + 1
     counts = (mobility.bodies, mobility.dof, ropes, slings, models, actions)
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
     lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]
     lines += [f"  {line}" for line in mobility.lines]
     rows: list[Row] = []
-    if followed:
-        rows = _rows(built, followed)
-        lines += _page(followed, rows)
+    hooks = [hook for machine in built.machines for hook in machine.hooks]
+    loads = any(machine.cargo for machine in built.machines) and not built.lists
+    if loads and hooks and all(hook.capacity for hook in hooks):
+        rows = _rows(built, statics)
+        lines += _page(rows)
     else:
         lines += _ropes_at_rest(statics)
     lines += _limits(built, checks, findings) if checks else _lines(findings)
@@ -124,22 +131,55 @@ def _many(n: int, word: str) -> str:
     return word if n != 1 else one.get(word, word[:-1])
 
 
-def _rows(built: plan.Plan, followed: Following) -> list[Row]:
-    """The hooks at the end of each stage in which the block hangs, in a turn every 30 degrees, too."""
+def _rows(built: plan.Plan, path: Followed) -> list[Row]:
+    """The hooks at the end of each stage in which the load hangs, in a turn every 30 degrees, too."""
     found = []
-    for step in followed.steps:
-        if step.loads is None or not step.told:
+    for state, after in zip(path.states, (*path.states[1:], None), strict=True):
+        stage = _turned(built, state)
+        if state.grounded or not (stage or after is None or after.action != state.action):
             continue
-        for crane in built.cranes:
-            for hook in crane.hooks:
-                rope = next(r for r in built.rig.hook_ropes if r.name == hook.rope)
-                load, on_rope = step.loads.get(rope.carries, 0.0), step.static.tensions[rope.name] / built.gravity
-                below = on_rope - hook.block_mass
-                found.append(Row(step.stage, hook.rope, load, below, on_rope, below / hook.capacity))
+        for machine in built.machines:
+            for hook in sorted(machine.hooks, key=lambda hook: hook.rope):
+                on_rope = state.tensions[hook.rope] / built.gravity
+                below, load = on_rope - hook.block_mass, sling_load(built, state, hook)
+                found.append(Row(stage or state.stage, hook.rope, load, below, on_rope, below / hook.capacity))
     return found
 
 
-def _page(followed: Following, rows: list[Row]) -> list[str]:
+def _turned(built: plan.Plan, state: StaticState) -> str:
+    """What a state is called in which a load has turned by a multiple of 30 degrees, else nothing."""
+    action = built.actions[state.action - 1] if state.action else None
+    if action is None or not any(isinstance(order, Turn) for order in action.orders):
+        return ""
+    theta = state.references["turn"]
+    shown = abs(theta / SHOWN - round(theta / SHOWN)) < ROUND and abs(theta - built.start) > ROUND
+    return f"{state.stage}, {180.0 / pi * theta:.0f} deg" if shown else ""
+
+
+def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
+    """What a load weighs on a hook [kg]: the vertical part of the tensions of its slings, or what is on its rope where
+    these bend over edges or hang on frames."""
+    lugs, ties = lug_places(built.machines), [*ties_on(built.machines, hook)]
+    straight = {rope.name for machine in built.machines for rope in machine.system.straight_ropes}
+    ends = [(tie, lugs.get(state.hooked.get(tie.rope, "")) or tie.lower) for tie in ties]
+    carried = {point.body for point in lugs.values()}
+    if any(tie.rope not in straight or (tie.lower and tie.lower.body not in carried) for tie in ties):
+        ropes = (rope for machine in built.machines for rope in machine.system.ropes if rope.name == hook.rope)
+        lines = next((rope.lines for rope in ropes), ())
+        ways = [(world(state, x.a.body, x.a.p), world(state, x.b.body, x.b.p)) for x in lines]
+        way = [sum(a[i] - b[i] for a, b in ways) for i in range(3)]
+        up = way[2] / sqrt(sum(d * d for d in way)) if lines else 1.0
+        return max(0.0, state.tensions[hook.rope] * up / built.gravity - (hook.below or hook.block_mass))
+    total = 0.0
+    for tie, lug in ends:
+        if lug is not None and tie.rope in state.hooked and (tension := state.tensions[tie.rope]) > 0.0:
+            a, b = world(state, tie.upper.body, tie.upper.p), world(state, lug.body, lug.p)
+            way = [p - q for p, q in zip(a, b, strict=True)]
+            total += tension * way[2] / sqrt(sum(d * d for d in way)) / built.gravity
+    return total
+
+
+def _page(rows: list[Row]) -> list[str]:
     hooks = list(dict.fromkeys(row.hook for row in rows))
     if not hooks:
         return ["", "Nothing is lifted as far as the action list can be followed without its dynamics."]
@@ -183,7 +223,7 @@ def _limits(built: plan.Plan, checks: Sequence[Check], findings: Sequence[Findin
 def _swing_free(built: plan.Plan) -> list[str]:
     """The ramps that leave no swing, as they were chosen; moves alike in one line."""
     found: dict[tuple[str, str], list[str]] = {}
-    angular = {name for mechanism in built.mechanisms for name in turning(mechanism.system)}
+    angular = {name for mechanism in built.machines for name in turning(mechanism.system)}
     for number, action in enumerate(built.actions, 1):
         for x in action.orders:
             if isinstance(x, Move) and x.pulses:

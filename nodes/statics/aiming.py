@@ -11,7 +11,7 @@ from heavylift.kernel.description.mechanics import Joint, System, Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.mechanism import lug_places
 
 from .action_preview import at_rest
 from .state import StaticState
@@ -54,8 +54,7 @@ def _place(built: plan.Plan, move: Move, state: StaticState) -> float | None:
     drive = next(x for x in whole.drives if x.name == move.actuator)
     joint = next(x for x in whole.joints if x.name == drive.joint)
     tops = _tops(built, whole, joint.child, state)
-    assert built.block is not None
-    lugs = [_world(state, built.block.name, lug.p) for lug in built.block.lugs if lug.name in move.above]
+    lugs = [_world(state, lug.body, lug.p) for name, lug in lug_places(built.machines).items() if name in move.above]
     if not tops:
         return None
     way = _way(joint, state, _mean(tops), _mean(lugs))
@@ -68,7 +67,7 @@ def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> lis
     while len(carried) > before:
         before = len(carried)
         carried |= {x.child for x in whole.joints if x.parent in carried and JOINTS[x.kind].n_v < 6}
-    hooks = {hook.rope for machine in machines(built) for hook in machine.hooks}
+    hooks = {hook.rope for machine in built.machines for hook in machine.hooks}
     ends = (line.a for rope in whole.straight_ropes if rope.name in hooks for line in rope.lines[:2])
     return [_world(state, end.body, end.p) for end in ends if end.body in carried]
 

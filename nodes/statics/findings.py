@@ -8,7 +8,6 @@ from typing import Any
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Slings, Turn
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Finding, Severity
 
 from .action_preview import Followed
@@ -81,7 +80,7 @@ def _cut(built: plan.Plan, path: Followed) -> list[Finding]:
 
 def _unfollowed(built: plan.Plan, path: Followed) -> list[Finding]:
     """A lift that cannot be followed to its end is judged up to there only."""
-    if not path.why or not any(machine.cargo for machine in machines(built)):
+    if not path.why or not any(machine.cargo for machine in built.machines):
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
     sentence = f"the lift is not judged at rest from here on: {path.why}"

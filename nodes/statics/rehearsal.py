@@ -1,6 +1,6 @@
 """The action list carried out at rest: the DEVS models of a scene around its equilibrium path.
 
-Commander, cranes, loaders, block and mechanisms are those of a run; in place of the kernel stands the path, on which
+Commander and machines are those of a run; in place of the kernel stands the path, on which
 time goes on, but nothing swings.  So each verb, condition and switch means here what it means in a run.
 """
 
@@ -133,8 +133,8 @@ class Rehearsal:
     def _tight(self) -> list[Switched]:
         """Slings that begin taut, which the models take for slack."""
         carried = self.states[-1].tensions
-        slings = [s.name for s in self.plan.rig.slings if s.lug and carried[s.name] > 0.0]
-        return [Switched(name, "taut", carried[name]) for name in slings]
+        hooked = [tie.rope for x in self.plan.machines for tie in x.ties if tie.lug and tie.rope not in x.taut]
+        return [Switched(name, "taut", carried[name]) for name in hooked if carried.get(name, 0.0) > 0.0]
 
     def _transit(self, tag: Tag) -> list[Switched]:
         """Let the models speak at a tag; what that changes at rest."""
@@ -250,7 +250,7 @@ class Rehearsal:
         tensions |= {rope: max(x for other, x in parts if other == rope) for rope, _ in parts}
         supports = dict(zip((u.name for u in system.supports), map(float, row.normal), strict=True))
         poses = row.poses.reshape(-1, 12).tolist()
-        block = {pad.support.name for pad in self.plan.block.pads} if self.plan.block else set()
+        loads = {cargo.body for machine in self.plan.machines for cargo in machine.cargo}
         names = [d.name for d in system.drives] + [r.name for r in system.all_ropes if r.winch]
         names += [x.name for x in system.masters]
         t = rest.t_ns
@@ -266,7 +266,7 @@ class Rehearsal:
             references={name: s.references.value(name, t) for name in names},
             speeds={name: s.references.speed(name, t) for name in names},
             hooked=lugs,
-            grounded=any(force > 0.0 for name, force in supports.items() if name in block),
+            grounded=any(supports[u.name] > 0.0 for u in system.supports if u.point.body in loads),
             modes={k.body.name: tuple(row.q[k.q_modes].tolist()) for k in s.program.graph.links if k.n_modes},
             stiffness=None,
         )

@@ -17,7 +17,7 @@ class StaticState:
     t: float  # [s] of the action list, followed without inertia
     action: int  # number of the action that led here, from 1; 0: the start
     stage: str
-    event: str  # what happens here ("taut loader-1.sling-1", "lifted"), or nothing
+    event: str  # what happens here ("taut legs.sling-1", "lifted"), or nothing
     tensions: Mapping[str, float]  # rope, hook rope or sling -> tension, of its most loaded part [N]
     supports: Mapping[str, float]  # support -> normal force [N]
     poses: Mapping[str, Pose]  # body -> its frame in the world
@@ -25,7 +25,7 @@ class StaticState:
     references: Mapping[str, float]  # drive or winch -> commanded coordinate, or unstretched length [m]
     speeds: Mapping[str, float]  # drive or winch -> commanded speed [m/s]; hoisting is negative
     hooked: Mapping[str, str]  # sling -> lug
-    grounded: bool  # whether a support of the block is closed
+    grounded: bool  # whether a support of a load is closed
     stiffness: float | None  # smallest eigenvalue of stiffness over inertia [1/s2], below 0 unstable; None: not looked
     modes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # of flexible bodies: coordinates [m or rad]
 

@@ -3,7 +3,7 @@
 The action list is followed at rest; where such a move begins to change its speed, the small motions about the rest
 there are looked at.  Of all modes that one counts which the moved bodies swing in widest: that with the largest
 |sum d . p|^2 / w^4, d being the ways of the bodies along the move and p their momenta in the mode.  So ropes, hook,
-loader and block count as they hang, and a stiff servo does not.  Periods have five digits, which LAPACK's eigenvalues
+beam and block count as they hang, and a stiff servo does not.  Periods have five digits, which LAPACK's eigenvalues
 have on every processor alike.
 """
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import REEVING, reeved
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 from .loads import Borne, Loads, SlingUse, loads_of
 from .scene import block_table, scene_table
 
-EMPTY = 1.1  # times its loaders and hook blocks: with less a crane carries nothing
+EMPTY = 1.1  # times what always hangs on its hooks: with less a crane carries nothing
 SETTLED = 0.05  # last part of a stage over which its resting load is taken
 Floats = NDArray[np.float64]
 
@@ -101,29 +102,24 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
         tension = _tensions(rec)
         rated: dict[str, float] = rec.fact("rated", {})
         spans = _stages(rec, tension.t[-1] if len(tension.t) else 0.0)
-        hooks = {c["name"]: _hooks(plan, c["name"], tension.names) for c in plan.get("cranes", [])}
+        given = machines.cranes(plan)
+        hooks = {c.name: [tension.names.index(h.rope) for h in c.hooks if h.rope in tension.names] for c in given}
         loads = {crane: tension.values[:, columns].sum(axis=1) for crane, columns in hooks.items() if columns}
         ropes = []
         for name, peak in recorded_peaks(rec).items():
             stage = next((s for s, a, b in spans if a <= peak.time <= b), "")
             ropes.append(RopeUse(name, peak.tension, peak.time, stage, rated.get(name)))
         gravity = float(plan.get("gravity", 9.80665))
-        cranes = [
-            _largest(crane["name"], tension.t, loads[crane["name"]], gravity, crane["hooks"], crane["capacity"])
-            for crane in plan.get("cranes", [])
-            if crane["name"] in loads and len(tension.t)
-        ]
+        able = [crane for crane in given if crane.name in loads and len(tension.t) and crane.capacity]
+        cranes = [_largest(x.name, tension.t, loads[x.name], gravity, x.hooks, x.capacity) for x in able]
         if len(cranes) > 1:
-            every, total = (
-                [h for c in plan["cranes"] for h in c["hooks"]],
-                np.sum([loads[c.name] for c in cranes], axis=0),
-            )
+            every, total = [h for c in able for h in c.hooks], np.sum([loads[c.name] for c in cranes], axis=0)
             cranes.append(_largest("all together", tension.t, total, gravity, every, sum(c.capacity for c in cranes)))
-        dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
+        dead = {c.name: sum(hook.dead for hook in c.hooks) * gravity for c in given}
         stages = [_of_block(_stage(span, tension, rated, loads, dead), borne) for span in spans]
         found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
         tables = stages, ropes, cranes, found, _hook_uses(plan, tension, gravity)
-        lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
+        lifted = machines.block(plan).get("mass") or max((c.load for c in cranes), default=0.0)
         told = scene_table(rec, plan), float(lifted), rec.notes(), block_table(plan)
         return Facts(*tables, *told, borne.slings, borne.lugs, borne.stools, borne.portals)
 
@@ -143,20 +139,19 @@ def _tensions(rec: Recording) -> Signal:
 def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[LoadUse]:
     """The load below each hook block."""
     found = []
-    for crane in plan.get("cranes", []):
-        for hook in crane["hooks"]:
-            if hook.get("rope") in tension.names and len(tension.t):
-                name, pull = f"{crane['name']} {hook['name']}", tension.values[:, tension.names.index(hook["rope"])]
-                found.append(_largest(name, tension.t, pull, gravity, [hook], hook["capacity"]))
+    for hook in (hook for crane in machines.cranes(plan) for hook in crane.hooks if hook.capacity):
+        if hook.rope in tension.names and len(tension.t):
+            name, pull = hook.rope.replace(".", " ", 1), tension.values[:, tension.names.index(hook.rope)]
+            found.append(_largest(name, tension.t, pull, gravity, [hook], hook.capacity))
     return found
 
 
 def _largest(
-    name: str, t: Floats, pull: Floats, gravity: float, hooks: list[dict[str, Any]], capacity: float
+    name: str, t: Floats, pull: Floats, gravity: float, hooks: list[machines.Hook], capacity: float
 ) -> LoadUse:
     """The largest load below some hook blocks, of what their ropes pull together (n,) [N]."""
     k = int(np.argmax(pull))
-    load = float(pull[k]) / gravity - sum(hook["block_mass"] for hook in hooks)
+    load = float(pull[k]) / gravity - sum(hook.block_mass for hook in hooks)
     return LoadUse(name, load, float(t[k]), float(capacity))
 
 
@@ -181,17 +176,6 @@ def _plan(rec: Recording) -> dict[str, Any]:
 def _stages(rec: Recording, end: float) -> list[tuple[str, float, float]]:
     said = [*((name, t) for t, name in rec.stages()), ("", end)]
     return [(name, start, stop) for (name, start), (_, stop) in pairwise(said)]
-
-
-def _hooks(plan: dict[str, Any], crane: str, names: list[str]) -> list[int]:
-    ropes = plan.get("rig", {}).get("hook_ropes", [])
-    return [names.index(r["name"]) for r in ropes if r["crane"] == crane and r["name"] in names]
-
-
-def _dead(plan: dict[str, Any], crane: str) -> float:
-    """Mass of a crane's loaders and hook blocks, which hang on its ropes always [kg]."""
-    on = {rope.get("carries") for rope in plan.get("rig", {}).get("hook_ropes", []) if rope["crane"] == crane}
-    return float(sum(x["upper"]["mass"] + x["lower"]["mass"] for x in plan.get("loaders", []) if x["name"] in on))
 
 
 def _stage(

@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.viewer_messages import Rig, RopeLine, corners, turned
 from heavylift.recordings.read.reader import Recording
@@ -78,7 +79,7 @@ def loads_of(rec: Recording, plan: dict[str, Any]) -> Loads:
     """All of them, in one pass over the samples; empty for what a recording has not."""
     rigging, course = _Rigging(plan), _Course(rec, plan)
     supports = [s for s in rec.fact("supports", []) if POSE + s["body"] in rec.signals()]
-    portals = [_Portal(rec, plan, crane) for crane in plan.get("cranes", [])]
+    portals = [_Portal(rec, plan, crane) for crane in machines.cranes(plan)]
     stools, feet = _Largest(), _Largest()
     for x in _stretches(rec):
         course.see(x)
@@ -97,10 +98,10 @@ class _Course:
     """Where the block was."""
 
     def __init__(self, rec: Recording, plan: dict[str, Any]) -> None:
-        block: dict[str, Any] = plan.get("block") or {}
-        body = block.get("name", "block") if block else ""
+        block = machines.block(plan)
+        body = str(block.get("body", ""))
         self._pose = POSE + body
-        self._com = np.array(block["body"].get("com", (0.0, 0.0, 0.0)) if block else (0.0, 0.0, 0.0))
+        self._com = np.array(block.get("com", (0.0, 0.0, 0.0)))
         drawn = [corners(box) for box in rec.boxes() if body and box.body == body]
         self._points = np.concatenate(drawn) if drawn else self._com[None]
         self._parts = [(np.zeros(0), np.zeros(0), np.zeros((0, 3)), np.zeros(0))]
@@ -121,10 +122,10 @@ class _Rigging:
     """What slings and lugs bore."""
 
     def __init__(self, plan: dict[str, Any]) -> None:
-        block: dict[str, Any] = plan.get("block") or {}
-        self._pose = POSE + (block.get("name", "block") if block else "")
-        self._lugs = {tuple(lug["p"]): lug["name"] for lug in block.get("lugs", [])}
-        self._hooked: dict[str, list[str]] = {s["name"]: [] for s in plan.get("rig", {}).get("slings", [])}
+        block = machines.block(plan)
+        self._pose = POSE + str(block.get("body", ""))
+        self._lugs = {tuple(p): name for name, p in block.get("lugs", {}).items()}
+        self._hooked: dict[str, list[str]] = {tie["rope"]: [] for tie in machines.ties(plan)}
         self._angles: dict[str, list[tuple[Floats, Floats]]] = {name: [] for name in self._hooked}
         self._at_sling, self._at_lug = _Largest(), _Largest()
 
@@ -210,23 +211,18 @@ def _end(body: str, p: tuple[float, float, float], poses: Mapping[str, Floats]) 
 class _Portal:
     """A crane's portal on its legs, as far as they are drawn: shapes of its main body that are taller than wide."""
 
-    def __init__(self, rec: Recording, plan: dict[str, Any], crane: dict[str, Any]) -> None:
-        self._name, self._main = crane["name"], f"{crane['name']}.main"
+    def __init__(self, rec: Recording, plan: dict[str, Any], crane: machines.Crane) -> None:
+        self._name, self._main = crane.name, crane.bodies[0]["name"] if crane.bodies else ""
         self._gravity = float(plan.get("gravity", 9.80665))
-        bodies = [(self._main, crane.get("main"))]
-        bodies += [(f"{crane['name']}.{x}", crane[x]["body"]) for x in ("upper", "lower") if crane.get(x)]
         self._masses = [
-            (body, x["mass"], tuple(x.get("com", (0.0, 0.0, 0.0))))
-            for body, x in bodies
-            if x and POSE + body in rec.signals()
+            (x["name"], x.get("mass", 0.0), tuple(x.get("com", (0.0, 0.0, 0.0))))
+            for x in crane.bodies
+            if POSE + x["name"] in rec.signals()
         ]
         self._trolleys = {body for body, _, _ in self._masses}
         legs = [box.centre for box in rec.boxes() if box.body == self._main and box.size[2] > 2 * max(box.size[:2])]
         self._legs = np.array(legs if len(legs) == 4 and self._main in self._trolleys else []).reshape(-1, 3)
-        self._shares = {
-            rope["name"]: [line.get("share", 1.0) for line in rope.get("lines", [])]
-            for rope in plan.get("rig", {}).get("hook_ropes", [])
-        }
+        self._shares = crane.shares
 
     def reactions(self, x: _Stretch) -> Iterator[tuple[str, Floats, Floats]]:
         """Name, reaction (n,) [N] and foot (n, 3) [m] of each corner."""

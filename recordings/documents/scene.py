@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from heavylift.recordings.format import machines
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.read.reader import Recording
 
@@ -13,59 +14,55 @@ COMPUTED = ("samples_hz", "seed")
 def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
     """Rows of the table."""
     rows: list[tuple[str, str]] = [("scene", rec.run.get("scene", rec.path.stem))]
-    block = plan.get("block")
+    block = machines.block(plan)
     if block:
         x, y, z = block["pose"][:3]
-        told = f"{block['body']['mass'] / 1e3:g} t, centre at {x:g}, {y:g}, {z:.3g} m, {len(block['lugs'])} lugs"
-        rows.append((f"block {block.get('name', '')}".strip(), told))
+        told = f"{block['mass'] / 1e3:g} t, centre at {x:g}, {y:g}, {z:.3g} m, {len(block.get('lugs', ()))} lugs"
+        rows.append(("block" if block["body"] == "block" else f"block {block['body']}", told))
     tandem: dict[str, float] = rec.fact("tandem", {})
-    for crane in plan.get("cranes", []):
-        share = tandem.get(crane["name"], 1.0)
-        told = (
-            f"at {crane['gantry']['start']:g} m, carries {crane['capacity'] / 1e3:g} t on {len(crane['hooks'])} hooks"
-        )
+    cranes, slings = machines.cranes(plan), machines.ties(plan)
+    for crane in cranes:
+        share, hooks = tandem.get(crane.name, 1.0), f"{len(crane.hooks)} hook{'s' if len(crane.hooks) > 1 else ''}"
+        at = "" if crane.start is None else f"at {crane.start:g} m, "
+        told = f"{at}carries {crane.capacity / 1e3:g} t on {hooks}" if crane.capacity else f"{at}{hooks}"
         if share < 1.0:
-            told += f" ({100 * share:g} % of {crane['capacity'] / share / 1e3:g} t, as cranes lift together)"
-        rows.append((f"crane {crane['name']}", told))
-    slings = plan.get("rig", {}).get("slings", [])
+            told += f" ({100 * share:g} % of {crane.capacity / share / 1e3:g} t, as cranes lift together)"
+        rows.append((f"crane {crane.name}", told))
     if slings:
-        hooked = sum(1 for s in slings if s["lug"])
-        rows.append(
-            ("rig", f"{len(plan['loaders'])} block loaders, {len(slings)} slings, {hooked} hooked at the start")
-        )
-    for mechanism in plan.get("mechanisms", []):
-        system = mechanism["system"]
+        hooked = sum(1 for tie in slings if tie.get("lug"))
+        rows.append(("rig", f"{len(slings)} slings, {hooked} hooked at the start"))
+    named = {crane.name for crane in cranes} | {block.get("name", "")}
+    for machine in (x for x in plan.get("machines", []) if x["name"] not in named and not x.get("levels")):
+        system = machine["system"]
         told = f"{len(system['bodies'])} bodies, {len(system['joints'])} joints"
-        rows.append((f"mechanism {mechanism['name']}", told))
+        rows.append((f"mechanism {machine['name']}", told))
     if plan:
         rows.append(("gravity", f"{plan.get('gravity', 9.80665):g} m/s2"))
     rows += settings(rec.run).items()
     fidelity = rec.fact("fidelity", {})
-    if plan.get("block") and isinstance(fidelity, dict):
+    if any(x.get("levels") for x in plan.get("machines", [])) and isinstance(fidelity, dict):
         rows.append(("fidelity", ", ".join(f"{k.replace('_', ' ')} {_told(v)}" for k, v in fidelity.items())))
     return rows + [(name.replace("_", " "), rec.run[name]) for name in COMPUTED if name in rec.run]
 
 
 def block_table(plan: dict[str, Any]) -> list[tuple[str, str]]:
     """The block's data: mass, size, centre of mass, inertia, where it stands, its lugs; u, v, w are its own axes."""
-    block = plan.get("block")
+    block = machines.block(plan)
     if not block:
         return []
-    body = block["body"]
     x, y, z = block["pose"][:3]
     rows = [
-        ("mass", f"{body['mass'] / 1e3:g} t"),
-        ("weight", f"{body['mass'] * plan.get('gravity', 9.80665) / 1e3:.0f} kN"),
+        ("mass", f"{block['mass'] / 1e3:g} t"),
+        ("weight", f"{block['mass'] * plan.get('gravity', 9.80665) / 1e3:.0f} kN"),
     ]
     if any(size := block.get("size", ())):
         rows += [("size along u, v, w", " x ".join(f"{length:g}" for length in size) + " m")]
-    rows += [
-        ("centre of gravity at u, v, w", ", ".join(f"{length:g}" for length in body.get("com", (0.0, 0.0, 0.0))) + " m")
-    ]
-    told = ", ".join(f"{moment / 1e3:.0f}" if moment >= 1e6 else f"{moment / 1e3:.3g}" for moment in body["moments"])
+    com, moments = block.get("com", (0.0, 0.0, 0.0)), block.get("moments", (0.0, 0.0, 0.0))
+    rows += [("centre of gravity at u, v, w", ", ".join(f"{length:g}" for length in com) + " m")]
+    told = ", ".join(f"{moment / 1e3:.0f}" if moment >= 1e6 else f"{moment / 1e3:.3g}" for moment in moments)
     rows += [("moments of inertia about it", f"{told} t m2")]
     rows += [("begins at x, y, z", f"{x:g}, {y:g}, {z:.4g} m")]
-    return [*rows, ("lugs", f"{len(block['lugs'])}"), ("stools", f"{len(block['pads'])} places")]
+    return [*rows, ("lugs", f"{len(block.get('lugs', ()))}"), ("stools", f"{block['stools']} places")]
 
 
 def _told(value: object) -> str:

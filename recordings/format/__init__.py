@@ -6,6 +6,7 @@ samples, columns       which columns of a kernel sample belong to which topic; h
 viewer_messages        what viewers draw, in the foxglove schemas
 spool                  a temporary file of rows, read again in blocks
 failures               what goes wrong where a file is read: bytes, libraries, the system
+machines               cranes, slings and the block of a recorded plan
 digest                 what two equal runs share to the last byte
 settings               what a run says of itself in one or two lines
 text, html             tables and time spans for people, what others wrote as it may be printed; pages of HTML

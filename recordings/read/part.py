@@ -1,7 +1,7 @@
-"""All that a recording has about a part of the scene: a crane, a loader, a rope, the block, or what a pattern names.
+"""All that a recording has about a part of the scene: a crane, a rope, the block, or what a pattern names.
 
 `rec["west"].tension` are the tensions of all ropes named west.*; the last word of a signal's name is the attribute,
-after `measured_` or `error_` where a log stands beside the run.  A loader has the hook rope that carries it, too, since
+after `measured_` or `error_` where a log stands beside the run.  What hangs on a hook has its rope, too, since
 its tension is what people ask for.
 """
 
@@ -20,6 +20,8 @@ from heavylift.recordings.format.text import meant
 
 from .notebook import heading
 from .signal import Signal, joined, only
+
+HANGING = "loaders"  # fact: machines that hang on a hook of another one, by its rope
 
 
 class Signals(Protocol):
@@ -54,9 +56,9 @@ class Part:
 
     @staticmethod
     def of(rec: Signals, name: str) -> Part:
-        """The part of this name; "loader/1" is loader-1."""
+        """The part of this name; "legs/1" is legs-1."""
         names = (name, name.replace("/", "-"))
-        carried = {rope for loader, rope in rec.fact("loaders", {}).items() if loader in names}
+        carried = {rope for hung, rope in rec.fact(HANGING, {}).items() if hung in names}
         found: dict[str, list[str]] = {}
         parts: set[str] = set()
         for signal in rec.signals():

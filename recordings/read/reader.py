@@ -160,7 +160,7 @@ class Recording:
     def __getitem__(self, name: str) -> Any:
         """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.
 
-        rec["rope/tension"], rec["rope/tension/west.*"], rec["block"].pose, rec["loader/1"].tension
+        rec["rope/tension"], rec["rope/tension/west.*"], rec["block"].pose, rec["legs/1"].tension
 
         `signal` and `part` say which of both they return.
         """
@@ -176,7 +176,7 @@ class Recording:
         return Part(self, name, found) if found else self.part(name)
 
     def part(self, name: str) -> Part:
-        """All about a crane, loader, rope, joint or body, "loader/1" being loader-1; SignalError if there is none."""
+        """All about a crane, rope, joint or body, "legs/1" being legs-1; SignalError if there is none."""
         return Part.of(self, name)
 
     def _repr_html_(self) -> str:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError, path_text
+from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.format.viewer_messages import Box
@@ -111,14 +112,14 @@ def _loads(rec: Recording, columns: Shown) -> Floats:
 
 def _block(rec: Recording) -> dict[str, object] | None:
     """Name, mass [kg], centre of mass and lugs of the block, in its frame [m]; None without one."""
-    block = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}")).get("block")
+    block = machines.block(msgspec.json.decode(rec.attachments.get("resolved.json", b"{}")))
     if not block:
         return None
     return {
-        "name": block.get("name", "block"),
-        "mass": block["body"]["mass"],
-        "com": block["body"].get("com", (0.0, 0.0, 0.0)),
-        "lugs": [{"name": lug["name"], "p": lug["p"]} for lug in block["lugs"]],
+        "name": block["body"],
+        "mass": block["mass"],
+        "com": block.get("com", (0.0, 0.0, 0.0)),
+        "lugs": [{"name": name, "p": p} for name, p in block.get("lugs", {}).items()],
     }
 
 

@@ -30,6 +30,7 @@ from msgspec.structs import replace
 from shared.rows import SHORT, options, row
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
+from lifting import hook_ropes
 from lifts_of_kinds import lift_of_kinds
 from promised import asked_of
 
@@ -104,7 +105,7 @@ def decades(path: Path) -> None:
 
 def worst(peaks: dict[str, float], true: dict[str, float]) -> float:
     """Largest relative error of the highest tensions of the hooks' ropes."""
-    return max(abs(peaks[rope.name] / true[rope.name] - 1.0) for rope in load(SCENE).plan.rig.hook_ropes)
+    return max(abs(peaks[rope] / true[rope] - 1.0) for rope in hook_ropes(load(SCENE).plan))
 
 
 def random_lifts(count: int) -> None:

@@ -45,7 +45,7 @@ def placeless(plan: Plan) -> Any:
 
     def without(x: Any) -> Any:
         if isinstance(x, dict):
-            return {key: without(value) for key, value in x.items() if key not in ("where", "com_where", "text")}
+            return {key: without(value) for key, value in x.items() if key not in ("where", "marks", "text")}
         return [without(each) for each in x] if isinstance(x, list) else x
 
     return without(msgspec.json.decode(encode(plan)) | {"name": ""})

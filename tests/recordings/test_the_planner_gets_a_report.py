@@ -14,13 +14,20 @@ from heavylift.kernel import RecordingError
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
 from heavylift.recordings.documents import facts
+from lifting import cranes
 from small_run import POSE, SECOND, Stage
 
 G = 9.80665
 PLAN = {
     "gravity": G,
-    "cranes": [{"name": "west", "capacity": 40e3, "gantry": {"start": 0.0}, "hooks": [{"block_mass": 2e3}]}],
-    "rig": {"hook_ropes": [{"name": "west.H1", "crane": "west"}]},
+    "machines": [
+        {
+            "name": "west",
+            "hooks": [{"rope": "west.H1", "block_mass": 2e3}],
+            "cells": [{"capacity": 40e3}],
+            "system": {"bodies": []},
+        }
+    ],
 }
 TENSION = np.array([1e5, 3e5, 4.4e5, 4e5, 4e5, 4e5, 4.2e5, 4e5])  # [N] each second; rated 4.3e5
 
@@ -112,7 +119,7 @@ def test_hooks_stages_and_scene_of_a_whole_lift(tmp_path: Path) -> None:
     found = facts(Recording(tmp_path / "lift.mcap"))
     assert [h.name for h in found.hooks] == ["crane H1", "crane H2", "crane H3"]
     for hook, rope in zip(found.hooks, found.ropes, strict=False):
-        block_mass = scene.plan.cranes[0].hooks[0].block_mass
+        block_mass = cranes(scene.plan)[0].hooks[0].block_mass
         assert hook.load == pytest.approx(rope.peak / scene.plan.gravity - block_mass, rel=0.02), (
             "samples miss the peak"
         )

@@ -15,6 +15,7 @@ from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
 from heavylift.recordings.documents import Facts, Issue, facts, number
 from heavylift.recordings.documents.tables import tables
+from lifting import cranes
 from small_run import POSE, SECOND
 
 G = 9.80665
@@ -50,9 +51,9 @@ def test_stools_carry_the_block_and_wheels_all_of_it(lift: Path, found: Facts) -
     assert stools["block.lower-1"] == pytest.approx(weight / 4, rel=1e-3)
     corners = {x.name: x for x in found.portals}
     assert [*corners] == [f"crane, corner at x{x}, y{y}" for x, y in ("--", "-+", "+-", "++")]
-    plan = load("lift").plan.cranes[0]
+    plan = cranes(load("lift").plan)[0]
     hung = 300e3 + 3 * (35e3 + 10e3)
-    mass = plan.main.mass + plan.upper.body.mass + plan.lower.body.mass + hung
+    mass = sum(body.mass for body in plan.system.bodies) + hung
     assert sum(x.force for x in corners.values()) == pytest.approx(mass * G, rel=5e-3), "at up to four instants"
     assert corners["crane, corner at x-, y-"].place == pytest.approx((27.0, 0.0, 0.0))
     assert corners["crane, corner at x-, y-"].force == pytest.approx(corners["crane, corner at x+, y-"].force, rel=1e-6)
@@ -82,9 +83,11 @@ def turned_block(folder: Path, angle: float) -> Path:
     row = np.array([1e5, 0, 0, 0, 0, s, 0, 0, c, *beam, 0, 0, 0, 1])
     plan = {
         "gravity": G,
-        "block": {"body": {"mass": 9e3, "com": [0, 0, 1], "moments": [1, 1, 1]}, "pose": [0, 0, 0, 0, 0, 0, 1],
-                  "lugs": [{"name": "L", "p": [0.0, 0.0, 2.0]}], "pads": []},
-        "loaders": [], "rig": {"slings": [{"name": "sling", "lug": "L"}]},
+        "machines": [
+            {"name": "block", "ties": [{"rope": "sling", "lug": "L"}],
+             "cargo": [{"body": "block", "mass": 9e3, "com": [0, 0, 1], "lugs": {"L": [0.0, 0.0, 2.0]}}],
+             "system": {"joints": [{"child": "block", "q0": [0, 0, 0, 0, 0, 0, 1]}]}},
+        ],
     }  # fmt: skip
     with Recorder(folder / "turned.mcap", {"scene": "turned"}, {"resolved.json": msgspec.json.encode(plan)}) as rec:
         rec.layout(layout)

@@ -61,9 +61,17 @@ class Mechanics:
     def __init__(self, reading: Reading) -> None:
         self.reading, self.scene = reading, reading.scene
         self.g: float = self.scene.get("gravity", 9.80665)
-        self.slings: dict[str, dict[str, Any]] = {s["name"]: s for s in self.scene["rig"]["slings"]}
-        self.hook_ropes: dict[str, dict[str, Any]] = {r["name"]: r for r in self.scene["rig"]["hook_ropes"]}
-        self.lugs = {x["name"]: np.array(x["p"]) for x in self.scene["block"]["lugs"]}
+        machines = self.scene["machines"]
+        ropes = {rope["name"]: rope for m in machines for rope in m["system"].get("ropes", [])}
+        hooks = [hook["rope"] for m in machines for hook in m.get("hooks", [])]
+        self.hook_ropes: dict[str, dict[str, Any]] = {name: ropes[name] for name in hooks}
+        self.slings: dict[str, dict[str, Any]] = {
+            tie["rope"]: {**ropes[tie["rope"]], "loader": m["name"], "lug": tie.get("lug", ""), "beam": tie["upper"]}
+            for m in machines
+            for tie in m.get("ties", [])
+        }
+        (cargo,) = (cargo for m in machines for cargo in m.get("cargo", []))
+        self.lugs = {name: np.array(p) for name, p in cargo["lugs"].items()}
 
     @cached_property
     def bodies(self) -> dict[str, Body]:
@@ -74,7 +82,7 @@ class Mechanics:
 
         def take(name: str, v: Array, w: Array, inertia: dict[str, Any]) -> None:
             pose = self.reading.pose[name]
-            com, moments = np.array(inertia.get("com", (0.0, 0.0, 0.0))), np.array(inertia["moments"])
+            com, moments = np.array(inertia.get("com", (0.0, 0.0, 0.0))), np.diag(inertia["inertia"])
             found[name] = Body(_rotation(pose[:, 3:]), pose[:, :3], v, w, inertia["mass"], com, moments)
 
         def rate(name: str) -> Array:
@@ -85,21 +93,22 @@ class Mechanics:
             v, w = (np.stack([rate(f"{joint}.{k}{c}") for c in "xyz"], axis=1) for k in "vw")
             take(name, _turned(R, v), _turned(R, w), inertia)
 
-        for crane in self.scene["cranes"]:
-            c = crane["name"]
+        machines = self.scene["machines"]
+        for crane in (m for m in machines if m.get("girders")):
+            c, (main, *trolleys) = crane["name"], crane["system"]["bodies"]
             along = np.outer(rate(f"{c}.gantry.speed"), (1.0, 0.0, 0.0))
-            take(f"{c}.main", along, zero, crane["main"])
-            for trolley in ("upper", "lower"):
+            take(f"{c}.main", along, zero, main)
+            for trolley, own in zip(("upper", "lower"), trolleys, strict=True):
                 across = np.outer(rate(f"{c}.{trolley}-slide.speed"), (0.0, 1.0, 0.0))
-                take(f"{c}.{trolley}", along + across, zero, crane[trolley]["body"])
-        for loader in self.scene["loaders"]:
-            name = loader["name"]
-            free(f"{name}.upper", f"{name}.free", loader["upper"])
+                take(f"{c}.{trolley}", along + across, zero, own)
+        for loader in (m for m in machines if m.get("latches")):
+            name, (top, low) = loader["name"], loader["system"]["bodies"]
+            free(f"{name}.upper", f"{name}.free", top)
             upper = found[f"{name}.upper"]
             turning = upper.w + _turned(upper.R, (0.0, 1.0, 0.0)) * rate(f"{name}.hinge.rate")[:, None]
-            take(f"{name}.lower", upper.velocity(loader["hinge"]), turning, loader["lower"])
-        block = self.scene["block"]
-        free("block", "block.free", block["body"])
+            take(f"{name}.lower", upper.velocity(loader["system"]["joints"][1]["p_PJ"]), turning, low)
+        (block,) = (body for m in machines for body in m["system"]["bodies"] if body["name"] == "block")
+        free("block", "block.free", block)
         return found
 
     @cached_property

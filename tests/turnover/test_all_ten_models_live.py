@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.nodes.plan import Plan
+from heavylift.nodes.plan import Mechanism, Plan
 from heavylift.nodes.scene import load
+from lifting import pose
 from msgspec.structs import replace as changed
 from stock_reader import Reading
 
@@ -99,25 +100,36 @@ def smaller(tmp_path: Path) -> Story:
     return go
 
 
+def with_cells(plan: Plan, name: str, rated: float) -> Plan:
+    """The load cells of machines whose names begin so with another rated value [N]."""
+
+    def one(machine: Mechanism) -> Mechanism:
+        cells = tuple(changed(cell, rated=rated) for cell in machine.cells if cell.body != "crane.upper")
+        return changed(machine, cells=cells) if machine.name.startswith(name) else machine
+
+    return changed(plan, machines=tuple(map(one, plan.machines)))
+
+
 def test_a_crane_that_is_too_weak_reports_overload(smaller: Story) -> None:
     """360 t and three hook blocks of 25 t, against 300 t, three loaders of 45 t and the jerk of the lift-off."""
-    reading = smaller(lambda p: changed(p, cranes=(changed(p.cranes[0], capacity=360e3),)))
-    told = reading.said("crane", "report", "Overload")[0]["value"]
     rated = (360e3 + 3 * 25e3) * G
+    reading = smaller(lambda p: with_cells(p, "crane", rated))
+    told = reading.said("crane", "report", "Overload")[0]["value"]
     assert told == {"actor": "crane.main.load", "tension": rated, "rated": rated, "over": True}
 
 
 def test_a_loader_that_is_too_weak_reports_overload(smaller: Story) -> None:
-    reading = smaller(lambda p: changed(p, loaders=tuple(changed(x, capacity_N=1.1e6) for x in p.loaders)))
+    reading = smaller(lambda p: with_cells(p, "loader", 1.1e6))
     told = [(e["source"], e["value"]["over"]) for e in reading.events if e["type"] == "Overload"]
     assert told == [("loader-3", True)]  # the others carry 1.0 MN each
 
 
 def test_a_trolley_stops_at_its_end_position(smaller: Story) -> None:
     def change(p: Plan) -> Plan:
-        c = p.cranes[0]
-        short = changed(c.upper.axis, upper=c.upper.axis.start + 1.0)
-        return changed(p, cranes=(changed(c, upper=changed(c.upper, axis=short)),))
+        crane, *others = p.machines
+        gantry, upper, *rest = crane.actuators
+        short = changed(upper, upper=upper.start + 1.0)
+        return changed(p, machines=(changed(crane, actuators=(gantry, short, *rest)), *others))
 
     told = [e["value"] for e in smaller(change).said("crane", "report", "Limit")]
     assert told == [{"actor": "crane.upper-slide.drive", "limit": "travel limit", "position": 70.0}]
@@ -125,8 +137,10 @@ def test_a_trolley_stops_at_its_end_position(smaller: Story) -> None:
 
 def test_a_hook_stops_at_its_upper_limit_switch(smaller: Story) -> None:
     def change(p: Plan) -> Plan:
-        low = tuple(changed(hook, highest=p.loaders[0].pose[2] + 0.5) for hook in p.cranes[0].hooks)
-        return changed(p, cranes=(changed(p.cranes[0], hooks=low),))
+        crane, *others = p.machines
+        top = pose(p, "loader-1.upper")[2] + 0.5
+        low = tuple(changed(x, highest=top) if x.highest else x for x in crane.actuators)
+        return changed(p, machines=(changed(crane, actuators=low), *others))
 
     reading = smaller(change)
     tripped = {e["value"]["name"]: e["t_ns"] for e in reading.said("kernel", "state_crane")}

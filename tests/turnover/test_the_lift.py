@@ -82,7 +82,7 @@ def test_at_the_end_the_stools_carry_the_weight(
     reading: Reading, mechanics: Mechanics, stages: dict[str, Stage]
 ) -> None:
     last = reading.values["/support/force"][stages["rest"].last(20.0)]
-    weight = reading.scene["block"]["body"]["mass"] * mechanics.g
+    weight = mechanics.bodies["block"].mass * mechanics.g
     upper = [i for i, name in enumerate(reading.names["/support/force"]) if name.startswith("block.upper")]
     assert np.max(np.abs(last[:, upper].sum(axis=1) / weight - 1.0)) < WEIGHT
 
@@ -123,7 +123,7 @@ def _begin(reading: Reading, stage: str) -> int:
 
 
 def _reports(reading: Reading, until_ns: int) -> Iterator[dict[str, Any]]:
-    for loader in reading.scene["loaders"]:
+    for loader in (m for m in reading.scene["machines"] if m.get("latches")):
         yield from (e for e in reading.said(loader["name"], "report", "RopeState") if e["t_ns"] <= until_ns)
 
 

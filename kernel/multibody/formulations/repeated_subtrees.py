@@ -1,4 +1,4 @@
-"""Equal limbs of one tree: branches of a few bodies that several times hang on its trunk, such as loaders on a block.
+"""Equal limbs of one tree: branches of a few bodies that several times hang on its trunk, such as trolleys on a block.
 
 A limb is one traced function, called for every instance, so that equal limbs run side by side (see `simd_batches`) and
 large

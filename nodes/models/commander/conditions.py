@@ -81,7 +81,7 @@ def next_time(condition: scene.Condition | None, moment: Moment) -> list[int]:
 
 
 def words(condition: scene.Condition, picture: Picture, moment: Moment) -> str:
-    """What is still missing, for a sentence: "all slings taut (loader-3.sling-2 is slack)"."""
+    """What is still missing, for a sentence: "all slings taut (legs.sling-2 is slack)"."""
     missing = [term for term in terms(condition) if not _true(term, picture, moment)]
     return " and ".join(_words(term, picture, moment) for term in missing)
 

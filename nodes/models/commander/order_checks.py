@@ -11,7 +11,6 @@ from collections.abc import Container, Mapping, Sequence
 from heavylift.kernel.description.mechanics import Joint
 from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Stop, Turn, Unhook
 from heavylift.nodes.plan.fidelity import held_by
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
@@ -26,7 +25,7 @@ class Machines:
     """The machines of a plan as orders see them: who owns what, what hangs where."""
 
     def __init__(self, plan: Plan) -> None:
-        self.plan, self.parts = plan, machines(plan)
+        self.plan, self.parts = plan, plan.machines
         self.owners = owners(self.parts, plan.interlocks)
         self.lugs = lug_places(self.parts)
         joints = {joint.name: joint for machine in self.parts for joint in machine.system.joints}

@@ -59,7 +59,7 @@ class Orders(Atomic):
         machines = self.known.parts
         self.picture, self.lugs, self.theta = first_picture(machines), first_lugs(machines), self.plan.start
         self.jobs: list[Job] = []
-        self.places = {each.name: each.start for machine in self.plan.mechanisms for each in machine.actuators}
+        self.places = {each.name: each.start for machine in self.plan.machines for each in machine.actuators}
         self.led: dict[str, float] = {}  # speed that models ask of actuators
         self.ids = 0
         self.outbox: list[tuple[OutPort[Any], Message]] = []

@@ -12,10 +12,8 @@ import msgspec
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.plan.fidelity import Fidelity
-from heavylift.nodes.plan.goliaths import machine as as_parts
-from heavylift.nodes.plan.goliaths import machines, of_lift
 from heavylift.nodes.plan.mechanism import Mechanism
-from heavylift.nodes.plan.plan import Block, Crane, Loader, Plan
+from heavylift.nodes.plan.plan import Plan
 
 from . import modelled
 
@@ -34,11 +32,10 @@ RICHEST: dict[str, dict[str, object]] = {  # what leaves nothing out, by pass
 }
 
 
-def as_modelled(plan: Plan, machine: Crane | Loader | Block | Mechanism) -> Mechanism:
-    """A machine as parts, as far as it is modelled."""
-    lift = next((each for each in plan.lists if machine.name in each.machines), None)
-    own = of_lift(plan, lift) if lift else plan
-    return modelled(as_parts(own, machine), own.fidelity)
+def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
+    """A machine as far as it is modelled."""
+    lift = next((each for each in plan.lists if machine.name in each.machines), plan)
+    return modelled(machine, lift.fidelity)
 
 
 def at(plan: Plan, fidelity: Fidelity) -> Plan:
@@ -88,13 +85,13 @@ def _of_ropes(fidelity: Fidelity) -> str:
 
 def exact(plan: Plan) -> Fidelity:
     """The plan's own fidelity with the joints locked that a drive holds in place and nothing moves."""
-    locked = (*plan.fidelity.locked, *(name for machine in machines(plan) for name in _still(plan, machine)))
+    locked = (*plan.fidelity.locked, *(name for machine in plan.machines for name in _still(plan, machine)))
     return msgspec.structs.replace(plan.fidelity, locked=tuple(dict.fromkeys(locked)))
 
 
 def reasons(plan: Plan) -> dict[str, str]:
     """Ropes that have no mass on any level, and why."""
-    return {row.rope: row.why for machine in machines(plan) for row in machine.heavy if row.why}
+    return {row.rope: row.why for machine in plan.machines for row in machine.heavy if row.why}
 
 
 def _still(plan: Plan, machine: Mechanism) -> Iterator[str]:
@@ -105,7 +102,7 @@ def _still(plan: Plan, machine: Mechanism) -> Iterator[str]:
     system = machine.system
     acting = [law.along[0] for law in system.laws if law.along] + [x.joint for x in system.locks]
     acting += [x.of for x in system.measured]
-    children = [joint.child for each in machines(plan) for joint in each.system.joints]
+    children = [joint.child for each in plan.machines for joint in each.system.joints]
     driven = {drive.joint: drive for drive in system.drives if drive.kind == "prescribed" and not drive.wave}
     for joint in (joint for joint in system.joints if joint.name in driven and joint.kind in ("prismatic", "revolute")):
         words = (joint.name, driven[joint.name].name)

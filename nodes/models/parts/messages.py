@@ -258,7 +258,7 @@ class Trip(Message, frozen=True):
 
 
 class Latch(Message, frozen=True):
-    """Inside a loader: a sling was hooked or taken off."""
+    """Inside a lifting beam: a sling was hooked or taken off."""
 
     sling: str
     hooked: bool

@@ -22,8 +22,8 @@ from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.verbs import MOTIONS, VERBS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.statics.action_preview import Followed
+from heavylift.nodes.statics.goals import SLACK, world
 from heavylift.nodes.statics.state import Acted, StaticState
-from heavylift.nodes.statics.static_state import SLACK, goals, lift_state, world
 
 from .findings import Findings, Violations
 from .geometry import goal_checks, reach
@@ -106,9 +106,8 @@ def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[
         for check in CHECKS:
             for each in check(order):
                 found.take(f"{each[1]} {check.__name__}", iter([each]), where=each[1])
-        if built.lift:
-            state = lift_state(built, acted.before)
-            goal_checks(found, scene, built, state, goals(built, action, state), action)
+        if scene.cranes:
+            goal_checks(found, scene, built, acted.before, action)
         if found.sentences:
             break
     return found.list()
@@ -248,14 +247,17 @@ def _follows(x: Order) -> Violations:
     for order in x.action.orders:
         if not isinstance(order, actions.Turn):
             continue
-        for crane in x.plan.cranes:
-            given = x.scene.cranes[crane.name]
-            drives = [(h.rope, h.rope, given.hoist_speed) for h in crane.hooks]
-            drives += [
-                (f"{crane.name} {t.name}", plan.drive_name(crane.name, t.name), given.trolley_speed)
-                for t in (crane.upper, crane.lower)
-            ]
-            for name, actuator, limit in drives:
+        drives: list[tuple[str, str, float | None]] = []
+        for machine in x.machines.parts:
+            if given := x.scene.cranes.get(machine.name):
+                _, upper, lower, *_ = machine.actuators
+                drives += [(h.rope, h.rope, given.hoist_speed) for h in machine.hooks]
+                trolleys = ((upper, "upper"), (lower, "lower"))
+                drives += [(f"{machine.name} {of}", each.name, given.trolley_speed) for each, of in trolleys]
+            else:
+                drives += [(each.name, each.name, each.speed) for each in machine.actuators]
+        for name, actuator, limit in drives:
+            if limit is not None:
                 speed = max((abs(state.speeds.get(actuator, 0.0)) for state in x.states), default=0.0)
                 if speed > limit * SAME:
                     message = f"{name} would have to follow the turn at {speed * 60:.1f} m/min"

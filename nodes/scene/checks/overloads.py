@@ -29,7 +29,7 @@ def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
     if not refused or not statics.states:
         return []
     places = msgspec.structs.replace(built, limits=tuple(refused))
-    if built.lift and (found := _refused(built, uses_on_path(places, goal_states(built, statics)))):
+    if found := _refused(built, uses_on_path(places, goal_states(built, statics))):
         return found
     guarded = {rope for interlock in built.interlocks if interlock.stops for rope in interlock.hooks}
     loads = (x for x in refused if x.quantity not in PLACES and not guarded.intersection(x.elements))

@@ -15,6 +15,7 @@ from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import Point, Vector
 from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan import actions
+from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.keys.parts.rigging import Frame
 from heavylift.nodes.scene.language.phrases import OrderPhrase
 from heavylift.nodes.scene.text.source import Path
@@ -39,12 +40,14 @@ class Levelling:
     def __init__(self, yard: Yard, conditions: Conditions) -> None:
         self.yard, self.conditions, self.turned = yard, conditions, 0.0
         scene, lugs = yard.scene, lugs_of(yard.scene)
-        ropes = {rope.carries: rope.name for rope in yard.ropes}
-        self.lugs = {lug.name: Point(block.name, lug.p) for block in yard.all_blocks for lug in block.lugs}
+        self.lugs = lug_places(yard.machines)
+        hooks = [hook for crane in yard.cranes for hook in crane.hooks]
         self.hangs: dict[str, tuple[str | Point, Point]] = {
-            s.name: (ropes[s.loader], self.lugs.get(s.lug, Point("block"))) for s in yard.slings
+            tie.rope: (hook.rope, self.lugs.get(tie.lug, Point("block")))
+            for hook in hooks
+            for tie in ties_on(yard.machines, hook)
         }
-        self.held = {s.name for s in yard.slings if s.lug}
+        self.held = {tie.rope for tie in yard.slings() if tie.lug}
         frames = {name: frame for name, frame in scene.rigging.items() if isinstance(frame, Frame)}
         points = {name: Point(name) for name in frames}
         points |= {f"{name}.{at}": Point(name, p) for name, frame in frames.items() for at, p in frame.points.items()}

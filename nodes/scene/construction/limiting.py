@@ -12,20 +12,22 @@ from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .rigging.ratings import bridle_limit, hook_limits, lug_limits, rigging_limits, sling_limits, tandem_limits
-from .yard import LOWER, UPPER, Yard
+from .yard import LEVELS, LOWER, UPPER, Yard
 
 
 def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
+    rows += [row for crane in yard.cranes for row in rigging_limits(yard, crane)]
     rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
-    rows += [*tandem_limits(yard, mechanisms), *_rig(yard), *lug_limits(yard), *_supports(yard)]
+    rows += [*tandem_limits(yard, [*yard.machines, *mechanisms]), *_rig(yard), *lug_limits(yard), *_supports(yard)]
     return (*rows, *_ropes(yard, mechanisms))
 
 
@@ -78,7 +80,7 @@ def _ropes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
         where = yard.source.where(("mechanism", "ropes", name))
         note = "give it under 'limits: {ropes: ...}'"
         yield Limit(subject=name, quantity="rope tension", unit="N", note=note, where=where)
-    known = [rope.name for rope in yard.ropes] + [sling.name for sling in yard.slings] + free
+    known = [*yard.ropes, *(tie.rope for tie in yard.slings()), *free]
     for name, given in yard.scene.limits.ropes.items():
         path: Path = ("limits", "ropes", name)
         if name not in known:
@@ -110,8 +112,14 @@ def rope_factor(crane: schema.Crane) -> tuple[float, str]:
     return ROPE_FACTORS[crane.mechanism_group], f"{ISO_4308}, {crane.mechanism_group}{assumed}"
 
 
-def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit]:
+def _crane(yard: Yard, crane: plan.Mechanism, given: schema.Crane) -> Iterator[Limit]:
     path: Path = ("cranes", crane.name)
+    hooks, slides = sorted(crane.hooks, key=lambda hook: hook.rope), crane.actuators[1:3]
+    trolleys = [
+        (of, slide, tuple(hook.rope for hook in hooks if hook.on == f"{crane.name}.{of}"))
+        for of, slide in zip(LEVELS, slides, strict=True)
+    ]
+    every = tuple(hook.rope for hook in hooks)
 
     def row(subject: str, quantity: Quantity, unit: str, key: str, elements: tuple[str, ...], **more: object) -> Limit:
         own = key in given.model_fields_set
@@ -119,7 +127,7 @@ def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit
         message = {"source": "the scene" if own else f"type {given.type}", "where": where, **more}
         return Limit(subject=subject, quantity=quantity, unit=unit, elements=elements, **message)  # type: ignore[arg-type]
 
-    for hook in crane.hooks:
+    for hook in hooks:
         chart = tuple(given.capacity_chart or ())
         key = "capacity_chart" if chart else "hook_capacity"
         value = None if chart else hook.capacity
@@ -127,103 +135,103 @@ def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit
         yield row(
             hook.rope, "hook load", "kg", key, (hook.rope,), value=value, chart=chart, over=over, where=hook.where
         )
-    for trolley in (crane.upper, crane.lower):
-        ropes = tuple(hook.rope for hook in crane.hooks if hook.trolley == trolley.name)
+    for of, slide, ropes in trolleys:
         if ropes:
-            key, where = f"{trolley.name}_capacity", trolley.where
-            yield row(
-                f"{crane.name} {trolley.name}", "trolley load", "kg", key, ropes, value=trolley.capacity, where=where
-            )
-    every = tuple(hook.rope for hook in crane.hooks)
-    if every and crane.capacity < given.capacity:
+            key, most = f"{of}_capacity", getattr(given, f"{of}_capacity")
+            yield row(f"{crane.name} {of}", "trolley load", "kg", key, ropes, value=most, where=slide.where)
+    capacity = next((cell.capacity for cell in crane.cells), given.capacity)
+    if every and capacity < given.capacity:
         note = f"{given.tandem:.0%} of its {given.capacity / 1e3:g} t as two cranes lift together"
-        yield row(crane.name, "tandem load", "kg", "tandem", every, value=crane.capacity, note=note, where=crane.where)
+        yield row(crane.name, "tandem load", "kg", "tandem", every, value=capacity, note=note, where=crane.where)
     elif every:
-        yield row(crane.name, "crane load", "kg", "capacity", every, value=crane.capacity, where=crane.where)
-    yield from _hoists(crane, given, row)
+        yield row(crane.name, "crane load", "kg", "capacity", every, value=capacity, where=crane.where)
+    for hook in hooks:
+        yield from _hoist(hook, given, row)
     for way in ("along", "across"):
-        yield from _off_leads(yard, crane, given, way)
-    yield from _pushes(crane, given, row)
-    for hook in crane.hooks:
-        yield row(hook.rope, "hook height", "m", "highest_hook", (hook.rope,), value=hook.highest, where=hook.where)
-        ends = (hook.shortest, hook.drum)
+        for hook in hooks:
+            yield _off_lead(yard, crane, hook, given, way)
+    axes = [("gantry", crane.name, "along", every, crane.where)]
+    axes += [("trolley", f"{crane.name} {of}", "across", ropes, slide.where) for of, slide, ropes in trolleys]
+    for axis in axes:
+        yield from _pushes(given, row, *axis)
+    for hook in hooks:
+        most, ends = given.highest_hook, (given.shortest_rope, given.drum)
+        yield row(hook.rope, "hook height", "m", "highest_hook", (hook.rope,), value=most, where=hook.where)
         yield row(hook.rope, "rope length", "m", "drum", (hook.rope,), between=ends, where=hook.where)
-    rails = (crane.gantry.lower, crane.gantry.upper)
-    yield row(crane.name, "rails", "m", "rails", (f"{crane.name}.main",), between=rails, where=crane.where)
-    for trolley in (crane.upper, crane.lower):
-        body, ends = f"{crane.name}.{trolley.name}", (trolley.axis.lower, trolley.axis.upper)
-        yield row(f"{crane.name} {trolley.name}", "girder", "m", "girder", (body,), between=ends, where=trolley.where)
+    yield row(crane.name, "rails", "m", "rails", (f"{crane.name}.main",), between=given.rails, where=crane.where)
+    for of, slide, _ in trolleys:
+        body = f"{crane.name}.{of}"
+        yield row(f"{crane.name} {of}", "girder", "m", "girder", (body,), between=given.girder, where=slide.where)
 
 
-def _hoists(crane: plan.Crane, given: schema.Crane, row: Callable[..., Limit]) -> Iterator[Limit]:
-    """Ropes and drums of the hooks."""
-    factor, source = rope_factor(given)
-    _, _, message = reeving(given)
-    for hook in crane.hooks:
-        at = {"where": hook.where, "note": message}
-        yield row(
-            hook.rope, "rope factor", "", "rope_factor", (hook.rope,), value=factor, least=True, factor=factor,
-            breaking=given.fall_breaking, source=source, **at,
-        )  # fmt: skip
-        own = {"rope_partial_factor": given.rope_partial_factor}
-        yield from strength_limits("hoist rope", hook.rope, given.fall_breaking, hook.where, own, message)
-        pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'"}
-        yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, "source": "", **pull})
+def _hoist(hook: plan.Hoist, given: schema.Crane, row: Callable[..., Limit]) -> Iterator[Limit]:
+    """Rope and drum of a hook."""
+    (factor, source), (_, _, message) = rope_factor(given), reeving(given)
+    at = {"where": hook.where, "note": message}
+    yield row(
+        hook.rope, "rope factor", "", "rope_factor", (hook.rope,), value=factor, least=True, factor=factor,
+        breaking=given.fall_breaking, source=source, **at,
+    )  # fmt: skip
+    own = {"rope_partial_factor": given.rope_partial_factor}
+    yield from strength_limits("hoist rope", hook.rope, given.fall_breaking, hook.where, own, message)
+    pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'"}
+    yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, "source": "", **pull})
 
 
-def _off_leads(yard: Yard, crane: plan.Crane, given: schema.Crane, way: str) -> Iterator[Limit]:
-    """How far the ropes of a crane may lead off the vertical: its own limit, or that of the scene."""
+def _off_lead(yard: Yard, crane: plan.Mechanism, hook: plan.Hoist, given: schema.Crane, way: str) -> Limit:
+    """How far a hook rope may lead off the vertical: its crane's own limit, or that of the scene."""
     limits, key = yard.scene.limits, f"off_lead_{way}"
     own, scene = getattr(given, key), getattr(limits, key)
     path: Path = ("cranes", crane.name, written(key)) if own is not None else ("limits",)
     value = own if own is not None else scene if scene is not None else limits.off_lead
     given_there = own is not None or scene is not None or "off_lead" in limits.model_fields_set
     quantity: Quantity = "off-lead along" if way == "along" else "off-lead across"
-    for hook in crane.hooks:
-        yield Limit(
-            subject=hook.rope,
-            quantity=quantity,
-            unit="rad",
-            value=None if value == "unknown" else value,
-            elements=(hook.rope,),
-            source="the scene" if given_there else "assumed",
-            note="" if value != "unknown" else "the machine's limit is unknown",
-            where=yard.source.where(path) if given_there else crane.where,
-        )
+    return Limit(
+        subject=hook.rope,
+        quantity=quantity,
+        unit="rad",
+        value=None if value == "unknown" else value,
+        elements=(hook.rope,),
+        source="the scene" if given_there else "assumed",
+        note="" if value != "unknown" else "the machine's limit is unknown",
+        where=yard.source.where(path) if given_there else crane.where,
+    )
 
 
-def _pushes(crane: plan.Crane, given: schema.Crane, row: Callable[..., Limit]) -> Iterator[Limit]:
-    """What ropes that lead off the vertical may pull on drives and brakes."""
-    axes = [("gantry", crane.name, "along", tuple(hook.rope for hook in crane.hooks), crane.where)]
-    for trolley in (crane.upper, crane.lower):
-        ropes = tuple(hook.rope for hook in crane.hooks if hook.trolley == trolley.name)
-        axes.append(("trolley", f"{crane.name} {trolley.name}", "across", ropes, trolley.where))
-    for axis, subject, way, ropes, where in axes:
-        for what, does in (("drive", "moves"), ("brake", "holds")):
-            force = getattr(given, f"{axis}_{what}")
-            note = f"its {what} {does}" if force else f"give '{axis} {what}'"
-            if ropes:
-                yield row(
-                    subject, "side force", "N", f"{axis}_{what}", ropes, value=force, over=way, note=note, where=where,
-                    source="the scene" if force else "",
-                )  # fmt: skip
+def _pushes(
+    given: schema.Crane,
+    row: Callable[..., Limit],
+    axis: str,
+    subject: str,
+    way: str,
+    ropes: tuple[str, ...],
+    where: str,
+) -> Iterator[Limit]:
+    """What ropes that lead off the vertical may pull on a drive and its brake."""
+    for what, does in (("drive", "moves"), ("brake", "holds")) if ropes else ():
+        force = getattr(given, f"{axis}_{what}")
+        note = f"its {what} {does}" if force else f"give '{axis} {what}'"
+        yield row(
+            subject, "side force", "N", f"{axis}_{what}", ropes, value=force, over=way, note=note, where=where,
+            source="the scene" if force else "",
+        )  # fmt: skip
 
 
 def _rig(yard: Yard) -> Iterator[Limit]:
-    """Slings and loaders."""
+    """Slings and the beams that they hang on."""
     rig = yard.scene.rig
     if rig is None:
         return
-    given = rig.sling
-    for loader in yard.loaders:
-        slings = tuple(sling.name for sling in yard.slings if sling.loader == loader.name)
-        carried = rig.loaders[loader.name]
-        message = "the scene" if "capacity" in carried.model_fields_set else "assumed"
+    beams = [machine for machine in yard.machines if machine.latches]
+    for beam in beams:
+        slings, (cell,) = tuple(tie.rope for tie in beam.ties), beam.cells
+        source = "the scene" if "capacity" in rig.beams[beam.name].model_fields_set else "assumed"
         yield Limit(
-            subject=loader.name, quantity="loader load", unit="N", value=loader.capacity_N, elements=slings,
-            source=message, where=loader.where,
+            subject=beam.name, quantity=BEAM_LOAD, unit="N", value=cell.rated, elements=slings, source=source,
+            where=beam.where,
         )  # fmt: skip
-    for sling in yard.slings:
-        name, where = sling.name, sling.where
-        yield from sling_limits(given, name, where)
-        yield bridle_limit(yard, name, where, bent=bool(sling.over))
+    for beam in beams:
+        bent = {rope.name for rope in beam.system.reevings}
+        for tie in beam.ties:
+            yield from sling_limits(rig.sling, tie.rope, tie.where)
+            yield bridle_limit(yard, tie.rope, tie.where, bent=tie.rope in bent)

@@ -14,6 +14,7 @@ from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.action_preview import at_rest
 
+from .beams import spare_hooks, with_hooks
 from .environment.obstacles import obstacles_machine
 from .environment.vessels import afloat, check_decks, vessel_machine
 from .mechanism import build_mechanism
@@ -40,7 +41,7 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
     around = system(msgspec.structs.replace(lift, fidelity=held)) if lift.machines else System()
     built = [vessel_machine(yard, name) for name in scene.vessels]
-    built += [block_machine(yard, name) for name in scene.blocks]
+    built += [block_machine(yard, ("blocks", name)) for name in scene.blocks] if not scene.cranes else []
     if source.faults:
         return tuple(built)
     around = merge([around, *(block.system for block in built)], scene.gravity) if built else around
@@ -49,7 +50,15 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
         around = merge([around, built[-1].system], scene.gravity)
     if source.faults:
         return tuple(built)
-    tree = Tree(source, scene, around) if scene.rigging else None
+    tree = Tree(source, scene, around, spare_hooks(yard)) if scene.rigging else None
+    for crane in yard.cranes if tree else ():
+        if own := {name: hook for name, hook in spare_hooks(yard, crane.name).items() if tree and tree.of_any(name)}:
+            keys = Mechanism.model_construct(name=crane.name, hooks=own)
+            hung = build_mechanism(source, keys, scene.gravity, around, ("cranes", crane.name), tree, scene.edges)
+            yard.machines[yard.machines.index(crane)] = with_hooks(yard, crane, hung)
+            around = merge([around, hung.system], scene.gravity)
+    if source.faults:
+        return tuple(built)
     for base, given in bases.items():
         built.append(build_mechanism(source, given, scene.gravity, around, base, tree, scene.edges))
         if source.faults:

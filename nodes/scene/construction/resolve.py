@@ -19,7 +19,7 @@ from heavylift.nodes.scene.text.source import Path
 
 from .level_luffing import follow
 from .levelling import Levelling
-from .rigging.slings import Sling, lugs_of, slings_of
+from .rigging.slings import Sling, key_of, lugs_of, slings_of
 from .signals import Conditions, wrong_units
 from .targets import Actor, targets
 from .touching import landings, touches
@@ -50,8 +50,7 @@ class _Resolver:
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source = yard, yard.source
         self.targets = targets(yard, mechanisms)
-        self.words = lugs_of(yard.scene)
-        self.lugs = {lug.name: lug.p for lug in yard.block.lugs} if yard.block else {}
+        self.lugs = lugs_of(yard.scene)
         self.conditions = Conditions(yard, mechanisms)
         self.condition = self.conditions.read
         self.levelling = Levelling(yard, self.conditions)
@@ -183,7 +182,7 @@ class _Resolver:
             case "brake" | "release":
                 if found[0].kind in ("sling", "rope"):
                     return [actions.Unhook(sling=a.name, parted=True, where=where) for a in found]
-                locks = ((a.loader or a.model, f"{a.loader}.hinge.lock" if a.loader else a.name) for a in found)
+                locks = ((a.beam or a.model, f"{a.beam}.hinge.lock" if a.beam else a.name) for a in found)
                 return [actions.Brake(model=m, brake=b, engaged=verb.engages, where=where) for m, b in locks]
             case "move":
                 if isinstance(phrase.ramp, phrases.SwingRamp) and found[0].kind in ("hook", "winch"):
@@ -237,8 +236,8 @@ class _Resolver:
             found = [rope for rope in slings if rope in self.hangs] or [rope for rope, x in slings.items() if x.hooked]
             self.hangs -= {*found}
             return [actions.Unhook(sling=rope, parted=parted, where=where) for rope in found]
-        if unknown := [lug for lug in phrase.lugs if lug not in self.words]:
-            self.source.fault(path, f"no block has a lug '{unknown[0]}'", closest(unknown[0], self.words))
+        if unknown := [lug for lug in phrase.lugs if lug not in self.lugs]:
+            self.source.fault(path, f"no block has a lug '{unknown[0]}'", closest(unknown[0], self.lugs))
             return []
         n = 1 + max(x.number for x in slings.values()) - min(x.number for x in slings.values())
         if phrase.lugs and len(set(phrase.lugs)) != n:
@@ -272,6 +271,7 @@ class _Resolver:
         self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str
     ) -> list[actions.Order]:
         slings = [s for actor in found for s in self._slings_of(actor)]
+        held = {rope.name: rope.lines[-1].b.body for machine in self.yard.machines for rope in machine.system.ropes}
         if found[0].kind == "rope":
             if phrase.lugs:
                 self.source.fault(path, f"'{found[0].name}' is hooked where its end is: write 'hook' without lugs")
@@ -290,13 +290,16 @@ class _Resolver:
             return []
         orders: list[actions.Order] = []
         for i in range(0, len(slings), 2):
-            pair = by_beam(list(phrase.lugs[i : i + 2]), {lug: self.lugs[lug][0] for lug in phrase.lugs})
-            orders += [
-                actions.Hookup(sling=s, lug=lug, where=where) for s, lug in zip(slings[i : i + 2], pair, strict=True)
-            ]
+            pair = by_beam(list(phrase.lugs[i : i + 2]), {lug: self.lugs[lug].p[0] for lug in phrase.lugs})
+            for sling, lug in zip(slings[i : i + 2], pair, strict=True):
+                if (body := held.get(sling)) not in (None, self.lugs[lug].body):
+                    self.source.fault(
+                        path, f"{sling} can be hooked to lugs of {body} only, {lug} is one of another block"
+                    )
+                orders.append(actions.Hookup(sling=sling, lug=key_of(lug, self.lugs[lug]), where=where))
         return orders
 
     def _slings_of(self, actor: Actor) -> list[str]:
         if actor.kind in ("sling", "rope"):
             return [actor.name]
-        return [s.name for s in self.yard.slings if s.loader == actor.loader]
+        return [tie.rope for tie in self.yard.slings(actor.beam)]

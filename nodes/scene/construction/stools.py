@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 
 from heavylift.kernel.algebra.dense import dot, least_norm, singular_values
-from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description.flexible import Beam, Flexible, Gauge, Modal, check_flexible
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System, Vector
 from heavylift.kernel.errors import KernelError
@@ -28,12 +29,17 @@ from heavylift.nodes.scene.text.source import Path
 from .yard import LOWER, UPPER, Yard, box
 
 SAME = 1e-9  # relative, of masses that are equal
+TOUCH = 1e-6  # [m]
 SINGULAR = 1e-12  # singular value, relative, of stools in one line
 
 
-def build_block(yard: Yard, block: schema.Block, base: Path = ("block",)) -> plan.Block:
-    """A block with its lugs and pads; `base`: where it stands in the scene, its name last."""
-    pads, stools, name = [], block.supports, str(base[-1])
+def block_machine(yard: Yard, base: Path) -> plan.Mechanism:
+    """A block as a machine made of parts: a body on a free joint above its stools; one that is lifted alone can be
+    turned onto its other face.  `base`: where it stands in the scene, its name last."""
+    name, alone, where = str(base[-1]), len(base) == 1, yard.source.where(base)
+    block = yard.scene.block if alone else yard.scene.blocks[name]
+    assert block is not None
+    supports, stools = dict[str, list[Support]](), block.supports
     n, half = len(stools.at), block.size[2] / 2
     k = block.mass * yard.scene.gravity / (n * stools.settlement)
     d = 2 * stools.damping * math.sqrt(k * block.mass / n)
@@ -50,46 +56,76 @@ def build_block(yard: Yard, block: schema.Block, base: Path = ("block",)) -> pla
                 d if stools.friction else 0.0,
                 "" if block.on == WORLD else block.on,
             )
-            where = yard.source.where((*base, "supports", "at", i))
-            pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
+            supports.setdefault(face, []).append(support)
     xx, yy, zz, xy, xz, yz = (*(block.inertia or box(block.mass, block.size)), 0.0, 0.0, 0.0)[:6]
-    body = plan.Inertia(mass=block.mass, com=block.com, moments=(xx, yy, zz), products=(xy, xz, yz))
+    rigid = Body(name, block.mass, block.com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
     try:
-        check_inertia(Body(name, block.mass, inertia=body.matrix))
+        check_inertia(Body(name, block.mass, inertia=rigid.inertia))
     except KernelError as error:
         yard.source.fault((*base, "inertia"), str(error))
-    return plan.Block(
-        name=name,
-        body=body,
-        size=block.size,
-        slices=tuple(block.shape.slices) if block.shape else (),
-        pose=_resting(block, yard.scene.vessels.get(block.on)),
-        lugs=tuple(
-            plan.Lug(name=lug, p=p, where=yard.source.where((*base, "lugs", lug))) for lug, p in block.lugs.items()
-        ),
-        pads=tuple(pads),
-        flexible=flexible_of(yard, block, body, pads, base),
-        where=yard.source.where(base),
-        com_where=yard.source.where((*base, "com")),
-    )
-
-
-def block_machine(yard: Yard, name: str) -> plan.Mechanism:
-    """One of several blocks as a machine made of parts: a body on a free joint above its stools."""
-    block = build_block(yard, yard.scene.blocks[name], ("blocks", name))
-    pads = [pad for pad in block.pads if pad.closed]
+    for sentence, path in _misfits(block, name) if yard.scene.cranes else ():
+        yard.source.fault((*base, *path), sentence, on_key=True)
+    flexible = flexible_of(yard, block, rigid, [s for of in supports.values() for s in of], base)
+    stands, pose = supports[LOWER], _resting(block, yard.scene.vessels.get(block.on))
     system = System(
-        bodies=(block_body(name, block.body, block.flexible),),
-        joints=(Joint(f"{name}.free", "free", WORLD, name, q0=block.pose, v0=(0.0,) * 6),),
-        supports=tuple(pad.support for pad in pads),
+        bodies=(block_body(rigid, flexible),),
+        joints=(Joint(f"{name}.free", "free", WORLD, name, q0=pose, v0=(0.0,) * 6),),
+        supports=tuple(stands + supports[UPPER] if alone else stands),
         gravity=yard.scene.gravity,
     )
-    boxes = block.slices or (((0.0, 0.0, 0.0), block.size),)
-    shapes = tuple(plan.Shape(body=name, centre=centre, size=size) for centre, size in boxes)
-    closed = tuple(pad.support.name for pad in pads)
-    lugs = {f"{name}.{lug}": p for lug, p in yard.scene.blocks[name].lugs.items()}
-    cargo = Cargo(body=name, com=block.body.com, lugs=lugs)
-    return plan.Mechanism(name=name, system=system, closed=closed, shapes=shapes, cargo=(cargo,), where=block.where)
+    words = {lug: lug if alone else f"{name}.{lug}" for lug in block.lugs}
+    marks = {word: yard.source.where((*base, "lugs", lug)) for lug, word in words.items()}
+    cargo = Cargo(
+        body=name,
+        mass=block.mass,
+        com=block.com,
+        moments=(xx, yy, zz),
+        size=block.size,
+        lugs={word: block.lugs[lug] for lug, word in words.items()},
+        marks=marks | {"": yard.source.where((*base, "com"))},
+        faces={s.name: face for face, of in supports.items() for s in of} if alone else {},
+        turned=0.0 if alone else None,
+    )
+    boxes = block.shape.slices if block.shape and block.shape.slices else [((0.0, 0.0, 0.0), block.size)]
+    return plan.Mechanism(
+        name=name,
+        system=system,
+        closed=tuple(s.name for s in stands),
+        shapes=tuple(plan.Shape(body=name, centre=centre, size=size) for centre, size in boxes),
+        cargo=(cargo,),
+        levels=alone,
+        where=where,
+    )
+
+
+def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
+    """What is wrong with stools and lugs, and where: a block stands on its stools, neither above nor sunk into them,
+    with its centre of mass between them, and no lug is inside."""
+    (u, v, _), half, stools = given.com, [side / 2 for side in given.size], given.supports.at
+    gap, own = given.at[2] - half[2] - given.supports.height, name if name == "block" else f"block {name}"
+    if abs(gap) > TOUCH:
+        how = f"{gap:g} m above" if gap > 0 else f"{-gap:g} m deep in"
+        yield f"the {own} is {how} its stools: put its middle at z = {given.supports.height + half[2]:g} m", ()
+    if any(max(abs(place[i]) for place in stools) > half[i] for i in (0, 1)):
+        yield "a stool stands beside the block", ("supports", "at", 0)
+    elif not _inside((u, v), stools):
+        message = f"the centre of mass at u = {u:g} m, v = {v:g} m is not above the stools"
+        yield f"{message}: the block would tip", ("supports", "at", 0)
+    for lug, p in given.lugs.items():
+        depths = [h - abs(x) for h, x in zip(half, p, strict=True)]
+        if min(depths) > TOUCH:
+            i = depths.index(min(depths))
+            message = f"the lug {lug} is inside the block, {min(depths):g} m below its face at {'uvw'[i]}"
+            yield f"{message} = {math.copysign(half[i], p[i]):g} m", ("lugs", lug)
+
+
+def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
+    """Whether p is inside the convex hull: no direction has all points on its one side."""
+    if p in points:
+        return True
+    angles = sorted(float(atan2(y - p[1], x - p[0])) for x, y in points)
+    gaps = [(b - a) for a, b in pairwise([*angles, angles[0] + 2 * math.pi])]
+    return bool(max(gaps) <= math.pi + 1e-9)
 
 
 def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, float, float, float, float, float]:
@@ -108,9 +144,7 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
     return (x, y, z - a, d * i - s * j, d * j + s * i, s * w, d * w)
 
 
-def flexible_of(
-    yard: Yard, block: schema.Block, body: plan.Inertia, pads: list[plan.Pad], base: Path
-) -> Flexible | None:
+def flexible_of(yard: Yard, block: schema.Block, body: Body, stools: list[Support], base: Path) -> Flexible | None:
     """What bends of a block with its mass properties and pads, if anything does; what is wrong is a fault."""
     if block.beam is None and not block.modes:
         return None
@@ -118,19 +152,19 @@ def flexible_of(
     if block.beam and block.modes:
         yard.source.fault((*base, "modes"), "a flexible block has either a 'beam' or 'modes'", on_key=True)
         return None
-    made = _beam(yard, block, block.beam, body, key) if block.beam else _modes(yard, block, pads, base)
+    made = _beam(yard, block, block.beam, body, key) if block.beam else _modes(yard, block, stools, base)
     if made is None:
         return None
     try:
         check_flexible(str(base[-1]), made)
-        check_inertia(block_body(str(base[-1]), body, made))
+        check_inertia(block_body(body, made))
     except KernelError as error:
         told = "; give the beam a 'mass', that of what bends with it, or the block its 'inertia'" if made.beam else ""
         yard.source.fault(key, f"{error}{told}", on_key=True)
     return made
 
 
-def _beam(yard: Yard, block: schema.Block, hull: Hull, body: plan.Inertia, key: Path) -> Flexible | None:
+def _beam(yard: Yard, block: schema.Block, hull: Hull, body: Body, key: Path) -> Flexible | None:
     length, bends = block.size[0], hull.mass or block.mass
     if bends > block.mass * (1.0 + SAME):
         told = f"the block has {block.mass / 1e3:g} t, of which no {bends / 1e3:g} t can bend"
@@ -140,7 +174,7 @@ def _beam(yard: Yard, block: schema.Block, hull: Hull, body: plan.Inertia, key: 
         told = "the mass of a uniform beam is not aside, as 'com' says: give the beam a 'mass', less than the block's"
         yard.source.fault(key, told, on_key=True)
         return None
-    polar = body.moments[0] / length * (bends / block.mass)
+    polar = body.inertia[0][0] / length * (bends / block.mass)
     beam = Beam(length, bends / length, *hull.stiffness, polar, hull.elements, start=-length / 2)
     along = {"end-1": -length / 2, "middle": 0.0, "end-2": length / 2}
     for lug, p in block.lugs.items():
@@ -151,8 +185,8 @@ def _beam(yard: Yard, block: schema.Block, hull: Hull, body: plan.Inertia, key: 
     return Flexible(hull.modes, beam, frame="free", damping=hull.damping, loads=tuple(hull.loads), gauges=gauges)
 
 
-def _modes(yard: Yard, block: schema.Block, pads: list[plan.Pad], base: Path) -> Flexible | None:
-    places = {**block.lugs, **{pad.support.name.partition(".")[2]: pad.support.point.p for pad in pads}}
+def _modes(yard: Yard, block: schema.Block, stools: list[Support], base: Path) -> Flexible | None:
+    places = {**block.lugs, **{s.name.partition(".")[2]: s.point.p for s in stools}}
     named = dict.fromkeys(word for mode in block.modes.values() for word in mode.shape)
     for name, mode in block.modes.items():
         for word in (word for word in mode.shape if word not in places):

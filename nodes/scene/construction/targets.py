@@ -13,7 +13,7 @@ from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.verbs import Kind, Verb
 
-from .yard import Yard
+from .yard import LOWER, UPPER, Yard
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Actor:
     model: str
     name: str
     accel: float = 0.0
-    loader: str = ""
+    beam: str = ""
     turns: bool = False
     pulses: int = 0
     verb: str = ""
@@ -43,20 +43,23 @@ class Actor:
 def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[Actor, ...]]:
     """Every target of this scene with its actors."""
     table: dict[str, tuple[Actor, ...]] = {}
-    on_hook = {(c, h): loader for loader, (c, h) in yard.hooks.items()}
+    on_hook = {f"{c}.{h}": (f"{c} {h}", beam) for beam, (c, h) in yard.hooks.items()}
     hooks: dict[str, Actor] = {}
     for crane in yard.cranes:
-        table[crane.name] = (_driven("gantry", crane.name, plan.drive_name(crane.name, "gantry"), crane.gantry),)
-        for trolley in (crane.upper, crane.lower):
-            drive = plan.drive_name(crane.name, trolley.name)
-            actor = _driven("trolley", crane.name, drive, trolley.axis)
-            table[f"{crane.name} {trolley.name} trolley"] = (actor,)
-        for hook in crane.hooks:
-            loader = on_hook[crane.name, hook.name]
-            hooks[loader] = Actor("hook", crane.name, hook.rope, hook.accel, loader, emergency=hook.emergency)
-            table[f"{crane.name} {hook.name}"] = table[loader] = (hooks[loader],)
-    for group, loaders in yard.groups.items():
-        table[f"{group} hooks"] = tuple(hooks[loader] for loader in loaders if loader in hooks)
+        gantry, upper, lower, *winches = crane.actuators
+        table[crane.name] = (_driven("gantry", crane.name, gantry.name, gantry),)
+        for of, slide in ((UPPER, upper), (LOWER, lower)):
+            table[f"{crane.name} {of} trolley"] = (_driven("trolley", crane.name, slide.name, slide),)
+        for winch in sorted(winches, key=lambda winch: winch.name):
+            if winch.name not in on_hook:
+                hooks[winch.name] = _driven("winch", crane.name, winch.name, winch)
+                table[winch.name.replace(".", " ", 1)] = table[winch.name] = (hooks[winch.name],)
+                continue
+            words, beam = on_hook[winch.name]
+            hooks[beam] = Actor("hook", crane.name, winch.name, winch.accel, beam, emergency=winch.emergency)
+            table[words] = table[beam] = (hooks[beam],)
+    for group, beams in yard.groups.items():
+        table[f"{group} hooks"] = tuple(hooks[beam] for beam in beams if beam in hooks)
     if yard.cranes:
         table["cranes"] = tuple(table[c.name][0] for c in yard.cranes)
         for which in ("upper", "lower"):
@@ -66,12 +69,13 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
     for plural in ("cranes", "upper trolleys", "lower trolleys", "trolleys", "hooks"):
         if plural in table:
             table[f"all {plural}"] = table[plural]
-    for sling in yard.slings:
-        table[sling.name] = (Actor("sling", sling.loader, sling.name, loader=sling.loader),)
+    for beam in yard.hooks:
+        for tie in yard.slings(beam):
+            table[tie.rope] = (Actor("sling", beam, tie.rope, beam=beam),)
     turns = yard.cranes or any(traversing(machine, hook) for machine in mechanisms for hook in machine.hooks)
-    if yard.block and turns:
+    if yard.scene.block and turns:
         table["block"] = (Actor("block", "block", "turn"),)
-    for name in [*(["block"] if yard.block and not turns else []), *yard.scene.blocks]:
+    for name in [*(["block"] if yard.scene.block and not turns else []), *yard.scene.blocks]:
         table[name] = (Actor("load", name, "level"),)
     for mechanism in mechanisms:
         _of_machine(table, mechanism)
@@ -108,6 +112,5 @@ def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) ->
                 table[plural] = table[f"all {plural}"] = (*table.get(plural, ()), *actors)
 
 
-def _driven(kind: Kind, model: str, name: str, by: plan.Axis | plan.Actuator, turns: bool = False) -> Actor:
-    own = (by.verb, by.speed) if isinstance(by, plan.Actuator) else ("", None)
-    return Actor(kind, model, name, by.accel, "", turns, by.pulses, *own, by.emergency)
+def _driven(kind: Kind, model: str, name: str, by: plan.Actuator, turns: bool = False) -> Actor:
+    return Actor(kind, model, name, by.accel, "", turns, by.pulses, by.verb, by.speed, by.emergency)

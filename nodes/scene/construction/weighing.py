@@ -8,7 +8,6 @@ import msgspec
 import numpy as np
 from heavylift.kernel.algebra.dense import norm, product
 from heavylift.kernel.description.mechanics import Joint, Line, Point, Rope, System, Vector, merge
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.mechanism import Bend, Heavy, Load, Mechanism, Tie
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -19,20 +18,21 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 def weighed(built: Plan) -> Plan:
     """A plan with that, as its machines made of parts stand and hang at the start."""
-    if not any(machine.heavy or machine.bends or machine.ties for machine in built.mechanisms):
+    free = any(machine.heavy or machine.bends or machine.ties for machine in built.mechanisms)
+    if not free and all(row.below for machine in built.levelled for row in machine.heavy):
         return built
-    whole = merge([machine.system for machine in machines(built)], built.gravity)
+    whole = merge([machine.system for machine in built.machines], built.gravity)
     start = _Start(whole)
     found = (
         msgspec.structs.replace(
             machine,
-            heavy=tuple(start.hanging(machine, row) for row in machine.heavy),
+            heavy=tuple(row if machine.levels and row.below else start.hanging(machine, row) for row in machine.heavy),
             bends=tuple(start.bent(row) for row in machine.bends),
-            ties=tuple(start.tied(tie) for tie in machine.ties),
+            ties=machine.ties if machine.levels else tuple(start.tied(tie) for tie in machine.ties),
         )
-        for machine in built.mechanisms
+        for machine in built.machines
     )
-    return msgspec.structs.replace(built, mechanisms=tuple(found))
+    return msgspec.structs.replace(built, machines=tuple(found))
 
 
 class _Start:

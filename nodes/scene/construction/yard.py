@@ -7,16 +7,17 @@ from typing import Literal, TypeAlias
 
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.parts.machines import GoliathParts
+from heavylift.nodes.scene.keys.parts.machines import PortalParts
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import Source
 
 Level: TypeAlias = Literal["upper", "lower"]
 UPPER: Level = "upper"
 LOWER: Level = "lower"
+LEVELS = UPPER, LOWER
 
 PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that is known
 
@@ -27,28 +28,31 @@ class Yard:
 
     source: Source
     scene: schema.Scene
-    cranes: list[plan.Crane] = field(default_factory=list)
-    loaders: list[plan.Loader] = field(default_factory=list)
-    block: plan.Block | None = None
-    ropes: list[plan.HookRope] = field(default_factory=list)
-    slings: list[plan.Sling] = field(default_factory=list)
-    hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # loader -> (crane, hook)
-    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> loaders
+    machines: list[plan.Mechanism] = field(default_factory=list)  # that are modelled on levels
+    hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # beam -> (crane, hook)
+    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> beams
     interlocks: tuple[plan.Interlock, ...] = ()
     limits: tuple[Limit, ...] = ()  # where they are known before: of several lifts
-    blocks: tuple[plan.Block, ...] = ()  # of several lifts of goliaths
 
     @property
-    def parts(self) -> tuple[plan.Mechanism, ...]:
-        """Its cranes, loaders and blocks as machines made of parts, as far as they are built."""
-        rig = plan.Rig(hook_ropes=tuple(self.ropes), slings=tuple(self.slings))
-        own = {"cranes": tuple(self.cranes), "loaders": tuple(self.loaders), "block": self.block, "blocks": self.blocks}
-        return machines(plan.Plan(name=self.scene.name, gravity=self.scene.gravity, rig=rig, **own))  # type: ignore[arg-type]
+    def cranes(self) -> list[plan.Mechanism]:
+        """Cranes on rails: the drive of the gantry is the first actuator, those of the trolleys the next two."""
+        return [machine for machine in self.machines if machine.girders]
 
     @property
-    def all_blocks(self) -> tuple[plan.Block, ...]:
-        """The block of its goliaths, or those of several lifts."""
-        return (self.block, *self.blocks) if self.block else self.blocks
+    def ropes(self) -> list[str]:
+        """Their hook ropes."""
+        return [f"{crane}.{hook}" for crane, hook in self.hooks.values()]
+
+    @property
+    def cargo(self) -> list[Cargo]:
+        """What they lift."""
+        return [cargo for machine in self.machines for cargo in machine.cargo]
+
+    def slings(self, *beams: str) -> list[plan.Tie]:
+        """The slings of beams, or of all."""
+        own = (machine for machine in self.machines if not beams or machine.name in beams)
+        return [tie for machine in own for tie in machine.ties]
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:
@@ -62,23 +66,10 @@ def box(mass: float, size: Vector) -> Vector:
     return (mass / 12 * (y + z), mass / 12 * (x + z), mass / 12 * (x + y))
 
 
-def parts_of(crane: schema.Crane) -> GoliathParts:
+def parts_of(crane: schema.Crane) -> PortalParts:
     """What its type makes of a crane: bodies, drives, and where the ropes of its hooks leave the trolleys."""
     assert crane.parts is not None
     return crane.parts
-
-
-def trolley_start(yard: Yard, name: str, crane: schema.Crane, trolley: str) -> float:
-    """y of a trolley at the start: as written, or above the mean of the lugs its loaders carry [m]."""
-    written = crane.upper_trolley if trolley == UPPER else crane.lower_trolley
-    block, rig = yard.scene.block, yard.scene.rig
-    if written is not None or block is None or rig is None:
-        return written if written is not None else sum(crane.girder) / 2
-    hung = [loader for loader, (c, h) in yard.hooks.items() if c == name and parts_of(crane).hooks[h].on == trolley]
-    lugs = [lug for loader in hung for lug in rig.loaders[loader].lugs or () if lug in block.lugs]
-    if not lugs:
-        return sum(crane.girder) / 2
-    return block.at[1] + sum(block.lugs[lug][1] for lug in lugs) / len(lugs)
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:

@@ -14,6 +14,7 @@ from typing import Annotated, ClassVar, TypeVar, cast
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.points import Matrix, Vector
+from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text.units import Length, Number
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
@@ -50,7 +51,7 @@ Quaternion = tuple[Number, Number, Number, Number]
 
 def written(name: str) -> str:
     """A key as it stands in YAML."""
-    return name.replace("off_lead", "off-lead").replace("_", " ")
+    return BEAMS if name == "beams" else name.replace("off_lead", "off-lead").replace("_", " ")
 
 
 class Base(BaseModel):

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from heavylift.nodes.plan.spellings import RAILS
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.extending import SECTIONS
 
@@ -17,10 +18,10 @@ from .schema import Scene
 
 Schema = dict[str, Any]
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in u.NAMED.values()}
-OTHER = {  # than a goliath, whose keys are known
+OTHER = {  # than those whose keys are known
     "type": "object",
     "description": "a crane of another type, with parameters of that",
-    "properties": {"type": {"type": "string", "not": {"pattern": "^goliath"}}},
+    "properties": {"type": {"type": "string", "not": {"pattern": f"^{RAILS}"}}},
     "required": ["type"],
 }
 ALIKE = {

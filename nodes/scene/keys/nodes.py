@@ -9,7 +9,7 @@ models:
     parameters: {gain: 12 m/s}                      quantities arrive in SI units
 
 placement:
-  yard-a: [west, loader-1]                          two nodes share a process
+  yard-a: [west, block]                             two nodes share a process
   yard-b: {nodes: [east], host: remote}             started on another host, by `heavylift node yard-b`
 
 Nodes are the machines of the scene, `commander` and `kernel`; those that are not named have a process of their own.

@@ -1,7 +1,7 @@
 """The keys of a scene file, as frozen pydantic models: every key, its unit, its default.
 
 A key of several words is written with blanks in YAML (`upper trolley: 60.4 m`) and with underscores in
-Python. Defaults of a crane and a loader are those of a credible 900 t yard; a scene overrides them with its own.
+Python. Defaults of a crane and a beam are those of a credible 900 t yard; a scene overrides them with its own.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import USUAL, Asked
+from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
@@ -21,14 +22,14 @@ from .described import keys_of
 from .environment import Floor, Obstacle, Vessel, Waves, Wind
 from .nodes import OwnModel, Process
 from .parts.flexible import Hull, Mode
-from .parts.machines import GoliathParts, Machine, PartName
+from .parts.machines import Machine, PartName, PortalParts
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
 from .parts.rigging import Edge, Rigging, SlingType
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
 RESERVED = (  # no machine and no group has such a name
-    *("world", "obstacles", "block", "all", "any", "hooks", "cranes", "loaders", "trolleys", "slings", "ropes"),
+    *("world", "obstacles", "block", "all", "any", "hooks", "cranes", BEAMS, "trolleys", "slings", "ropes"),
     *("kernel", "commander", "coordinator", "event", "observer", "operator"),  # nodes and topics of a run
 )
 
@@ -51,12 +52,12 @@ OffLead = u.Swing | Literal["unknown"]
 
 
 class Crane(Base):
-    """A goliath crane: portal on rails along x; upper trolley (H1, H2) and lower trolley (H3) along y.
+    """A crane on rails: portal along x; upper trolley (H1, H2) and lower trolley (H3) along y.
 
-    What is left out its type says, `parts` it makes; the defaults are those of goliath-900.
+    What is left out its type says, `parts` it makes; the defaults are those of the smallest bundled one.
     """
 
-    type: str  # goliath-900, or a file of that family
+    type: str  # of the family, or a file of it
     at: u.Length  # x of its centre
     upper_trolley: u.Length | None = None  # y; left out: where its lugs are
     lower_trolley: u.Length | None = None
@@ -109,7 +110,7 @@ class Crane(Base):
     mechanism_group: MechanismGroup = "M6"  # of the hoists: gives the rope factor by ISO 4308-1
     rope_factor: u.Factor | None = None  # breaking force over its most loaded part; left out: by the mechanism group
     rope_partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 2.77, EN 13001-3-2
-    parts: GoliathParts | None = None  # made by the type, not to be written
+    parts: PortalParts | None = None  # made by the type, not to be written
 
     @model_validator(mode="wrap")
     @classmethod
@@ -167,8 +168,8 @@ class Block(Base):
         return bool(self.beam or self.modes)
 
 
-class Loader(Base):
-    """A block loader on a hook, and the two slings from its beam."""
+class Beam(Base):
+    """A lifting beam on a hook, on a hinge below its block, and the two slings from it."""
 
     hook: str  # "west H1"
     sling: u.Extent
@@ -223,9 +224,9 @@ class LiftLimits(Base):
 
 
 class Rig(Base):
-    """What connects the machines: loaders on hooks, slings to lugs; and names for groups of hooks."""
+    """What connects the machines: beams on hooks, slings to lugs; and names for groups of hooks."""
 
-    loaders: dict[Name, Loader]
+    beams: dict[Name, Beam]
     sling: SlingType = SlingType()
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of all slings at the start
     groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
@@ -260,7 +261,7 @@ class Scene(Base):
     seed: Annotated[int, Field(ge=0)] = 0
     microsteps: Annotated[int, Field(ge=1, le=2**31 - 1)] = LIMIT  # so many steps in no time are a loop
     end: u.Duration | None = None
-    cranes: dict[Name, Crane] = Field(default_factory=dict)  # of other types than goliaths: their parameters
+    cranes: dict[Name, Crane] = Field(default_factory=dict)  # of other types: their parameters
     block: Block | None = None
     blocks: dict[Name, Block] = Field(default_factory=dict)  # several, which machines made of parts lift
     rig: Rig | None = None

@@ -12,6 +12,7 @@ from functools import reduce
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
+from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.machine_types import expand
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
@@ -73,7 +74,7 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
     named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
     named |= {("machines", name): name for name in scene.machines}
     if scene.rig:
-        named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
+        named |= {("rig", BEAMS, name): name for name in scene.rig.beams}
         named |= {("rig", "groups", name): name for name in scene.rig.groups}
     named |= {("models", name): name for name in scene.models}
     for key in ("rigging", "blocks", "vessels", "obstacles"):

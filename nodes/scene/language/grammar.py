@@ -12,6 +12,7 @@ from typing import Literal, TypeVar, cast
 
 import msgspec
 from heavylift.nodes.plan.actions import After, MovesDone
+from heavylift.nodes.plan.spellings import BEAM
 from heavylift.nodes.plan.verbs import VERBS, Verb
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
@@ -210,7 +211,7 @@ def _crossing(r: Reader) -> CrossTest:
     elif row.of != "none" and r.take("of"):
         of = _names(r)
     elif row.of == "one":
-        raise r.error(f"'{quantity}' needs 'of' and a name, such as '{quantity} of loader-1'")
+        raise r.error(f"'{quantity}' needs 'of' and a name, such as '{quantity} of {BEAM}-1'")
     at = r.at
     sign = r.take(">=", "<=", "==", "=", ">", "<")
     if sign in {"=", "=="}:

@@ -1,5 +1,5 @@
 """Where the text of a scene comes from: its file or a bundled one, laid over those that it extends; and entries of it
-that are like others, with differences: `loader-2: {like: loader-1, hook: west H2, lugs: [A3, A4]}`."""
+that are like others, with differences: `two: {like: one, hook: west H2, lugs: [A3, A4]}`."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from copy import deepcopy
 from pathlib import Path as FilePath
 
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scene.text.opening import scene_text
@@ -20,7 +21,7 @@ LIKE = "like"
 SECTIONS: tuple[Path, ...] = (
     *((key,) for key in ("blocks", "cranes", "rigging", "edges", "vessels", "obstacles", "lifts", "interlocks")),
     *(("mechanism", key) for key in ("bodies", "joints", "ropes", "drives", "springs", "supports", "forces", "hooks")),
-    ("rig", "loaders"),
+    ("rig", BEAMS),
 )  # whose entries may be like others
 
 

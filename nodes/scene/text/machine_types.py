@@ -15,6 +15,7 @@ from functools import lru_cache
 from pathlib import Path as FilePath
 
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.plan.spellings import RAILS
 from heavylift.nodes.scenes import types_folder
 
 from .faults import closest, raise_faults
@@ -23,7 +24,6 @@ from .source import Data, Path, Source, read
 from .type_expansion import Expansion, MachineType
 
 VERSION = 1
-GOLIATH = "goliath"  # family of cranes whose keys are read by their own rules
 
 
 def library() -> dict[str, FilePath]:
@@ -85,7 +85,7 @@ def expand(source: Source) -> bool:
             kind = _inline(source, word, inline[word]) if word in inline else machine_type(word)
         except SceneError:
             source.fault(("cranes", name, "type"), f"'{word}' is not known here", closest(word, [*library(), *inline]))
-            if not word.startswith(GOLIATH):  # of which the other keys are known
+            if not word.startswith(RAILS):  # of which the other keys are known
                 del source.data["cranes"][name]  # type: ignore[union-attr, arg-type]
             continue
         if kind.data.get("machine type") != VERSION:
@@ -94,7 +94,7 @@ def expand(source: Source) -> bool:
             computed = False
             continue
         expansion = Expansion(source, name, crane, kind)
-        if kind.data.get("family") == GOLIATH:
+        if kind.data.get("family") == RAILS:
             expansion.lay_under(crane)
         else:
             expansion.run()

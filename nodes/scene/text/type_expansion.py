@@ -97,7 +97,7 @@ class Expansion:
         return made
 
     def lay_under(self, crane: dict[str, Data]) -> None:
-        """Parameters of a goliath's type and what it makes of them, below the keys of the crane."""
+        """Parameters of the type of a crane on rails and what it makes of them, below the keys of the crane."""
         self.base, self.prefix = ("cranes", self.name, "parts"), ""
         theirs = self.kind.parameters
         for key in {"parameters", "parts"} & {*crane}:

@@ -8,6 +8,7 @@ from heavylift.coordinator.verdict import History, findings
 from heavylift.coordinator.verdict.clearances import clearances
 from heavylift.nodes.scene import bundled, parse
 from heavylift.recordings.read import Clearance
+from lifting import machine, slings
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -36,7 +37,7 @@ def went(z: list[float], y: list[float] | None = None, roll: list[float] | None 
 def near(poses: dict[str, Floats], sling: float = TAUT, **more: list[tuple[float, float]]) -> list[Clearance]:
     n = len(next(iter(poses.values())))
     t = np.arange(n) / FINE
-    history = History(t, poses, {s.name: np.full(n, sling) for s in PLAN.rig.slings}, {}, [])
+    history = History(t, poses, {name: np.full(n, sling) for name in slings(PLAN)}, {}, [])
     return [c for c in clearances(PLAN, history, 0.5, **more) if c.b == "ground"]
 
 
@@ -96,7 +97,7 @@ def hook(z: float, sling: float) -> list[Clearance]:
 
 
 def test_an_empty_hook_may_be_near_the_ground_but_not_in_it() -> None:
-    below = -PLAN.loaders[0].hinge[2]  # of the hook block
+    below = -machine(PLAN, "loader-1").system.joints[1].p_PJ[2]  # of the hook block
     assert hook(below + 0.2, SLACK) == []
     (loaded,) = hook(below + 0.2, TAUT)
     assert (loaded.a, loaded.limit) == ("loader-1", 0.5)

@@ -11,7 +11,7 @@ from heavylift.coordinator.participants import KernelNode, configured, wiring
 from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
 from heavylift.kernel.simulation.native.native_state import _loaded
 from heavylift.nodes.devs import Simulator, Tag, seconds
-from heavylift.nodes.fidelity import radau_algebra
+from heavylift.nodes.fidelity import lift_of, radau_algebra
 from heavylift.nodes.models import COMMANDER, KERNEL, build
 from heavylift.nodes.models.parts import Finished, Stage
 from heavylift.nodes.scene import load
@@ -79,8 +79,8 @@ def _lifted(scene) -> Lifted:
         rows.append(np.broadcast_to(some, (len(t), width)))  # of a rest there is one
     table = np.concatenate(rows)
     first, names = at["rope/peak"]
-    hooks = [first + names.index(r.name) for r in plan.rig.hook_ropes]
-    pose, _ = at[f"pose/{plan.block.name}"]
+    hooks = [first + names.index(r.name) for r in lift_of(plan).rig.hook_ropes]
+    pose, _ = at[f"pose/{lift_of(plan).block.name}"]
     s = kernel.simulation
     return Lifted(
         table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], s.native.evaluations,

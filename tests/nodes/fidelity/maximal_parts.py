@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import pi, sqrt
 
 import numpy as np
+from heavylift.nodes.fidelity import lift_of
 from numpy.polynomial.legendre import leggauss
 from vectors import rotation
 
@@ -42,11 +43,11 @@ class Parts:
 
     def __init__(self, plan, lumps: int = 2) -> None:
         self.plan, self.g, self.n_lumps = plan, plan.gravity, lumps
-        self.ropes = list(plan.rig.hook_ropes)
-        self.loaders = [next(x for x in plan.loaders if x.name == r.carries) for r in self.ropes]
+        self.ropes = list(lift_of(plan).rig.hook_ropes)
+        self.loaders = [next(x for x in lift_of(plan).loaders if x.name == r.carries) for r in self.ropes]
         n = self.n = len(self.ropes)
         self.n_bodies = 2 * n + 1
-        inertias = [i for x in self.loaders for i in (x.upper, x.lower)] + [plan.block.body]
+        inertias = [i for x in self.loaders for i in (x.upper, x.lower)] + [lift_of(plan).block.body]
         self.mass = np.array([i.mass for i in inertias])
         self.com = np.array([i.com for i in inertias])
         self.moments = np.array([i.moments for i in inertias])
@@ -77,9 +78,9 @@ class Parts:
             top = np.array(x.pose[:3])
             p += [top + x.upper.com, top + np.array(x.hinge) + x.lower.com]
             q += [x.pose[3:], x.pose[3:]]
-        pose = self.plan.block.pose
+        pose = lift_of(self.plan).block.pose
         R = rotation(np.array(pose[3:]))
-        p.append(np.array(pose[:3]) + R @ self.plan.block.body.com)
+        p.append(np.array(pose[:3]) + R @ lift_of(self.plan).block.body.com)
         q.append(pose[3:])
         self.p0, self.q0 = np.array(p), np.array(q, float)
 
@@ -106,7 +107,7 @@ class Parts:
         """Gantries, then trolleys: masses, servos, starts; of each hook its gantry and trolley."""
         plan = self.plan
         self.names, self.drive_mass, self.kp, self.kv, self.refs = [], [], [], [], []
-        self.cranes = list(plan.cranes)
+        self.cranes = list(lift_of(plan).cranes)
         for c in self.cranes:
             self._drive(f"{c.name}.gantry.drive", c.main.mass + c.upper.body.mass + c.lower.body.mass, c.gantry)
         for c in self.cranes:
@@ -145,8 +146,8 @@ class Parts:
         self.refs.append(Reference(axis.start))
 
     def _slings(self) -> None:
-        lugs = {lug.name: lug.p for lug in self.plan.block.lugs}
-        hooked = [s for s in self.plan.rig.slings if s.lug]
+        lugs = {lug.name: lug.p for lug in lift_of(self.plan).block.lugs}
+        hooked = [s for s in lift_of(self.plan).rig.slings if s.lug]
         index = {x.name: i for i, x in enumerate(self.loaders)}
         self.sling_of = np.array([index[s.loader] for s in hooked])
         self.beam = np.array([s.beam.p for s in hooked])
@@ -155,7 +156,7 @@ class Parts:
         self.sling_d = np.array([s.damping for s in hooked])
 
     def _pads(self) -> None:
-        pads = [p.support for p in self.plan.block.pads if p.closed]
+        pads = [p.support for p in lift_of(self.plan).block.pads if p.closed]
         self.pad = np.array([s.point.p for s in pads])
         self.pad_z, self.pad_k = np.array([s.height for s in pads]), np.array([s.k for s in pads])
         self.pad_d, self.pad_mu = np.array([s.d for s in pads]), np.array([s.mu for s in pads])

@@ -12,7 +12,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from heavylift.nodes.plan import SHORTEST, VERBS, Move, drive_name
+from heavylift.nodes.fidelity import drive_name, lift_of
+from heavylift.nodes.plan import SHORTEST, VERBS, Move
 
 STANDS = "up"  # the first stage in which the block hangs
 LIFTS = "lift"  # begins the name of a stage that lifts it
@@ -54,7 +55,7 @@ class Seen:
 
     def _sideways(self):
         """Stage, move, part of the hooks that it moves."""
-        hung = [(c, hook) for c in self.plan.cranes for hook in c.hooks if hook.rope in self._ropes]
+        hung = [(c, hook) for c in lift_of(self.plan).cranes for hook in c.hooks if hook.rope in self._ropes]
         drives = [drive_name(c.name, which) for c, hook in hung for which in ("gantry", hook.trolley)]
         for action in self.plan.actions:
             for order in action.orders:
@@ -63,7 +64,7 @@ class Seen:
 
     @property
     def _ropes(self) -> list[str]:
-        return [r.name for r in self.plan.rig.hook_ropes]
+        return [r.name for r in lift_of(self.plan).rig.hook_ropes]
 
     def lifting(self) -> list[tuple[float, float]]:
         """Begin and end of the stages that lift the block [s]."""

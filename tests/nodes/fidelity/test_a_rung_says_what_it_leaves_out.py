@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.nodes.fidelity import modelled_as
+from heavylift.nodes.fidelity import lift_of, modelled_as
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 from heavylift.recordings.format.settings import settings
@@ -42,7 +42,7 @@ def test_the_bound_holds_against_the_richest_rung(tmp_path: Path) -> None:
     plain, rich = load("lift"), load("lift", ["fidelity.girder=elastic", "fidelity.ropes=massive"])
     peaks = [run(s, tmp_path / f"{i}.mcap", in_process=True).peaks for i, s in enumerate((plain, rich))]
     bound = modelled_as(plain.plan, plain.followed).errors["rope tension"]
-    for rope in plain.plan.rig.hook_ropes:
+    for rope in lift_of(plain.plan).rig.hook_ropes:
         (tension, _), (true, _) = (p[rope.name] for p in peaks)
         assert abs(tension / true - 1.0) < bound
     told = settings(Recording(tmp_path / "0.mcap").run)

@@ -4,8 +4,8 @@ from random import Random
 
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.nodes.fidelity import by_ways, case_of, girder
-from heavylift.nodes.plan import Fidelity, drive_name
+from heavylift.nodes.fidelity import by_ways, case_of, drive_name, girder, lift_of
+from heavylift.nodes.plan import Fidelity
 from heavylift.nodes.scene import load
 from heavylift.nodes.scene.checks.orders import LOADED
 from heavylift.nodes.scene.text import library
@@ -53,7 +53,8 @@ def test_what_is_predicted_bounds_a_lift_by_a_way():
 def test_a_move_to_a_place_has_a_way():
     scene = load("lift", ["actions.3.trolleys=traverse 20 m/min to 82 m"])
     starts = {
-        drive_name("crane", t.name): t.axis.start for t in (scene.plan.cranes[0].upper, scene.plan.cranes[0].lower)
+        drive_name("crane", t.name): t.axis.start
+        for t in (lift_of(scene.plan).cranes[0].upper, lift_of(scene.plan).cranes[0].lower)
     }
     assert scene.plan.actions[3].orders[0].by is None
     sideways = by_ways(scene.plan, scene.followed).actions[3].orders

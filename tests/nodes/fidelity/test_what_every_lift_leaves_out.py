@@ -3,7 +3,7 @@
 from heavylift.coordinator.participants import configured
 from heavylift.kernel.description import Body, Joint, Point, System, Wind
 from heavylift.kernel.description.forces import Signal
-from heavylift.nodes.fidelity import always
+from heavylift.nodes.fidelity import always, lift_of
 from heavylift.nodes.models import build, system
 from heavylift.nodes.scene import check, load
 
@@ -24,19 +24,19 @@ def test_the_lead_part_of_twenty_falls_carries_fifteen_percent_more():
     choice = always.reeving(LIFT, system(LIFT))
     assert "20 falls are one spring" in choice.reason
     assert "15% more" in choice.reason
-    assert choice.saved == 2 * 19 * len(LIFT.rig.hook_ropes)
+    assert choice.saved == 2 * 19 * len(lift_of(LIFT).rig.hook_ropes)
 
 
 def test_a_locked_joint_makes_one_body_of_two():
     free = always.merged(LIFT, system(LIFT)).saved
     locked = load("lift", ["fidelity.locked=[hinges]"]).plan
-    assert always.merged(locked, system(locked)).saved == free + 12 * len(LIFT.loaders)
+    assert always.merged(locked, system(locked)).saved == free + 12 * len(lift_of(LIFT).loaders)
 
 
 def test_pads_of_other_faces_are_pairs_that_nobody_tests():
     every = always.contact(TURNOVER, system(TURNOVER))
-    pads = len(TURNOVER.block.pads)
-    standing = sum(pad.closed for pad in TURNOVER.block.pads)
+    pads = len(lift_of(TURNOVER).block.pads)
+    standing = sum(pad.closed for pad in lift_of(TURNOVER).block.pads)
     assert every.reason.startswith(f"{pads} of {pads * standing} pairs of {pads} pads and {standing} stools")
 
 

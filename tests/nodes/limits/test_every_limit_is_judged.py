@@ -13,6 +13,7 @@ from heavylift.nodes.limits import READERS, WORDS, Limit, Use, signals_of, uses_
 from heavylift.nodes.limits import judge as judged
 from heavylift.nodes.plan import Quantity
 from heavylift.nodes.scene import LoadedScene, check, load
+from lifting import cranes
 
 SIDE = "cranes.crane.{}=1 MN"
 LIFT = (
@@ -68,7 +69,7 @@ def test_a_narrow_clearance_turns_the_verdict_red() -> None:
     """Two portals that come within a metre of each other."""
     for limit, red in (("0.9 m", False), ("1.1 m", True)):
         plan = load("tandem", [f"limits={{clearance: {limit}}}"]).plan
-        poses = {f"{c.name}.main": np.tile([c.gantry.start, 0.0, 0, 0, 0, 0, 1], (3, 1)) for c in plan.cranes}
+        poses = {f"{c.name}.main": np.tile([c.actuators[0].start, 0.0, 0, 0, 0, 0, 1], (3, 1)) for c in cranes(plan)}
         poses["east.main"][:, 0] -= 1.0
         said = Conduct(end=2.0)
         assert judge(plan, History(np.arange(3.0), poses, {}, {}, []), said).red == red

@@ -24,8 +24,9 @@ from heavylift.nodes.limits import (
 )
 from heavylift.nodes.plan import Use, plan
 from heavylift.nodes.scene import check, json_schema, load
-from heavylift.nodes.scene.keys import Block, Crane, Loader, Supports, comments
+from heavylift.nodes.scene.keys import Beam, Block, Crane, Supports, comments
 from heavylift.nodes.scene.keys.parts import SlingType
+from lifting import hook_ropes
 
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
 
@@ -72,7 +73,7 @@ def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
 
 def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
     found = {}
-    for model in (Crane, Loader, SlingType, Supports, Block):
+    for model in (Crane, Beam, SlingType, Supports, Block):
         found |= {(model.__name__, key): told for key, told in comments(model).items() if "damping" in key}
         keys = {field.alias for field in model.model_fields.values() if "damping" in str(field.alias)}
         assert keys == {key for owner, key in found if owner == model.__name__}
@@ -149,7 +150,7 @@ def test_what_a_load_cell_tells_between_samples_is_red() -> None:
     """The sum of three ropes is only sampled; the cell saw it pass its rated value."""
     built = load("lift").plan
     rated = (900e3 + 75e3) * built.gravity
-    ropes = {r.name: np.array([0.3 * rated]) for r in built.rig.hook_ropes}
+    ropes = {name: np.array([0.3 * rated]) for name in hook_ropes(built)}
     quiet = Signals(t=np.array([3.0]), tensions=ropes, dynamic=True)
     assert not [f for f in judge(built, uses_of(built, [quiet]), dynamic=True) if f.subject == "crane"]
     heard = Signals(

@@ -22,6 +22,7 @@ from heavylift.nodes.limits import (
 from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import load
 from heavylift.nodes.statics import StaticState
+from lifting import cargo, hook_ropes, slings
 
 EXACT = 1e-12  # relative: the same triangle by other functions
 LEVEL = np.eye(3)
@@ -36,7 +37,7 @@ def plan(*settings: str) -> Plan:
 
 def hung(built: Plan, along: float, across: float, tension: float = LOADED, sling: float = LOADED / 2) -> Signals:
     """The hook H3 beside its trolley by so much [m], for one instant; its loader hangs level below it."""
-    rope = next(r for r in built.rig.hook_ropes if r.name == HOOK)
+    rope = hook_ropes(built)[HOOK]
     top = np.array([40.0, 83.0, 0.0])
     eye = top + np.array([along, across, rope.lines[0].a.p[2] - LENGTH])
     poses = {
@@ -45,10 +46,10 @@ def hung(built: Plan, along: float, across: float, tension: float = LOADED, slin
         "loader-3.lower": eye - [0, 0, 2.0],
         "crane.main": top * [1, 0, 0],
     }
-    slings = {s.name: np.array([sling if s.loader == "loader-3" else 0.0]) for s in built.rig.slings}
-    tensions = {r.name: np.zeros(1) for r in built.rig.hook_ropes} | slings | {HOOK: np.array([tension])}
-    held = {name: (p[None, :], LEVEL[None]) for name, p in poses.items()}
-    return Signals(t=np.array([7.0]), tensions=tensions, poses=held, stages=[(0.0, "swing")], dynamic=True)
+    held = {name: np.array([sling if name.startswith("loader-3.") else 0.0]) for name in slings(built)}
+    tensions = {name: np.zeros(1) for name in hook_ropes(built)} | held | {HOOK: np.array([tension])}
+    placed = {name: (p[None, :], LEVEL[None]) for name, p in poses.items()}
+    return Signals(t=np.array([7.0]), tensions=tensions, poses=placed, stages=[(0.0, "swing")], dynamic=True)
 
 
 def judged(built: Plan, signals: Signals) -> list[Finding]:
@@ -119,12 +120,12 @@ def test_the_side_pull_is_held_against_drive_and_brake() -> None:
 
 def spread(built: Plan, angle: float, tension: float = 5e5) -> Signals:
     """One sling that stands so much off the vertical."""
-    sling = next(s for s in built.rig.slings if s.name == "loader-3.sling-1")
-    lug = next(lug.p for lug in built.block.lugs if lug.name == sling.lug) if built.block else (0.0, 0.0, 0.0)
-    at = np.array(lug) - sling.beam.p + [0.0, sling.L0 * np.sin(angle), sling.L0 * np.cos(angle)]
+    tie, sling = slings(built)["loader-3.sling-1"]
+    up = np.array([0.0, sling.L0 * np.sin(angle), sling.L0 * np.cos(angle)])
+    at = np.array(cargo(built).lugs[tie.lug]) - tie.upper.p + up
     poses = {"block": (np.zeros((1, 3)), LEVEL[None]), "loader-3.lower": (at[None, :], LEVEL[None])}
     tensions = {sling.name: np.array([tension])}
-    return Signals(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: sling.lug})])
+    return Signals(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: tie.lug})])
 
 
 def test_bridles_are_told_beyond_45_and_red_beyond_60_degrees() -> None:
@@ -150,7 +151,7 @@ def test_the_row_names_the_worst_of_all_with_time_and_stage() -> None:
 def test_a_path_at_rest_is_judged_state_by_state() -> None:
     """A bridle that opens as its hook comes down, under a rope that leads off: the worst is told."""
     built = plan()
-    sling = next(s for s in built.rig.slings if s.name == "loader-3.sling-1")
+    tie, _ = slings(built)["loader-3.sling-1"]
     states = []
     for number, angle in enumerate((10.0, 50.0, 65.0, 40.0), 1):
         seen = hung(built, LENGTH * tan(radians(angle / 10)), 0.0)
@@ -160,7 +161,7 @@ def test_a_path_at_rest_is_judged_state_by_state() -> None:
         states.append(
             StaticState(
                 t=0.0, action=number, stage=f"stage {number}", event="", tensions=tensions, supports={}, poses=poses,
-                coordinates={}, references={}, speeds={}, hooked={sling.name: sling.lug} if number < 4 else {},
+                coordinates={}, references={}, speeds={}, hooked={tie.rope: tie.lug} if number < 4 else {},
                 grounded=False, stiffness=1.0,
             )
         )  # fmt: skip

@@ -11,6 +11,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.limits import drum_end_factor, lead_factor
 from heavylift.nodes.scene import check, load
 from heavylift.recordings import Recording
+from lifting import cranes
 
 FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}
 EXACT = 1e-12  # relative: the same geometric series, summed in another order
@@ -86,7 +87,7 @@ def test_the_mechanism_group_asks_for_its_factor_by_name() -> None:
 def test_falls_that_two_drum_ends_cannot_share_are_refused() -> None:
     with pytest.raises(SceneError, match="15 falls cannot be shared by 2 drum ends: give an even number"):
         load("lift", crane(falls="15", drum_ends="2"))
-    assert load("lift", crane(falls="15")).plan.rig.hook_ropes[0].drum_ends == 1
+    assert cranes(load("lift", crane(falls="15")).plan)[0].hooks[0].drum_ends == 1
 
 
 def test_the_drum_end_bears_the_weight_of_its_rope(tmp_path: Path) -> None:
@@ -96,7 +97,7 @@ def test_the_drum_end_bears_the_weight_of_its_rope(tmp_path: Path) -> None:
     run(scene, tmp_path / "massive.mcap", in_process=True)
     tension = Recording(tmp_path / "massive.mcap").signal("rope/tension")
     top, hook = tension["crane.H3~1"], tension["crane.H3"]
-    rope = next(r for r in scene.plan.rig.hook_ropes if r.name == "crane.H3")
+    rope = next(hook for hook in cranes(scene.plan)[0].hooks if hook.rope == "crane.H3")
     own = rope.line * G * 64.7  # [N] of 64.7 m
     assert float((top - hook).mean()) == pytest.approx(own, rel=5e-3), "vibrations of the rope cancel in the mean"
     massless = load("lift", settings)

@@ -12,6 +12,7 @@ from heavylift.kernel.analysis import equilibrium, modes
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import build_one, system
 from heavylift.nodes.scene import load
+from lifting import cranes
 from numpy.polynomial.legendre import leggauss
 
 RUNGS = (
@@ -58,12 +59,12 @@ def test_what_is_left_out_is_not_there():
 def test_a_girder_alone_swings_at_its_frequency():
     """w^2 = (pi^4 / 2 * k / 48) / (m / 2 + sum of trolley masses * sin^2(pi y / L))."""
     plan = lift("{girder: elastic, locked: [trolleys, gantries]}", still=True).plan
-    crane = plan.cranes[0]
+    crane = cranes(plan)[0]
     s = Simulation(replace(build_one(plan, crane.name).declare(), thresholds=(), ropes=()))
     s.start()
     equilibrium(s)
-    girder, shape = crane.girder, [sin(pi * t.axis.start / crane.girder.span) for t in (crane.upper, crane.lower)]
-    mass = girder.mass / 2.0 + sum(t.body.mass * x**2 for t, x in zip((crane.upper, crane.lower), shape, strict=True))
+    (girder,), trolleys = crane.girders, zip(crane.actuators[1:3], crane.system.bodies[1:], strict=True)
+    mass = girder.mass / 2.0 + sum(t.mass * sin(pi * at.start / girder.span) ** 2 for at, t in trolleys)
     want = sqrt(pi**4 / 2.0 * girder.stiffness / 48.0 / mass) / (2.0 * pi)
     assert modes(s).oscillations[0].frequency == pytest.approx(want, rel=ONE_MODE)
 
@@ -74,11 +75,10 @@ def test_a_heavy_rope_carries_its_own_weight():
     row = paused(scene, at=3.0).row()
     plan, names = scene.plan, [r.name for r in system(scene.plan).ropes]
     tension = dict(zip(names, row.tension, strict=True))
-    rope = plan.rig.hook_ropes[0]
-    loader = next(x for x in plan.loaders if x.name == rope.carries)
-    lumps = leggauss(5)[1] / 2.0 * rope.line * rope.L0
+    hook, rope = cranes(plan)[0].hooks[0], cranes(plan)[0].system.ropes[0]
+    lumps = leggauss(5)[1] / 2.0 * hook.line * rope.L0
     for i, name in enumerate((*(f"{rope.name}~{i}" for i in range(1, 6)), rope.name), 1):
-        below = loader.upper.mass + loader.lower.mass + sum(lumps[i - 1 :])
+        below = hook.below + sum(lumps[i - 1 :])
         assert tension[name] == pytest.approx(below * plan.gravity, rel=1e-6)
 
 

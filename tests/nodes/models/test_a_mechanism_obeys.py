@@ -22,7 +22,7 @@ ACTUATORS = (Actuator(name="motor", start=0.5, accel=0.1, lower=0.0, upper=1.5),
 
 def plan(*actions: a.Action) -> Plan:
     mechanism = Mechanism(name="rig", system=SYSTEM, actuators=ACTUATORS, closed=("left", "right"))
-    return Plan(name="test", mechanisms=(mechanism,), actions=actions)
+    return Plan(name="test", machines=(mechanism,), actions=actions)
 
 
 def move(actuator: str, speed: float, by: float | None = None, until: a.Condition | None = None) -> a.Move:

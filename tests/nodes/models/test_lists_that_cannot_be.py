@@ -86,7 +86,7 @@ def test_the_other_crane_may_travel() -> None:
         (Hookup(sling="loader-9.sling-1", lug="A+10"), "there is no sling loader-9.sling-1"),
         (
             Hookup(sling="loader-1.sling-1", lug="A+10"),
-            "sling loader-1.sling-1 hangs on lug A-22 already, unhook it first",
+            "sling loader-1.sling-1 hangs on lug A-26 already, unhook it first",
         ),
         (Hookup(sling="loader-3.sling-1", lug="C"), "there is no lug C"),
         (Unhook(sling="loader-3.sling-1"), "sling loader-3.sling-1 is not hooked and cannot be unhooked"),

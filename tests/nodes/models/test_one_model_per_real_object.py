@@ -118,7 +118,7 @@ def test_the_loader_declares_its_hinge_with_stops_damper_and_lock() -> None:
     ]
     assert (low.joints[1].p_PJ, low.joints[1].axis) == ((0.0, 0.0, -2.0), (0.0, 1.0, 0.0))
     assert [stop.name for stop in low.stops] == ["loader-1.hinge.stop"]
-    assert [spring.d for spring in low.springs] == [1e4]
+    assert [spring.d for spring in low.springs] == [1e5]
     assert [brake.engaged for brake in (*low.brakes, *high.brakes)] == [False, True]
     assert low.bodies == (
         Body("loader-1.upper", 35e3, (0.0, 0.0, 0.0), ((4e4, 0.0, 0.0), (0.0, 4e4, 0.0), (0.0, 0.0, 4e4))),
@@ -140,9 +140,10 @@ def test_rated_values_count_the_hook_blocks() -> None:
 
 def test_a_heavier_block_is_declared_heavier() -> None:
     plan = turnover()
-    assert plan.block
-    body = msgspec.structs.replace(plan.block.body, mass=910e3)
-    heavier = msgspec.structs.replace(plan, block=msgspec.structs.replace(plan.block, body=body))
+    *others, block = plan.machines
+    (body,) = block.system.bodies
+    heavy = replace(block.system, bodies=(replace(body, mass=910e3),))
+    heavier = msgspec.structs.replace(plan, machines=(*others, msgspec.structs.replace(block, system=heavy)))
     assert [b.mass for b in system(heavier).bodies if b not in system(plan).bodies] == [910e3]
 
 
@@ -189,7 +190,7 @@ def test_a_mechanism_declares_exactly_what_was_written() -> None:
         ropes=(Rope("rope", (Line(Point("world"), Point("mass")),), 1e6, 2.0, winch=True),),
         supports=(Support("foot", Point("mass"), 0.0, 1e6, 1e3),),
     )
-    plan = Plan(name="arm", mechanisms=(Mechanism(name="arm", system=written),), end=1.0)
+    plan = Plan(name="arm", machines=(Mechanism(name="arm", system=written),), end=1.0)
     assert system(plan) == written
     models = [m.path for m in below(build(plan)["arm"])]
     assert models[:5] == [

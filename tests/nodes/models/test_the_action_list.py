@@ -107,8 +107,9 @@ def test_the_next_action_may_take_over_while_the_last_move_ramps_down() -> None:
     creep = Action(orders=(hoist("west.H1", speed=-0.005, until=taut(SLINGS[0])),))
     load = Action(when=taut(SLINGS[0]), orders=(hoist("west.H1", -9.5),))
     yard = Yard(turnover(creep, load), *events("taut", 50.0, SLINGS[0])).run()
+    winch = next(x for machine in turnover().machines for x in machine.actuators if x.name == "west.H1")
     assert yard.inputs(SetProfile) == [
-        (0.0, SetProfile("west.H1", 0, -0.005, 0.5, 10.0 - 84.0)),
+        (0.0, SetProfile("west.H1", 0, -0.005, 0.5, winch.lower - winch.start)),
         (50.0, SetProfile("west.H1", seconds(50.0), 0.0, 0.5)),
         (50.0, SetProfile("west.H1", seconds(50.0), -0.5, 0.5, -9.5)),
     ]

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 from heavylift.kernel import ModelError
 from heavylift.nodes.models.commander import Follower, first_lugs, followers
-from heavylift.nodes.plan import Plan, machines
+from heavylift.nodes.plan import Plan
 from yard import turnover
 
 FIRST = [(0, 61.0, 19.4, -14.6, 12.0), (30, 53.7, 26.1, -12.64, 13.19), (60, 48.4, 32.6, -7.30, 10.85)]
@@ -15,7 +15,7 @@ SECOND = [(90, 46.4, 37.0, 0.0, -5.6), (120, 48.4, 32.6, 7.30, -10.85), (180, 61
 
 
 def laws(plan: Plan, lugs: dict[str, str]) -> dict[str, Follower]:
-    return {f.actuator: f for f in followers(machines(plan), lugs)}
+    return {f.actuator: f for f in followers(plan.machines, lugs)}
 
 
 def way(f: Follower, a: float, b: float) -> float:
@@ -23,7 +23,7 @@ def way(f: Follower, a: float, b: float) -> float:
 
 
 def half(lug: str) -> dict[str, str]:
-    return {sling: name.replace("B", lug) for sling, name in first_lugs(machines(turnover())).items()}
+    return {sling: name.replace("B", lug) for sling, name in first_lugs(turnover().machines).items()}
 
 
 @pytest.mark.parametrize(("lug", "table"), [("B", FIRST), ("B'", SECOND)])
@@ -43,7 +43,7 @@ def test_every_trolley_and_winch_follows_and_no_crane_travels() -> None:
 
 
 def test_a_winch_without_slings_stays_where_it_is() -> None:
-    found = laws(turnover(), first_lugs(machines(turnover(hooked="A"))))
+    found = laws(turnover(), first_lugs(turnover(hooked="A").machines))
     assert [name for name in found if "H3" in name or "lower" in name] == []
 
 
@@ -55,9 +55,10 @@ def test_one_trolley_cannot_follow_two_places() -> None:
 
 def test_a_centre_of_gravity_off_the_middle_is_what_stays_in_place() -> None:
     plan = turnover()
-    assert plan.block
-    body = msgspec.structs.replace(plan.block.body, com=(0.0, 0.5, 0.25))
-    moved = msgspec.structs.replace(plan, block=msgspec.structs.replace(plan.block, body=body))
+    *others, block = plan.machines
+    (cargo,) = block.cargo
+    aside = msgspec.structs.replace(block, cargo=(msgspec.structs.replace(cargo, com=(0.0, 0.5, 0.25)),))
+    moved = msgspec.structs.replace(plan, machines=(*others, aside))
     assert laws(moved, half("B"))["west.H1"] == Follower("west", "west.H1", 0.25, -15.1)
 
 

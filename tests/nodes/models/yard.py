@@ -6,32 +6,20 @@ subscribe.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
-from math import radians
-from typing import Literal, TypeVar
+from functools import cache
+from typing import TypeVar
 
-from heavylift.kernel.description import Line, Point, Support
+import msgspec
 from heavylift.nodes import drive
 from heavylift.nodes.devs import Atomic, Bag, Coupled, Message, Model, Simulator, Transition, seconds
 from heavylift.nodes.models import CommanderModel, build, couplings, subscriptions
 from heavylift.nodes.models.parts import KernelInput, StateEvent
-from heavylift.nodes.plan import (
-    Action,
-    Axis,
-    Block,
-    Crane,
-    Hook,
-    HookRope,
-    Inertia,
-    Loader,
-    Lug,
-    Pad,
-    Plan,
-    Rig,
-    Sling,
-    Trolley,
-)
+from heavylift.nodes.plan import Action, Mechanism, Plan
+from heavylift.nodes.scene import load
 
+replace = msgspec.structs.replace
 M = TypeVar("M", bound=Message)
 LUGS = {
     "A": (-14.6, 0.0, (10.0, 14.0, 22.0, 26.0)),
@@ -39,126 +27,41 @@ LUGS = {
     "B'": (12.0, -5.6, (16.0, 20.0)),
 }
 HOOKS = ("H1", "H2", "H3")
+WORDS = {  # lugs of the scene by those of the tests, which say where they are
+    f"{word}{i}": f"{group}{u:+d}"
+    for word, (group, places) in {
+        "A": ("A", (-26, -22, -14, -10, 10, 14, 22, 26)),
+        "B": ("B", (-20, -16, 16, 20)),
+        "C": ("B'", (-20, -16, 16, 20)),
+    }.items()
+    for i, u in enumerate(places, 1)
+}
 
 
-def crane(name: str, x: float) -> Crane:
-    def trolley(which: Literal["upper", "lower"], y: float, capacity: float) -> Trolley:
-        axis = Axis(start=y, lower=8.0, upper=142.0, accel=0.05, kp=5e6, kv=5e6)
-        body = Inertia(mass=200e3, com=(0.0, 0.0, 100.0), moments=(1e6, 1e6, 1e6))
-        return Trolley(name=which, body=body, axis=axis, capacity=capacity)
-
-    hooks = tuple(
-        Hook(
-            name=hook,
-            rope=f"{name}.{hook}",
-            trolley="lower" if hook == "H3" else "upper",
-            accel=0.05,
-            shortest=10.0,
-            drum=100.0,
-            highest=80.0,
-            capacity=450e3,
-            block_mass=25e3,
-        )
-        for hook in HOOKS
-    )
-    return Crane(
-        name=name,
-        main=Inertia(mass=4000e3, com=(0.0, 75.0, 80.0), moments=(1e10, 1e10, 1e10)),
-        gantry=Axis(start=x, lower=0.0, upper=200.0, accel=0.05, kp=2e7, kv=2e7),
-        upper=trolley("upper", 75.0 - 14.6, 900e3),
-        lower=trolley("lower", 75.0 + 12.0, 450e3),
-        hooks=hooks,
-        capacity=675e3,
-    )
-
-
-def loader(name: str, x: float, y: float, z: float) -> Loader:
-    return Loader(
-        name=name,
-        pose=(x, y, z, 0.0, 0.0, 0.0, 1.0),
-        upper=Inertia(mass=35e3, moments=(4e4, 4e4, 4e4)),
-        lower=Inertia(mass=10e3, com=(0.0, 0.0, -0.8), moments=(1e3, 1.4e4, 1.4e4)),
-        hinge=(0.0, 0.0, -2.0),
-        damping=1e4,
-        stop_lower=-radians(30),
-        stop_upper=radians(30),
-        stop_k=1e7,
-        stop_d=1e5,
-        lock_moment=1e6,
-        lock_k=1e7,
-        lock_d=1e5,
-        capacity_N=2.6e6,
-    )
+@cache
+def scene() -> Plan:
+    return load("turnover").plan
 
 
 def turnover(*actions: Action, hooked: str = "AB", end: float | None = None) -> Plan:
     """The plan of the scene `turnover` at the start of the lift, with any action list."""
-    cranes = (crane("west", 40.0), crane("east", 76.0))
-    loaders, ropes, slings = [], [], []
-    for c, (machine, outer) in enumerate(zip(cranes, (-1.0, 1.0), strict=True)):
-        for h, hook in enumerate(HOOKS):
-            name, group = f"loader-{3 * c + h + 1}", "B" if hook == "H3" else "A"
-            v, _, us = LUGS[group]
-            pair = (16.0, 20.0) if group == "B" else (us[:2] if (h == 0) == (outer > 0) else us[2:])
-            x, length = 58.0 + outer * sum(pair) / 2, 84.0 if group == "A" else 42.4
-            z = (102.0 if group == "A" else 88.0) - length
-            loaders.append(loader(name, x, 75.0 + v, z))
-            trolley = f"{machine.name}.{'lower' if group == 'B' else 'upper'}"
-            dx = x - (40.0 if c == 0 else 76.0)
-            lines = tuple(
-                Line(Point(trolley, (dx + b, 0.0, z + length)), Point(f"{name}.upper", (b, 0.0, 0.0)), 0.5)
-                for b in (-1.0, 1.0)
-            )
-            ropes.append(
-                HookRope(
-                    name=f"{machine.name}.{hook}",
-                    crane=machine.name,
-                    hook=hook,
-                    carries=name,
-                    eye=Point(f"{name}.upper"),
-                    lines=lines,
-                    L0=length,
-                    EA=1.87e9,
-                    damping=1e6,
-                )
-            )
-            for i, u in enumerate(pair, 1):
-                lug = f"{group}{int(outer * u):+d}" if group in hooked else ""
-                beam = Point(f"{name}.lower", (outer * u - sum(pair) / 2 * outer, 0.0, -1.0))
-                slings.append(
-                    Sling(
-                        name=f"{name}.sling-{i}",
-                        loader=name,
-                        beam=beam,
-                        lug=lug,
-                        L0=8.0 if group == "A" else 30.0,
-                        EA=4.45e8,
-                        damping=1e5,
-                    )
-                )
-    lugs = tuple(
-        Lug(name=f"{group}{sign * int(u):+d}", p=(sign * u, v, w))
-        for group, (v, w, us) in LUGS.items()
-        for sign in (-1, 1)
-        for u in us
+    east, west, *others = scene().machines
+    machines = tuple(_rigged(machine, hooked) for machine in (west, east, *others))
+    return replace(scene(), machines=machines, actions=actions, end=end, limits=(), interlocks=())
+
+
+def _rigged(machine: Mechanism, hooked: str) -> Mechanism:
+    """A machine with the words for lugs, its slings hooked to those of some groups only."""
+    cargo = tuple(replace(c, lugs={WORDS[lug]: p for lug, p in c.lugs.items()}, marks={}) for c in machine.cargo)
+    ties = tuple(replace(t, lug=WORDS[t.lug] if t.lug and WORDS[t.lug][0] in hooked else "") for t in machine.ties)
+    on = {tie.rope for tie in ties if tie.lug}
+    system = dataclasses.replace(
+        machine.system,
+        ropes=tuple(dataclasses.replace(r, hooked=r.winch or r.name in on) for r in machine.system.ropes),
+        brakes=tuple(dataclasses.replace(brake, engaged=not on) for brake in machine.system.brakes),
     )
-    pads = tuple(
-        Pad(
-            support=Support(f"block.{face}-{i}", Point("block", (u, v, w)), 2.0, 4.4e8, 1e6),
-            face=face,
-            closed=face == "lower",
-        )
-        for face, w in (("lower", -5.0), ("upper", 5.0))
-        for i, (u, v) in enumerate(((-24.0, -8.0), (-24.0, 8.0), (24.0, -8.0), (24.0, 8.0)), 1)
-    )
-    block = Block(
-        body=Inertia(mass=900e3, moments=(6.63e7, 22.6e7, 27.75e7)),
-        pose=(58.0, 75.0, 7.0, 0.0, 0.0, 0.0, 1.0),
-        lugs=lugs,
-        pads=pads,
-    )
-    rig = Rig(hook_ropes=tuple(ropes), slings=tuple(slings))
-    return Plan(name="turnover", cranes=cranes, loaders=tuple(loaders), block=block, rig=rig, actions=actions, end=end)
+    cells = tuple(replace(cell, rated=2.6e6) if machine.ties else cell for cell in machine.cells)
+    return replace(machine, cargo=cargo, ties=ties, cells=cells, system=system)
 
 
 class KernelDouble(Atomic):

@@ -31,18 +31,6 @@ YARDS = {
         "block:",
         ("block: the block at x = 140 m, y = 75 m lies under no hook: hooks hang at 34 / 69 m, 46 / 69 m, 40 / 81 m"),
     ),
-    "several blocks for the loaders of a goliath": (
-        "lift",
-        [
-            (
-                "\nblock:",
-                "\nblocks: {b: {mass: 1 t, size: [1 m, 1 m, 1 m], at: [0 m, 0 m, 1 m], lugs: {A: [0 m, 0 m, 1 m]}, "
-                "supports: {height: 0.5 m, at: [[0 m, 0 m], [1 m, 0 m], [0 m, 1 m]]}}}\nblock:",
-            )
-        ],
-        "blocks:",
-        "blocks: the loaders of a goliath carry one block, `block:`; `rigging:` of cranes of other types lifts several",
-    ),
     "block above its stools": (
         "lift",
         [("at: [40 m, 75 m, 6 m]", "at: [40 m, 75 m, 7 m]")],

@@ -13,9 +13,11 @@ import pytest
 from heavylift import simulate
 from heavylift.coordinator.participants import resting
 from heavylift.kernel import SceneError
+from heavylift.kernel.description import Body
 from heavylift.kernel.multibody.flexible import modes_of, reduced
-from heavylift.nodes.plan import Inertia, block_body
+from heavylift.nodes.plan import block_body
 from heavylift.nodes.scene import LoadedScene, load, parse
+from lifting import body
 
 L, MASS, EI, G = 40.0, 150e3, 6e9, 9.80665
 SLING, FALLS = 445e6, 12 * 38.3e6  # EA of a sling and of all falls of a hook [N]
@@ -79,7 +81,7 @@ def sagged(at: tuple[float, ...], places: tuple[float, ...], forces: Sequence[fl
 
 def deflections(scene: LoadedScene, places: tuple[float, ...]) -> list[float]:
     """Along z within the block as it hangs at the end."""
-    modes = modes_of("block", scene.plan.block.flexible)
+    modes = modes_of("block", body(scene.plan, "block").flexible)
     eta = np.array(scene.statics.states[-1].modes["block"])
     return [float(modes.at(x)[2] @ eta) for x in places]
 
@@ -155,7 +157,7 @@ def test_modes_come_from_a_table(tmp_path: Path) -> None:
     )
     (tmp_path / "modes.csv").write_text(rows)
     (tmp_path / "scene.yaml").write_text(written("modes from: modes.csv#B17"))
-    modal = load(tmp_path / "scene.yaml").plan.block.flexible.modal
+    modal = body(load(tmp_path / "scene.yaml").plan, "block").flexible.modal
     assert modal.nodes == ((-12.0, 0.0, 0.0), (12.0, 0.0, 0.0), (-14.0, -2.0, -1.5))
     assert modal.shapes == (((0, 0, 1), (0, 0, 0.9), (0, 0, 0)), ((0, 0, 0), (0, 0, 0), (0, 0.1, 1)))
     assert (modal.frequency, modal.mass, modal.damping) == ((1.5, 4.0), (37.5e3, 20e3), (0.02, 0.0))
@@ -183,13 +185,13 @@ def test_mass_properties_are_those_of_the_block() -> None:
         com, moments = tuple(random.uniform(-1.0, 1.0, 3)), tuple(random.uniform(1e8, 2e8, 3))
         beam = Beam(length, part * mass / length, 1e10, polar=1e5, elements=4, start=-length / 2)
         flexible = Flexible(0, beam, frame="free")
-        body = block_body("b", Inertia(mass=mass, com=com, moments=moments), flexible)
+        made = block_body(Body("b", mass, com, tuple(map(tuple, np.diag(moments)))), flexible)
         J = reduced(modes_of("b", flexible)).J0
-        c, d = np.array(com), np.array(body.com)
+        c, d = np.array(com), np.array(made.com)
         whole = np.diag(moments) + mass * ((c @ c) * np.eye(3) - np.outer(c, c))
-        rest = np.array(body.inertia) + body.mass * ((d @ d) * np.eye(3) - np.outer(d, d))
+        rest = np.array(made.inertia) + made.mass * ((d @ d) * np.eye(3) - np.outer(d, d))
         assert rest + J[:3, :3] == pytest.approx(whole, rel=1e-9, abs=1e-3)
-        assert (body.mass + J[5, 5], body.mass * d) == (pytest.approx(mass), pytest.approx(mass * c))
+        assert (made.mass + J[5, 5], made.mass * d) == (pytest.approx(mass), pytest.approx(mass * c))
 
 
 def test_a_run_samples_what_bends_and_tells_it() -> None:

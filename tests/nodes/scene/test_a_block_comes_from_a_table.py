@@ -44,7 +44,7 @@ def scene(tmp_path: Path) -> Path:
 
 def meant(scene: LoadedScene) -> str:
     """The plan without the places of its text."""
-    return re.sub(r"where='[^']*'", "", repr(scene.plan))
+    return re.sub(r"where='[^']*'|marks={[^}]*}", "", repr(scene.plan))
 
 
 def refused(scene: Path, *settings: str) -> str:

@@ -7,6 +7,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.models import build, system
 from heavylift.nodes.scene import LoadedScene, check, parse
 from heavylift.nodes.statics import world
+from lifting import hook_ropes
 
 G = 9.80665
 BLOCK, HANGING = 300e3, 3 * (25e3 + 10e3 + 10e3)  # the block; hook blocks and loaders [kg]
@@ -27,7 +28,7 @@ def pulls(scene: LoadedScene) -> tuple[float, float, float]:
     """What all hook ropes together pull at the end of the path at rest [N]."""
     end = scene.states[-1]
     total = [0.0, 0.0, 0.0]
-    for rope in scene.plan.rig.hook_ropes:
+    for rope in hook_ropes(scene.plan).values():
         for line in rope.lines:
             a, b = world(end, line.a.body, line.a.p), world(end, line.b.body, line.b.p)
             way = [p - q for p, q in zip(a, b, strict=True)]

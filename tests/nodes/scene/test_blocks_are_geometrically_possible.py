@@ -6,6 +6,7 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import geometry_findings, outside, passes_through
 from heavylift.nodes.scene import bundled, load, parse
+from lifting import hook_ropes, slings
 
 LIFT = bundled()["lift"].read_text()
 ROUNDING = 1e-12
@@ -55,7 +56,8 @@ def test_a_rope_that_begins_overloaded_is_refused_with_its_tension() -> None:
 
 
 def test_a_sling_without_slack_hangs_from_the_rope_as_it_is_stretched() -> None:
-    assert parse(LIFT.replace("slack: 50 mm", "slack: 0 mm")).plan.rig.slings[0].lug == "P1"
+    built = parse(LIFT.replace("slack: 50 mm", "slack: 0 mm")).plan
+    assert slings(built)["loader-1.sling-1"][0].lug == "P1"
     with pytest.raises(SceneError, match="is 31 mm too short for the lug P1"):
         parse(LIFT.replace("H1, sling: 10 m", "H1, rope: 78.65 m, sling: 10 m"))
 
@@ -63,7 +65,7 @@ def test_a_sling_without_slack_hangs_from_the_rope_as_it_is_stretched() -> None:
 def test_a_short_sling_that_begins_beyond_its_rated_tension_is_refused() -> None:
     """4 mm are little for 10 m of sling and far too much for half a metre."""
     scene = LIFT.replace("H1, sling: 10 m", "H1, sling: 0.5 m")
-    (rope,) = (r for r in parse(scene).plan.rig.hook_ropes if r.name == "crane.H1")
+    rope = hook_ropes(parse(scene).plan)["crane.H1"]
     text = scene.replace("H1, sling", f"H1, rope: {rope.L0 - 0.054:.6f} m, sling")
     with pytest.raises(
         SceneError, match=r"loader-1.sling-1 begins stretched by 4.01 mm with 35\d\d kN, rated for 1286 kN"

@@ -17,6 +17,7 @@ from heavylift.nodes.models import system
 from heavylift.nodes.plan import Shapes, around
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.text import slices, solid
+from lifting import cargo
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -78,23 +79,20 @@ def test_a_skew_hull_weighs_what_another_library_says(tmp_path: Path) -> None:
     mesh = hull()
     box = (mesh.bounds[0] + mesh.bounds[1]) / 2.0
     whole = scene(tmp_path, mesh)
-    block = whole.plan.block
-    assert block is not None
+    block = cargo(whole.plan)
     assert block.size == pytest.approx(mesh.extents, rel=1e-6)
-    assert block.body.com == pytest.approx(mesh.center_mass - box, rel=1e-5)
+    assert block.com == pytest.approx(mesh.center_mass - box, rel=1e-5)
     body = next(b for b in system(whole.plan).bodies if b.name == "block")
     assert np.array(body.inertia) == pytest.approx(60e3 / mesh.volume * mesh.moment_inertia, rel=1e-5, abs=1.0)
     mesh.apply_scale(1000.0)
-    small = scene(tmp_path, mesh, "mm.stl", "{file: mm.stl, unit: mm, density: 800 kg/m3}", "").plan.block
-    assert small is not None
-    assert small.body.mass == pytest.approx(800.0 * mesh.volume * 1e-9, rel=1e-5)
-    assert small.size == pytest.approx(block.size, rel=1e-5)
+    small = scene(tmp_path, mesh, "mm.stl", "{file: mm.stl, unit: mm, density: 800 kg/m3}", "").plan
+    assert cargo(small).mass == pytest.approx(800.0 * mesh.volume * 1e-9, rel=1e-5)
+    assert cargo(small).size == pytest.approx(block.size, rel=1e-5)
 
 
 def test_gltf_has_its_y_upwards(tmp_path: Path) -> None:
     """A box 6 m long, 4 m high in the file's y: it is 4 m high in the scene's z."""
-    block = scene(tmp_path, trimesh.creation.box((6.0, 4.0, 2.0)), "box.glb").plan.block
-    assert block is not None
+    block = cargo(scene(tmp_path, trimesh.creation.box((6.0, 4.0, 2.0)), "box.glb").plan)
     assert block.size == pytest.approx((6.0, 2.0, 4.0))
 
 

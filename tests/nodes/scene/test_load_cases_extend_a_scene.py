@@ -6,6 +6,7 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
 from heavylift.nodes.scene.text import read
+from lifting import cargo, machine
 
 HEAVIER = """\
 heavylift: 1
@@ -20,10 +21,9 @@ def test_a_bundled_scene_is_extended_by_its_name(tmp_path: Path) -> None:
     scene = load(tmp_path / "heavier.yaml")
     assert scene.plan.name == "heavier"
     assert scene.text == HEAVIER
-    assert scene.plan.block is not None
-    assert scene.plan.block.body.mass == 350e3
-    assert len(scene.plan.block.lugs) == 6
-    assert scene.plan.block.where == "heavier.yaml:4:1"
+    assert cargo(scene.plan).mass == 350e3
+    assert len(cargo(scene.plan).lugs) == 6
+    assert machine(scene.plan, "block").where == "heavier.yaml:4:1"
     assert scene.plan.actions[0].where.startswith("lift.yaml:")
 
 
@@ -42,8 +42,7 @@ def test_a_chain_of_files_and_settings_on_top(tmp_path: Path) -> None:
     (tmp_path / "slow.yaml").write_text("heavylift: 1\nextends: heavier.yaml\nname: slow\nseed: 3\n")
     scene = load(tmp_path / "slow.yaml", ["seed=7", "actions.2.all hooks=hoist 1 m/min by 0.5 m"])
     assert (scene.plan.name, scene.plan.seed) == ("slow", 7)
-    assert scene.plan.block is not None
-    assert scene.plan.block.body.mass == 350e3
+    assert cargo(scene.plan).mass == 350e3
     assert [getattr(order, "by", None) for order in scene.plan.actions[2].orders] == [-0.5] * 3
 
 

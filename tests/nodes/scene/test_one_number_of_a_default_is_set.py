@@ -14,6 +14,7 @@ from heavylift.nodes.scene.keys import below, listed, override
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text import Path, Source, gather, read
 from heavylift.nodes.scenes import bundled
+from lifting import cargo
 
 SCENES = ("lift", "turnover", "spreader", "jib", "wind-tandem", "arm")
 
@@ -63,8 +64,7 @@ def test_settings_variants_and_limits_name_it_alike() -> None:
         parse(text, "lift.yaml", [f"{path}=0.1 m"]).plan for path in ("block.com[0]", "block.com.x", "block.com.0")
     ]
     assert plans[0] == plans[1] == plans[2]
-    assert plans[0].block is not None
-    assert plans[0].block.body.com == (0.1, 0.0, 0.0)
+    assert cargo(plans[0]).com == (0.1, 0.0, 0.0)
     ways = {one.path for one in (inputs(load("lift"), [name])[0] for name in ("block.com[0]", "block.com.x"))}
     assert ways == {("block", "com", 0)}
 

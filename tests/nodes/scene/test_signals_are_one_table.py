@@ -7,6 +7,7 @@ from heavylift.nodes.scene.construction import build_machines
 from heavylift.nodes.scene.construction.signals import Conditions
 from heavylift.nodes.scene.language import QUANTITIES, PhraseError, read_condition
 from heavylift.nodes.scene.text import Mark, Source
+from lifting import slings
 
 JIB = {  # words -> model that watches, quantity of the kernel
     "radius of jib main >= 25 m": ("jib", "radius"),
@@ -207,7 +208,7 @@ def test_an_interlock_watches_each_sling(value, number):
     interlock = f"interlocks: {{snatch: {{when: tension of any sling >= {value}, stops: [hoist], on: west}}}}"
     plan = parse(f"extends: wind-tandem\nname: share\n{interlock}\n", "scene.yaml", passing=True, followed=False).plan
     (found,) = plan.interlocks
-    assert sorted(guard.ropes[0] for guard in found.guards) == sorted(sling.name for sling in plan.rig.slings)
+    assert sorted(guard.ropes[0] for guard in found.guards) == sorted(slings(plan))
     assert {guard.quantity for guard in found.guards} == {"load" if number else "tension"}
     assert all(guard.numbers == (pytest.approx((number, 0.0)) if number else ()) for guard in found.guards)
 

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel import SceneError
-from heavylift.nodes.scene import bundled, parse
-from heavylift.nodes.statics import loads_of
+from heavylift.kernel.description import Reeving
+from heavylift.nodes.scene import bundled, parse, sling_load
 from heavylift.recordings import Recording
+from lifting import cargo, pose, slings
 
 G = 9.80665
 TEXT = bundled()["edge"].read_text(encoding="utf-8")
@@ -78,23 +79,25 @@ def test_slings_of_loaders_bend_over_the_block() -> None:
     """Those of a goliath's loaders: their slack at the start is that over the edge; in the air each is as long as plane
     geometry says, and all forces on the block balance."""
     scene = parse(LIFT, passing=True)
-    lugs, slings = {x.name: np.array(x.p) for x in scene.plan.block.lugs}, scene.plan.rig.slings
-    hangs = scene.plan.loaders[0].pose[:3] + np.array([-2.0, 0.0, -3.0]) - (40.0, 75.0, 6.0)
+    lugs = {name: np.array(p) for name, p in cargo(scene.plan).lugs.items()}
+    hangs = pose(scene.plan, "loader-1.upper")[:3] + np.array([-2.0, 0.0, -3.0]) - (40.0, 75.0, 6.0)
     assert unrolled(hangs, lugs["P1"], (-8.5, 3.8), 0.2)[0] == pytest.approx(14.0 - 0.05, abs=1e-9)
     up = scene.statics.states[-1]
     place, R = (np.array(x) for x in up.poses["block"])
     total, turning = np.array([0.0, 0.0, -300e3 * G]), np.zeros(3)
-    for sling in slings:
-        beam, lug = R.T @ (at(up, sling.beam.body, sling.beam.p) - place), lugs[sling.lug]
+    for tie, sling in slings(scene.plan).values():
+        beam, lug = R.T @ (at(up, tie.upper.body, tie.upper.p) - place), lugs[tie.lug]
         length, u = np.linalg.norm(beam - lug), (lug - beam) / np.linalg.norm(beam - lug)
-        if sling.over:
+        over = isinstance(sling, Reeving)
+        if over:
             length, u = unrolled(beam, lug, (-8.5, 3.8), 0.2)
         T = up.tensions[sling.name]
-        assert pytest.approx(sling.EA * (length / sling.L0 - 1.0), rel=1e-5) == T
+        assert pytest.approx(sling.EA * (length / (sling.signal.value if over else sling.L0) - 1.0), rel=1e-5) == T
         total, turning = total - T * (R @ u), turning - T * (R @ np.cross(beam, u))
     assert np.abs(total).max() < 1e-4 * 300e3 * G
     assert np.abs(turning).max() < 1e-4 * 300e3 * G * 8.0
-    assert sum(loads_of(scene.plan, up).values()) == pytest.approx(300e3, rel=1e-4)
+    hooks = [hook for machine in scene.plan.machines for hook in machine.hooks]
+    assert sum(sling_load(scene.plan, up, hook) for hook in hooks) == pytest.approx(300e3, rel=1e-4)
 
 
 def test_bent_slings_of_a_loader_are_taken_off_and_hooked_again(tmp_path: Path) -> None:

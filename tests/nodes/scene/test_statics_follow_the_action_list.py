@@ -1,5 +1,6 @@
 """What `check` follows at rest: hooks that move alone, tilt, landing, ends that come too soon, stages of no length."""
 
+import lifting
 import pytest
 from heavylift.coordinator.participants import paused
 from heavylift.kernel.analysis import equilibrium
@@ -88,7 +89,7 @@ def test_what_was_followed_is_kept_by_the_numbers_of_the_plan():
 
 def test_a_block_off_its_middle_begins_as_it_rests():
     text = bundled()["lift"].read_text(encoding="utf-8").replace("  supports:", "  com: [1 m, 0.5 m, 0 m]\n  supports:")
-    pose = parse(text).plan.block.pose
+    pose = lifting.pose(parse(text).plan, "block")
     assert pose[2] == pytest.approx(5.995, abs=1e-5), "on pads that give way by 5 mm"
     assert pose[4] == pytest.approx(5e-3 / 64.0 / 2.0, rel=1e-3), "about y, by 5 mm times u / (8 m)^2, half of it in q"
     assert pose[3] == pytest.approx(-5e-3 * 0.5 / 36.0 / 2.0, rel=1e-3)

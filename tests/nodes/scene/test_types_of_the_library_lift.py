@@ -9,6 +9,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scene.keys.parts import Hook
 from heavylift.nodes.scene.text import library, machine_type
+from lifting import cranes
 
 FOOT, POUND = 0.3048, 0.45359237
 ANGLES = {  # [deg] of the boom at radii of the chart [ft], by boom length [ft]; Terex, RT665
@@ -89,9 +90,10 @@ def test_larger_goliaths_lift_nearly_all_that_they_may(
         "scene.yaml",
         passing=True,
     )
-    (crane,) = scene.plan.cranes
-    assert (2 * crane.main.com[1], crane.girder.mass, crane.main.mass) == (span, girder, main)
-    assert crane.gantry.emergency == 0.3
+    (crane,) = cranes(scene.plan)
+    body = crane.system.bodies[0]
+    assert (2 * body.com[1], crane.girders[0].mass, body.mass) == (span, girder, main)
+    assert crane.actuators[0].emergency == 0.3
     lifted = next(s for s in scene.statics.states if s.stage == "up")
     hooks = sum(lifted.tensions[hook.rope] for hook in crane.hooks) / scene.plan.gravity
     assert hooks == pytest.approx(load * 1e3 + 3 * (crane.hooks[0].block_mass + 20e3), rel=1e-4)
@@ -120,9 +122,10 @@ def test_a_mobile_gantry_picks_up_and_drives_off() -> None:
 
 def test_a_goliath_of_belfast_lifts() -> None:
     scene = load("lift", ["cranes.crane.type=goliath-840", "cranes.crane.upper trolley=69 m"])
-    (crane,) = scene.plan.cranes
-    assert (2 * crane.main.com[1], crane.capacity, crane.hooks[0].highest) == (140.0, 840e3, 70.0)
-    assert crane.girder.stiffness == pytest.approx(1000e3 * scene.plan.gravity / 0.3, rel=1e-3)
+    (crane,) = cranes(scene.plan)
+    told = 2 * crane.system.bodies[0].com[1], crane.cells[0].capacity, crane.actuators[-1].highest
+    assert told == (140.0, 840e3, 70.0)
+    assert crane.girders[0].stiffness == pytest.approx(1000e3 * scene.plan.gravity / 0.3, rel=1e-3)
     lifted = next(s for s in scene.statics.states if s.stage == "up")
     assert sum(lifted.tensions[hook.rope] for hook in crane.hooks) > 300e3 * scene.plan.gravity
 

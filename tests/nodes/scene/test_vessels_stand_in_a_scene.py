@@ -12,6 +12,7 @@ from heavylift.kernel.model import Program, evaluate
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import load, parse
+from lifting import pose
 
 G = 9.80665
 WAVES = "waves: {height: 2 m, period: 8 s, heading: 150 deg, ramp: 10 s}\n"
@@ -81,7 +82,7 @@ def test_the_tip_of_a_crane_on_a_vessel_moves_as_the_responses_say(heading: floa
     """Place and velocity of the boom's tip against R(t) A cos(w t + phase - k x), k = w^2 / g, at some times."""
     given = GIVEN.replace("    responses:", f"    heading: {heading} deg\n    responses:")
     plan = parse(given + CRANE + BLOCK % "180 t" + "actions: [{wait: 1 s}]\n").plan
-    (c, s), h = (np.cos(np.radians(heading)), np.sin(np.radians(heading))), plan.block.pose
+    (c, s), h = (np.cos(np.radians(heading)), np.sin(np.radians(heading))), pose(plan, "block")
     Rz = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     assert h[:2] == pytest.approx((Rz @ [26.0, 0.0, 0.0] + [40.0, -30.0, 0.0])[:2], abs=1e-9)
     program = Program(system(plan))

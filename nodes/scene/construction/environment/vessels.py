@@ -18,6 +18,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.shapes import HULL
+from heavylift.nodes.plan.spellings import RAILS
 from heavylift.nodes.scene.construction.yard import Yard, box
 from heavylift.nodes.scene.keys.environment import Floating, Vessel, Waves
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -88,7 +89,7 @@ def _delay(yard: Yard, waves: Waves, at: Vector) -> float:
 
 
 def check_decks(yard: Yard) -> None:
-    """Blocks stand on vessels that are there, and no goliath lifts them."""
+    """Blocks stand on vessels that are there, and no crane on rails lifts them."""
     scene = yard.scene
     for name, block in scene.all_blocks.items():
         base: Path = ("block",) if block is scene.block else ("blocks", name)
@@ -98,7 +99,7 @@ def check_decks(yard: Yard) -> None:
             told = f"there is no vessel '{block.on}'"
             yard.source.fault((*base, "on"), told, closest(block.on, [WORLD, *scene.vessels]))
         elif scene.cranes:
-            yard.source.fault((*base, "on"), "goliaths lift from the ground: let a crane of another type lift it")
+            yard.source.fault((*base, "on"), f"{RAILS}s lift from the ground: let a crane of another type lift it")
 
 
 def afloat(yard: Yard, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:

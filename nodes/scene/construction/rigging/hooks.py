@@ -23,7 +23,7 @@ from .edges import along_edges
 from .tree import Tree
 
 TOUCH = 1e-9  # [m]
-WIRE = 7.92 / 93.5e6  # kg/m of a wire rope over its EA [N], as goliaths have it: 44 mm 6x36, 890.6 mm2 and 105 GPa
+WIRE = 7.92 / 93.5e6  # kg/m of a wire rope over its EA [N], as portals have it: 44 mm 6x36, 890.6 mm2 and 105 GPa
 
 
 @dataclass

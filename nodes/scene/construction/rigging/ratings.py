@@ -9,7 +9,7 @@ from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
-from heavylift.nodes.plan.mechanism import ties_on
+from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
@@ -55,14 +55,16 @@ def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float
 def tandem_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """Hooks of several machines that carry one load at the start: each may carry a part only of what it could alone."""
     lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
+    lugs, levelled = lug_places(mechanisms), {machine.name for machine in mechanisms if machine.levels}
     for machine in mechanisms:
         for hook in machine.hooks:
             for tie in ties_on(mechanisms, hook):
-                if tie.lug and tie.lower:
-                    lifting.setdefault(tie.lower.body, {}).setdefault(machine.name, []).append(hook)
+                if tie.lug and (held := tie.lower or lugs.get(tie.lug)):
+                    lifting.setdefault(held.body, {}).setdefault(machine.name, []).append(hook)
     part, seen = schema.Crane.model_fields["tandem"].default, set[str]()
     for hooks in (hooks for hooks in lifting.values() if len(hooks) > 1):
-        for hook in (hook for each in hooks.values() for hook in each if hook.capacity or hook.chart):
+        own = (hook for name, each in hooks.items() if name not in levelled for hook in each)  # others have rows
+        for hook in (hook for hook in own if hook.capacity or hook.chart):
             chart = tuple((radius, part * mass) for radius, mass in hook.chart)
             note = f"{part:.0%} of what it may carry alone, as {len(hooks)} cranes lift together"
             if hook.rope not in seen:
@@ -128,12 +130,13 @@ def lug_limits(yard: Yard) -> Iterator[Limit]:
             for word in given.to if isinstance(given, Equaliser) else [sling.holds]:
                 held.setdefault(lugs.get(word, word), []).append(rope)
     if scene.block and scene.block.lug_capacity:
-        every = [sling.name for sling in yard.slings]  # of loaders, which may take any lug
+        every = [tie.rope for tie in yard.slings()]  # of beams, which may take any lug
         for lug in scene.block.lugs:
             yield from _lug(yard, lug, scene.block.lug_capacity, [*held.get(lugs[lug], ()), *every], ("block",))
     for name, block in scene.blocks.items():
         for lug in (f"{name}.{lug}" for lug in block.lugs if block.lug_capacity):
-            yield from _lug(yard, lug, block.lug_capacity or 0.0, held.get(lugs[lug], []), ("blocks", name))
+            slings = [*held.get(lugs[lug], ()), *(tie.rope for tie in yard.slings())]
+            yield from _lug(yard, lug, block.lug_capacity or 0.0, slings, ("blocks", name))
     for name, given in scene.rigging.items():
         if isinstance(given, Frame) and given.lug_capacity:
             for lug in (name, *(f"{name}.{point}" for point in given.points)):

@@ -36,6 +36,11 @@ def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
     return found
 
 
+def key_of(lug: str, at: k.Point) -> str:
+    """How a plan calls a lug, by a word for it and its place: of one block `N1`, of several `B.N1`."""
+    return lug if at.body == "block" or "." in lug else f"{at.body}.{lug}"
+
+
 def lugs_of(scene: Scene) -> dict[str, k.Point]:
     """The lugs of all blocks by the words for them: `N1` where one block has it, and `B.N1`."""
     blocks = scene.all_blocks

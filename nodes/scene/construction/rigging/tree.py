@@ -7,7 +7,7 @@ to lugs belong to the machine of the hook; every other entry is a machine of its
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from math import sqrt
 
 import numpy as np
@@ -18,6 +18,7 @@ from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 from heavylift.nodes.plan.mechanism import Tie
 from heavylift.nodes.scene.keys.base import End
 from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
+from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, Slings
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
@@ -32,7 +33,7 @@ NOWHERE = k.Point("")
 class Tree:
     """All rigging of a scene; what is wrong with it is added to the faults of its source."""
 
-    def __init__(self, source: Source, scene: Scene, around: k.System) -> None:
+    def __init__(self, source: Source, scene: Scene, around: k.System, spare: Mapping[str, Hook]) -> None:
         blocks = scene.all_blocks
         for name in () if blocks else scene.rigging:
             source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
@@ -41,9 +42,9 @@ class Tree:
         self.lugs = lugs_of(scene)
         self.coms = {body.name: body.com for body in around.bodies}
         parts = [*scene.machines.values(), *([scene.mechanism] if scene.mechanism else [])]
-        self.taken = {*scene.machines, *scene.cranes, *(scene.rig.loaders if scene.rig else ()), *scene.models}
+        self.taken = {*scene.machines, *scene.cranes, *(scene.rig.beams if scene.rig else ()), *scene.models}
         self.taken |= {*(body.name for body in around.bodies), *([scene.mechanism.name] if scene.mechanism else [])}
-        self.hooks = {name: hook for machine in parts for name, hook in machine.hooks.items()}
+        self.hooks = {**spare, **{name: hook for machine in parts for name, hook in machine.hooks.items()}}
         self.frames = {name: given for name, given in self.rigging.items() if isinstance(given, Frame)}
         self.ends = {h.replace(".", " ", 1): k.Point(h, (0.0, 0.0, -x.height)) for h, x in self.hooks.items()}
         self.points = {name: k.Point(name) for name in self.frames}
@@ -78,6 +79,11 @@ class Tree:
         """The slings from one hook to lugs, which belong to its machine."""
         slings = {name: given for name, given in self.rigging.items() if isinstance(given, Slings)}
         return {name: given for name, given in slings.items() if self._plain(given) == hook}
+
+    def of_any(self, hook: str) -> bool:
+        """Whether something hangs on a hook."""
+        holders = (word for given in self.rigging.values() for word in getattr(given, "holders", ()))
+        return any((point := self.upper(word)) is not None and point.body == hook for word in holders)
 
     def own(self) -> Iterator[tuple[Path, str]]:
         """The entries that are machines of their own, frames first."""

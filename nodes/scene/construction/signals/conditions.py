@@ -75,7 +75,7 @@ class Conditions:
 
     def _ropes(self, path: Path, of: str, noun: str, column: int) -> tuple[str, ...]:
         """The names of a set of slings or ropes; empty sets are faults."""
-        slings, ropes = [s.name for s in self.yard.slings], [r.name for r in self.yard.ropes]
+        slings, ropes = [tie.rope for tie in self.yard.slings()], [*self.yard.ropes]
         ropes += [r.name for mechanism in self.mechanisms for r in mechanism.system.all_ropes]
         rigged = [sling for names in self.rigged.values() for sling in names]
         sets: dict[str, Iterable[str]] = {}
@@ -85,10 +85,10 @@ class Conditions:
         elif noun == "ropes":
             sets = {"": ropes, **{name: [name] for name in ropes}}
         else:
-            loaders = {name: (name,) for name in self.yard.hooks}
+            beams = {name: (name,) for name in self.yard.hooks}
             sets = {"": [*slings, *rigged], **self.rigged}
-            for name, members in {**loaders, **self.yard.groups}.items():
-                sets[name] = [s.name for s in self.yard.slings if s.loader in members]
+            for name, members in {**beams, **self.yard.groups}.items():
+                sets[name] = [tie.rope for tie in self.yard.slings(*members)]
         if of not in sets:
             what = "rope or sling" if noun == "one" else f"set of {noun}"
             self.source.fault(path, f"there is no {what} '{of}'", closest(of, [s for s in sets if s]), column=column)
@@ -99,9 +99,9 @@ class Conditions:
         return names
 
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
-        if self.yard.block and test.of in ("", "block"):
+        if self.yard.scene.block and test.of in ("", "block"):
             return "block"
-        own = [block.name for block in self.yard.blocks]
+        own = [] if self.yard.scene.block else [cargo.body for cargo in self.yard.cargo]
         standing = own + [m.name for m in self.mechanisms if m.system.supports or m.system.contacts]
         blocks = own + [name for name in standing if name in self.yard.scene.blocks]
         if test.of in standing:
@@ -122,7 +122,7 @@ class Conditions:
 
     def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, Signal]:
         """The gap between a block and what it lands on, which it must meet by a contact."""
-        blocks = ["block"] if self.yard.block else [*self.yard.scene.blocks]
+        blocks = ["block"] if self.yard.scene.block else [*self.yard.scene.blocks]
         block = test.of or (blocks[0] if len(blocks) == 1 else "")
         pairs = [(c.a.body, c.b.body) for m in self.mechanisms for c in m.system.contacts]
         met = {a if b == block else b for a, b in pairs if block in (a, b)}
@@ -141,7 +141,8 @@ class Conditions:
         known = self.subjects.known(quantity)
         if not of and QUANTITIES[quantity].of == "some" and len(self.yard.scene.blocks) == 1:
             (of,) = self.yard.scene.blocks  # as that of an instance is
-        blocks = {"": "block", "block": "block"} if self.yard.block else {x.name: x.name for x in self.yard.blocks}
+        blocks = {cargo.body: cargo.body for cargo in self.yard.cargo}
+        blocks |= {"": "block"} if self.yard.scene.block else {}
         if quantity in ("angle", "height") and of in blocks:
             kind: Literal["angle", "height"] = "angle" if quantity == "angle" else "height"
             return blocks[of], Signal(kind, of=blocks[of], point=None if kind == "angle" else Point(blocks[of]))
@@ -150,9 +151,8 @@ class Conditions:
         if quantity in ("position", "speed"):
             along = {words: (m.name, *x) for m in self.mechanisms for words, x in _coordinates(m.system).items()}
             for crane in self.yard.cranes:
-                joints = {x: f"{crane.name}.{x}" for x in ("gantry", "upper-slide", "lower-slide")}
-                along |= {joint: (crane.name, joint, "", False) for joint in joints.values()}
-                along[crane.name] = along[joints["gantry"]]
+                along |= {joint.name: (crane.name, joint.name, "", False) for joint in crane.system.joints}
+                along[crane.name] = along[crane.system.joints[0].name]
             known = [*along]
             if of in along:
                 at, joint, coordinate, turns = along[of]
@@ -161,7 +161,7 @@ class Conditions:
                 return at, Signal("joint" if quantity == "position" else "speed", of=joint, coordinate=coordinate)
         if found := self.subjects.signal(quantity, of):
             return found
-        if quantity in {"angle", "height"} and self.yard.block:
+        if quantity in {"angle", "height"} and self.yard.scene.block:
             known = ["block", *known]
         if quantity == "wind":
             self.source.fault(path, "no wind blows in this scene: add 'wind'", column=test.column)
@@ -211,7 +211,7 @@ class Conditions:
     def _watching(self, ropes: Sequence[str]) -> str:
         """The model that watches over ropes: theirs, or the block's of several."""
         models = sorted({self.subjects.ropes[rope] for rope in ropes})
-        return "block" if len(models) > 1 and self.yard.block else models[0]
+        return "block" if len(models) > 1 and self.yard.scene.block else models[0]
 
 
 def wrong_units(*, turns: bool) -> str:

@@ -154,7 +154,7 @@ class _Builder:
         boxes, sides = self.conditions.subjects.boxes, dict[bool, Array]()
         axis, poses = self._axis(actor)
         for model, point, _ in (boxes[name] for name in test.of.split() if test.quantity == "gap" and name in boxes):
-            starts = [crane.gantry.start for crane in self.yard.cranes if crane.name == model]
+            starts = [crane.actuators[0].start for crane in self.yard.cranes if crane.name == model]
             if starts or point.body in poses:
                 sides[model == actor.model] = point.p + np.array([starts[0], 0, 0]) if starts else place(point, poses)
         way = dot(axis, (sides[False] - sides[True]).tolist()) if len(sides) == 2 else 0.0

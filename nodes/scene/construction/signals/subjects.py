@@ -13,11 +13,12 @@ from heavylift.nodes.limits.named import LOADS, signal_of
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.shapes import around
+from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.construction.limiting import rated_limits
 from heavylift.nodes.scene.construction.yard import Yard, parts_of
 
 RATINGS = {
-    "load": (*LOADS, "loader load"),
+    "load": (*LOADS, BEAM_LOAD),
     "tension": ("sling tension", "rope tension"),
 }  # rows of the table of limits that a share is of
 WIDE = 1e4  # [m] half edges of the floor
@@ -29,17 +30,17 @@ class Subjects:
 
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.mechanisms, self.gravity = yard, mechanisms, yard.scene.gravity
-        machines = [*yard.parts, *mechanisms]
+        machines = [*yard.machines, *mechanisms]
         self.hooks = {hook.rope: hook for m in machines for hook in m.hooks}
         self.ropes = {rope.name: m.name for m in machines for rope in m.system.all_ropes}
-        own = {loader: f"{crane}.{hook}" for loader, (crane, hook) in yard.hooks.items()}
+        own = {beam: f"{crane}.{hook}" for beam, (crane, hook) in yard.hooks.items()}
         own |= {m.name: m.hooks[0].rope for m in mechanisms if len(m.hooks) == 1}
         self.hooks |= {name: self.hooks[rope] for name, rope in own.items() if rope in self.hooks}
-        self.points = {block.name: (block.name, Point(block.name)) for block in yard.all_blocks}
+        self.points = {cargo.body: (cargo.body, Point(cargo.body)) for cargo in yard.cargo}
         self.points |= {body.name: (m.name, Point(body.name)) for m in mechanisms for body in m.system.bodies}
         of = self.ropes
         self.points |= {name: (of[x.rope], x.eye) for name, x in self.hooks.items() if name not in self.points}
-        self.points |= {loader: (loader, Point(f"{loader}.upper")) for loader in yard.hooks}
+        self.points |= {beam: (beam, Point(f"{beam}.upper")) for beam in yard.hooks}
         bent = {rope.name for m in machines for rope in m.system.reevings}
         self.straight = [rope for rope in self.ropes if rope not in bent]
         self.boxes = _boxes(yard, mechanisms)
@@ -122,14 +123,14 @@ class Subjects:
 
 
 def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
-    """Boxes of the block, of portals of goliaths, of the floor and of bodies of machines: model, middle, half edges."""
+    """Boxes of loads, of portals, of the floor and of bodies of machines: model, middle, half edges."""
     found: dict[str, tuple[str, Point, Vector]] = {}
-    for block in (block for block in yard.all_blocks if any(block.size)):
-        found[block.name] = block.name, Point(block.name), _half(block.size)
+    for cargo in yard.cargo:
+        found[cargo.body] = cargo.body, Point(cargo.body), _half(cargo.size)
     for crane in yard.cranes:
         keys = yard.scene.cranes.get(crane.name)
-        girder = crane.girder
-        x, y, z = parts_of(keys).bodies.main.box if keys else (crane.width, girder.span, girder.height)
+        girder, width = crane.girders[0], max(shape.size[0] for shape in crane.shapes)
+        x, y, z = parts_of(keys).bodies.main.box if keys else (width, girder.span, girder.height)
         found[crane.name] = crane.name, Point(f"{crane.name}.main", (0.0, y / 2, z / 2)), _half((x, y, z))
     if floor := yard.scene.floor:
         found["floor"] = "obstacles", Point(WORLD, (0.0, 0.0, floor.height - WIDE)), (WIDE, WIDE, WIDE)

@@ -13,15 +13,15 @@ from .mechanics import Parts
 PartName = Annotated[str, AfterValidator(part_name)]  # `west.boom` of the machine `west`
 
 
-class GoliathBody(Base):
-    """A body of a goliath: `main`, `upper` or `lower` trolley."""
+class PortalBody(Base):
+    """A body of a crane on rails: `main`, `upper` or `lower` trolley."""
 
     mass: u.Mass
     com: Place
     box: tuple[u.Extent, u.Extent, u.Extent]
 
 
-class GoliathDrive(Base):
+class PortalDrive(Base):
     """The servo of `gantry`, `upper` or `lower` trolley, with the bodies whose mass it moves."""
 
     moves: list[Literal["main", "upper", "lower"]]
@@ -29,35 +29,35 @@ class GoliathDrive(Base):
     damping: u.Ratio
 
 
-class GoliathHook(Base):
+class PortalHook(Base):
     """Where the ropes of a hook leave their trolley."""
 
     on: Literal["upper", "lower"]
     at: Place
 
 
-class GoliathBodies(Base):
+class PortalBodies(Base):
     """The portal with its girder, the upper and the lower trolley."""
 
-    main: GoliathBody
-    upper: GoliathBody
-    lower: GoliathBody
+    main: PortalBody
+    upper: PortalBody
+    lower: PortalBody
 
 
-class GoliathDrives(Base):
+class PortalDrives(Base):
     """The servos of the gantry on its rails and of the trolleys on the girder."""
 
-    gantry: GoliathDrive
-    upper: GoliathDrive
-    lower: GoliathDrive
+    gantry: PortalDrive
+    upper: PortalDrive
+    lower: PortalDrive
 
 
-class GoliathParts(Base):
-    """What the type of a goliath makes of its parameters."""
+class PortalParts(Base):
+    """What the type of a crane on rails makes of its parameters."""
 
-    bodies: GoliathBodies
-    drives: GoliathDrives
-    hooks: dict[Name, GoliathHook]
+    bodies: PortalBodies
+    drives: PortalDrives
+    hooks: dict[Name, PortalHook]
 
 
 class Machine(Parts[PartName]):

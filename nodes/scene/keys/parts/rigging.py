@@ -35,7 +35,7 @@ class SlingType(Base):
     breaking: u.Force = u.FORCE.read("6.43 MN")
     factor: u.Factor = 5.0  # breaking force over its tension at rest, EN 13414-1
     partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 3.17 by 0027/ND 7.3.1
-    damping: u.Ratio = 0.05  # of critical, with half of its loader; assumed
+    damping: u.Ratio = 0.05  # of critical, with half of its beam; assumed
 
 
 class Slings(Base):

@@ -1,0 +1,85 @@
+"""Where the moves of each action are to lead, though limits may stop them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from heavylift.kernel.description.mechanics import WORLD, Joint, Vector
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.actions import Move
+
+from .action_preview import Followed
+from .state import Pose, StaticState
+
+SLACK = 1.0  # [N] of a sling that carries nothing
+
+
+def world(x: StaticState, body: str, p: Vector) -> Vector:
+    """World position of a point of a body [m]."""
+    o, R = x.poses[body]
+    a, b, c = (o[i] + R[i][0] * p[0] + R[i][1] * p[1] + R[i][2] * p[2] for i in range(3))
+    return a, b, c
+
+
+def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
+    """Where all stands at the start, and where the moves of each action were to lead: places only, nothing hangs."""
+    found = [goal(built, plan.Action(orders=()), x) for x in path.states[:1]]
+    for number, acted in enumerate(path.acted if not built.lists else (), 1):
+        action = built.actions[number - 1]
+        if any(isinstance(m, Move) for m in action.orders):
+            stage = action.stage or f"action {number}"
+            found.append(replace(goal(built, action, acted.before), action=number, stage=stage))
+    return found
+
+
+def goal(built: plan.Plan, action: plan.Action, before: StaticState) -> StaticState:
+    """Where moves whose ends are known lead what slides on straight drives and hooks of machines on levels, and the
+    references of all these; winches and drives of others stop by themselves."""
+    own = [actuator.name for machine in built.levelled for actuator in machine.actuators]
+    now = {name: before.references[name] for name in own if name in before.references}
+    for move in (m for m in action.orders if isinstance(m, Move)):
+        if move.actuator in now and (move.to is not None or move.by is not None):
+            now[move.actuator] = move.to if move.to is not None else now[move.actuator] + (move.by or 0.0)
+    poses = {body: pose for machine in built.levelled for body, pose in _moved(machine, before, now)}
+    return replace(before, event="", tensions={}, supports={}, hooked={}, poses=poses, references=now)
+
+
+def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) -> Iterator[tuple[str, Pose]]:
+    drives = {drive.joint: drive.name for drive in machine.system.drives}
+    carried = {joint.child: joint for joint in machine.system.joints}
+
+    def way(body: str) -> Vector | None:
+        """How a body is moved; None where something turns it."""
+        x, y, z = 0.0, 0.0, 0.0
+        while (joint := carried.get(body)) is not None:
+            drive = drives.get(joint.name, "")
+            if drive and (far := now[drive] - before.references[drive]):
+                if joint.kind != "prismatic":
+                    return None
+                a, b, c = (far * e for e in _axis(joint, before))
+                x, y, z = x + a, y + b, z + c
+            body = joint.parent
+        return x, y, z
+
+    for body in dict.fromkeys(
+        [joint.child for joint in carried.values() if joint.name in drives and joint.kind == "prismatic"]
+    ):
+        if (far := way(body)) is not None:
+            yield body, _pose(before, body, far)
+    for hook in machine.hooks:
+        if (far := way(hook.on)) is not None and hook.rope in now:
+            up = before.references[hook.rope] - now[hook.rope]
+            yield hook.eye.body, _pose(before, hook.eye.body, (far[0], far[1], far[2] + up))
+
+
+def _axis(joint: Joint, before: StaticState) -> list[float]:
+    """The axis of a joint in the world."""
+    own = [sum(r * e for r, e in zip(row, joint.axis, strict=True)) for row in joint.R_PJ]
+    R = before.poses[joint.parent][1] if joint.parent != WORLD else ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    return [sum(r * e for r, e in zip(row, own, strict=True)) for row in R]
+
+
+def _pose(x: StaticState, body: str, way: Vector) -> Pose:
+    p, R = x.poses[body]
+    return (p[0] + way[0], p[1] + way[1], p[2] + way[2]), R

@@ -1,0 +1,79 @@
+"""Scenes as they rest at the start: blocks on their stools, hooks and frames below, bent as they hang."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+
+import msgspec
+from heavylift.kernel.description.mechanics import Body, Joint
+from heavylift.nodes.plan import plan
+
+from .action_preview import first_rest
+from .state import Pose, StaticState
+
+SETTLES = 5  # a hundredth of what friction holds after each three
+WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of what is written
+
+
+def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
+    """The plan with its blocks as they rest on their stools at the start, if they are not written so to `WRITTEN`."""
+    machines = tuple(_stands(x, first) if x.levels and x.cargo else x for x in built.machines)
+    return msgspec.structs.replace(built, machines=machines)
+
+
+def _stands(block: plan.Mechanism, first: StaticState) -> plan.Mechanism:
+    (body,), (joint,) = block.system.bodies, block.system.joints
+    p, R = first.poses[body.name]
+    turned = max(abs(R[i][j] - (i == j)) for i in range(3) for j in range(3))
+    written = max(turned, *(abs(a - b) for a, b in zip(p, joint.q0, strict=False))) <= WRITTEN
+    if written and body.flexible is None:
+        return block
+    return _rested(block, {body.name}, first)
+
+
+def settled(built: plan.Plan) -> plan.Plan:
+    """The plan with flexible blocks bent as they rest at the start: friction, which begins where they stand, holds them
+    less each time."""
+    for _ in range(SETTLES):
+        built = rigged(built, first_rest(built))
+    return built
+
+
+def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
+    """The plan with blocks, hooks and frames as they rest at the start, and the ropes that carry there."""
+    machines = []
+    for machine in standing(built, first).machines:
+        if not machine.levels:
+            machine = _rested(machine, {machine.name, *(hook.rope for hook in machine.hooks)}, first)
+            taut = (r.name for r in machine.system.all_ropes if r.hooked and first.tensions[r.name] > 0.0)
+            machine = msgspec.structs.replace(machine, taut=tuple(taut))
+        machines.append(machine)
+    return msgspec.structs.replace(built, machines=tuple(machines))
+
+
+def _rested(machine: plan.Mechanism, bodies: set[str], first: StaticState) -> plan.Mechanism:
+    """A machine with these bodies where they rest."""
+
+    def joint(x: Joint) -> Joint:
+        return replace(x, q0=_rest(first.poses[x.child])) if x.kind == "free" and x.child in bodies else x
+
+    system = replace(
+        machine.system,
+        joints=tuple(map(joint, machine.system.joints)),
+        bodies=tuple(_bent(x, first) if x.name in bodies else x for x in machine.system.bodies),
+    )
+    return msgspec.structs.replace(machine, system=system)
+
+
+def _bent(body: Body, first: StaticState) -> Body:
+    bends = body.flexible
+    return replace(body, flexible=replace(bends, start=first.modes.get(body.name, ()))) if bends else body
+
+
+def _rest(pose: Pose) -> tuple[float, float, float, float, float, float, float]:
+    """Place and quaternion of a body that is turned by less than 120 degrees."""
+    p, R = pose
+    w = 0.5 * sqrt(1.0 + R[0][0] + R[1][1] + R[2][2])
+    x, y, z = ((R[i][j] - R[j][i]) / (4.0 * w) for i, j in ((2, 1), (0, 2), (1, 0)))
+    return (*p, x, y, z, w)

@@ -1,0 +1,35 @@
+"""What tests ask of a plan in which hooks lift something."""
+
+from heavylift.kernel.description import Body, Reeving, Rope
+from heavylift.nodes.plan import Cargo, Mechanism, Plan, Tie
+
+
+def machine(plan: Plan, name: str) -> Mechanism:
+    return next(x for x in plan.machines if x.name == name)
+
+
+def cranes(plan: Plan) -> list[Mechanism]:
+    return [x for x in plan.machines if x.girders]
+
+
+def hook_ropes(plan: Plan) -> dict[str, Rope]:
+    hooks = {hook.rope for x in plan.machines for hook in x.hooks}
+    return {rope.name: rope for x in plan.machines for rope in x.system.ropes if rope.name in hooks}
+
+
+def slings(plan: Plan) -> dict[str, tuple[Tie, Rope | Reeving]]:
+    ropes = {rope.name: rope for x in plan.machines for rope in x.system.all_ropes}
+    return {tie.rope: (tie, ropes[tie.rope]) for x in plan.machines for tie in x.ties}
+
+
+def cargo(plan: Plan) -> Cargo:
+    (found,) = (cargo for x in plan.machines for cargo in x.cargo)
+    return found
+
+
+def body(plan: Plan, name: str) -> Body:
+    return next(body for x in plan.machines for body in x.system.bodies if body.name == name)
+
+
+def pose(plan: Plan, name: str) -> tuple[float, ...]:
+    return next(joint.q0 for x in plan.machines for joint in x.system.joints if joint.child == name)

@@ -1,0 +1,108 @@
+"""Several blocks below a crane, rigging beside lifting beams, unlike cranes: shares by statics alone."""
+
+import pytest
+from heavylift import simulate
+from heavylift.kernel import SceneError
+from heavylift.nodes.scene import LoadedScene, check, parse
+
+STANDS = "supports: {height: 1 m, at: [[-3 m, -3 m], [3 m, -3 m], [-3 m, 3 m], [3 m, 3 m]]}"
+LUGS = "lugs: {P: [-2 m, 0 m, 2.3 m], Q: [2 m, 0 m, 2.3 m]}"
+TWO = f"""
+heavylift: 1
+name: two
+blocks:
+  a: {{mass: 150 t, size: [10 m, 8 m, 4 m], at: [34 m, 70 m, 3 m], {LUGS}, {STANDS}}}
+  b: {{mass: 120 t, size: [10 m, 8 m, 4 m], at: [46 m, 70 m, 3 m], {LUGS}, {STANDS}}}
+cranes: {{west: {{type: goliath-900, at: 40 m}}}}
+rig:
+  slack: 0.1 m
+  loaders:
+    one: {{hook: west H1, sling: 8 m, lugs: [a.P, a.Q]}}
+    two: {{hook: west H2, sling: 8 m, lugs: [b.P, b.Q]}}
+actions:
+  - all hooks: hoist 0.3 m/min until all slings taut
+  - one: hoist 0.3 m/min until a lifted
+  - two: hoist 0.3 m/min until b lifted
+  - all hooks: hoist 1 m/min by 1 m
+  - west: travel 10 m/min by 2 m
+"""
+BEAM = "    two: {hook: west H2, sling: 8 m, lugs: [b.P, b.Q]}\n"
+MIXED = TWO.replace(BEAM, "rigging: {legs: {on: west H2, to: [b.P, b.Q], length: 9 m, slack: 0.1 m}}\n").replace(
+    "two: hoist", "west H2: hoist"
+)
+BESIDE = f"""
+heavylift: 1
+name: beside
+block:
+  {{mass: 120 t, size: [30 m, 8 m, 4 m], at: [40 m, 70 m, 3 m],
+   lugs: {{P: [-12 m, 0 m, 2.3 m], Q: [-8 m, 0 m, 2.3 m], R: [10 m, 0 m, 2.3 m]}}, {STANDS}}}
+cranes:
+  west: {{type: goliath-900, at: 36 m, upper trolley: 70 m}}
+  hall: {{type: overhead-100, at: 50 m, span: 150 m, trolley: 70 m, reach: [2 m, 140 m]}}
+rig:
+  slack: 0.1 m
+  loaders: {{one: {{hook: west H1, sling: 8 m, lugs: [P, Q]}}}}
+rigging: {{tail: {{on: hall main, to: [R], length: 5 m, slack: 0.1 m}}}}
+actions:
+  - all hooks: hoist 0.3 m/min until all slings taut
+  - all hooks: hoist 0.3 m/min until lifted
+  - all hooks: hoist 1 m/min by 1 m
+"""
+
+
+def scene(text: str) -> LoadedScene:
+    return parse(text, "scene.yaml", passing=True)
+
+
+def carried(text: str) -> dict[str, float]:
+    """What each hook carries of blocks at the end [t]."""
+    found = scene(text)
+    assert found.statics.known
+    last = found.statics.states[-1].stage
+    return {row.hook: row.sling_load / 1e3 for row in check(found).rows if row.stage == last}
+
+
+def test_each_beam_of_a_crane_lifts_a_block_of_its_own() -> None:
+    assert carried(TWO) == pytest.approx({"west.H1": 150.0, "west.H2": 120.0}, rel=1e-6)
+
+
+def test_rigging_hangs_beside_a_beam_on_one_crane() -> None:
+    assert carried(MIXED) == pytest.approx({"west.H1": 150.0, "west.H2": 120.0}, rel=1e-6)
+    rows = {(x.limit.quantity, x.limit.subject): x for x in scene(MIXED).uses}
+    whole = rows["crane load", "west"].value
+    assert whole == pytest.approx(150e3 + 120e3 + 20e3, rel=1e-3), "with the beam, which weighs 20 t"
+    assert ("bridle angle", "legs.sling-1") in rows
+
+
+@pytest.mark.parametrize("fidelity", ["{}", "{ropes: massive, lumps: 2}", "{ropes: rigid, slings: rigid}"])
+def test_such_a_crane_runs_on_every_level(fidelity: str) -> None:
+    result = simulate(scene(f"{MIXED}fidelity: {fidelity}\nend: 60 s\n"))
+    tension = result["rope/tension"]["west.H2"]
+    assert max(tension) == pytest.approx((120e3 + 25e3) * 9.80665, rel=0.1)
+
+
+def test_a_crane_on_rails_lifts_beside_another_one() -> None:
+    assert carried(BESIDE) == pytest.approx({"west.H1": 60.0, "hall.main": 60.0}, rel=2e-2)
+    rows = {(x.limit.quantity, x.limit.subject): x.limit for x in scene(BESIDE).uses}
+    assert rows["tandem load", "west"].value == 0.75 * 900e3
+    assert rows["tandem load", "hall.main"].value == 0.75 * 100e3
+
+
+def test_unlike_cranes_on_rails_share_a_block_and_their_derating() -> None:
+    text = BESIDE.replace("hall: {type: overhead-100, at: 50 m, span: 150 m, trolley: 70 m, reach: [2 m, 140 m]}",
+                          "east: {type: goliath-1200, at: 76 m, upper trolley: 70 m}")  # fmt: skip
+    text = (
+        text.replace("rigging: {tail: {on: hall main, to: [R], length: 5 m, slack: 0.1 m}}\n", "")
+        .replace("R: [10 m, 0 m, 2.3 m]", "R: [28 m, 0 m, 2.3 m], S: [32 m, 0 m, 2.3 m]")
+        .replace("[30 m, 8 m", "[70 m, 8 m")
+    )
+    text = text.replace("lugs: [P, Q]}", "lugs: [P, Q]}, two: {hook: east H1, sling: 8 m, lugs: [R, S]}")
+    uses = {x.limit.subject: x.limit.value for x in scene(text).uses if x.limit.quantity == "tandem load"}
+    assert uses == {"west": 0.75 * 900e3, "east": 0.75 * 1200e3}
+
+
+def test_a_sling_is_hooked_to_one_block_only() -> None:
+    with pytest.raises(SceneError, match=r"one.sling-1 can be hooked to lugs of a only, b.P is one of another block"):
+        parse(TWO + "  - one: unhook\n  - one: hook [b.P, b.Q]\n")
+    with pytest.raises(SceneError, match="the slings of one hook hang on one block"):
+        parse(TWO.replace("lugs: [a.P, a.Q]", "lugs: [a.P, b.Q]").replace("lugs: [b.P, b.Q]", "lugs: [b.P, a.Q]"))
