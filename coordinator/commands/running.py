@@ -20,7 +20,7 @@ from .hosts import open_door
 if TYPE_CHECKING:
     from heavylift.coordinator.record.scene import Result
     from heavylift.coordinator.run.watch import Watch
-    from heavylift.coordinator.uncertainty.certificate import Certifying
+    from heavylift.coordinator.ladder.certificate import Certifying
     from heavylift.nodes.scene import LoadedScene
     from heavylift.recordings import Spectator
 
@@ -215,7 +215,7 @@ def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
     if not wanted:
         yield None
         return
-    from heavylift.coordinator.uncertainty.certificate import certifying
+    from heavylift.coordinator.ladder.certificate import certifying
 
     with certifying(scene) as found:
         typer.echo(found.price, err=True)

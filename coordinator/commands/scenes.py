@@ -110,7 +110,7 @@ def tradeoff(
 ) -> None:
     """Measure speed against accuracy: which rung, method and step to use.    heavylift tradeoff lift --ask swing"""
     from heavylift.coordinator.tradeoff import measure, write
-    from heavylift.coordinator.tradeoff.communication import hanging
+    from heavylift.coordinator.trace.communication import hanging
     from heavylift.coordinator.tradeoff.files import checked, data
     from heavylift.coordinator.tradeoff.measuring import communicating
     from heavylift.nodes.scene.text.units import ACCURACY

@@ -24,7 +24,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .arguments import end_ns, whole
 from .models import referred, run_models
-from .pool import Pool, cores, submits
+from heavylift.coordinator.supervision.pool import Pool, cores, submits
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from heavylift.coordinator.live.pace import Pace
 from heavylift.coordinator.live.publishing import OnTheBus
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.live.show import shown
-from heavylift.coordinator.participants.configuration import kernel_config, wiring
+from heavylift.coordinator.participants.configuration import PATIENCE_ns, kernel_config, wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, fingerprint
 from heavylift.coordinator.participants.parts import encode as part
@@ -51,7 +51,7 @@ from heavylift.recordings.write.broadcast import Broadcast
 from heavylift.recordings.write.spectator import Spectators
 
 from .conversation import Conversation, joined
-from .watch import PATIENCE_ns, Watch
+from .watch import Watch
 
 if TYPE_CHECKING:
     from heavylift.coordinator.participants.recalled import Past

@@ -20,6 +20,7 @@ import msgspec
 import numpy as np
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
+from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice
@@ -42,7 +43,6 @@ from heavylift.recordings.write.rows import Peak
 from numpy.typing import NDArray
 
 from .arguments import DENSEST, PERIOD, Order, patterns, time_s, timed
-from .in_memory import Played, play
 
 if TYPE_CHECKING:
     import pandas

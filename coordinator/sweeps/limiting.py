@@ -14,9 +14,9 @@ from functools import partial
 from itertools import count, pairwise
 from math import hypot, isfinite, nan
 
-from heavylift.coordinator.run.in_memory import play
-from heavylift.coordinator.run.pool import Pool, cores
-from heavylift.coordinator.uncertainty.certificate import TWICE, richer, tighter
+from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.supervision.pool import Pool, cores
+from heavylift.coordinator.ladder.certificate import TWICE, richer, tighter
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, unstated

@@ -14,7 +14,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future
 from pathlib import Path
 
 from heavylift.coordinator.run.arguments import texts, time_s, whole
-from heavylift.coordinator.run.pool import Pool, cores, finished, submits
+from heavylift.coordinator.supervision.pool import Pool, cores, finished, submits
 from heavylift.kernel.errors import ProtocolError, SceneError, Stopped
 from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.text.units import DURATION

@@ -19,7 +19,7 @@ from typing import Any, Literal
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.run.in_memory import CUT, Played, play
+from heavylift.coordinator.ladder.in_memory import CUT, Played, play
 from heavylift.coordinator.verdict.limits import signals_of_run
 from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
 from heavylift.nodes.limits.rope_signals import rope_direction, rope_of

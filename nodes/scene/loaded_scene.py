@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.kernel.cache import remembered
-from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.fidelity import Asked
-from heavylift.nodes.plan.goliaths import levelled
+from heavylift.nodes.plan.fidelity import Answer, Asked, Question
 from heavylift.nodes.plan.limit import Finding, Use
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
-from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.nodes.statics.findings import path_findings
 
 if TYPE_CHECKING:
@@ -30,12 +24,14 @@ if TYPE_CHECKING:
 
 
 class Facts(msgspec.Struct, frozen=True):
-    """What a run asks of the keys of a scene besides its plan; `placement`: node -> process, for the nodes that the
+    """What a run asks of the keys of a scene besides its plan; `named`: keys of its fidelity and of its steps that it
+    names itself, and that are never chosen otherwise; `placement`: node -> process, for the nodes that the
     scene places; `remote`: processes that it places on other hosts; `tandem`: what each crane may carry beside another.
     """
 
     ask: tuple[Asked, ...]
     accuracy: float
+    named: tuple[str, ...]
     placement: dict[str, str]
     remote: list[str]
     tandem: dict[str, float]
@@ -49,12 +45,12 @@ class LoadedScene:
     text: str
     path: Path
     facts: Facts
-    verdict: Verdict | None = None  # what is modelled, where the scene asks for something
     merged: str = ""  # text of the whole scene as JSON where it extends another one or has settings laid over it
     typed: str = ""  # its path or the name of a bundled scene, as it was given
     settings: tuple[str, ...] = ()  # laid over it
     passing: bool = False  # one of many that nobody loads again
-    whole: Plan | None = None  # the plan before what is asked left anything out
+    chosen: bool = False  # its plan is that of a run: nothing is to be chosen for what it asks
+    answer: Answer | None = None  # how its plan was chosen
     apart: Followed | None = None  # the paths at rest of several lifts, each followed as if it were alone
     keys: schema.Scene | None = field(default=None, compare=False, repr=False)  # where they have been read already
 
@@ -82,40 +78,10 @@ class LoadedScene:
         """The points of the path at rest along the action list; none without a block."""
         return self.statics.states if self.plan.lift else ()
 
-    @cached_property
-    def _as_written(self) -> LoadedScene:
-        if self.whole is None:
-            return self
-        scene = replace(self, plan=self.whole, whole=None)
-        scene.__dict__["statics"] = self.statics
-        return scene
-
-    def answering(self, question: Question) -> Verdict:
-        """What would be modelled if that were asked."""
-        scene, followed = self.scene, self._as_written.followed
-        if followed is None or self.plan.models:
-            what = "a scene with models of its own" if self.plan.models else "what is made of parts"
-            return unpromised(question, self.plan.fidelity, f"{what} is modelled as it is written")
-        built = self._as_written.plan
-        named, steps = frozenset(scene.fidelity.model_fields_set), frozenset(scene.model_fields_set)
-
-        def chosen() -> Verdict:
-            return choose(built, followed, question, named, steps)
-
-        asked = repr((plan_key(built), question, sorted(named), sorted(steps)))
-        name = f"{hashlib.sha256(asked.encode()).hexdigest()}.verdict"
-        return chosen() if self.passing else remembered(name, Verdict, chosen)
-
-    def modelled(self, verdict: Verdict) -> Plan:
-        """The plan with what a question requires."""
-        built = self._as_written.plan
-        if self._as_written.followed is None or built.models:
-            return built
-        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, levelled(built)))
-        if verdict.steps:
-            steps = verdict.steps[0]
-            built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance)
-        return built
+    @property
+    def question(self) -> Question | None:
+        """What it asks and how accurately, while nothing is chosen for it."""
+        return Question(self.facts.ask, self.facts.accuracy) if self.facts.ask and not self.chosen else None
 
     @cached_property
     def uses(self) -> list[Use]:

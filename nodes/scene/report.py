@@ -66,9 +66,8 @@ def report(
     followed: Following | None,
     uses: Sequence[Use],
     findings: Sequence[Finding],
-    pruning: str = "",
 ) -> Report:
-    """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
+    """The report of a scene whose action list was followed."""
     mobility = _mobility(built)
     ropes = len(built.rig.hook_ropes) + sum(len(m.system.ropes) + len(m.system.reevings) for m in built.mechanisms)
     rigged = {sling for m in built.mechanisms for slings in m.rigged.values() for sling in slings}
@@ -87,7 +86,6 @@ def report(
     else:
         lines += _ropes_at_rest(statics) + (_limits(built, uses, findings) if uses else _lines(findings))
     lines += _swing_free(built)
-    lines += ["", pruning] if pruning else []
     return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
 
 

@@ -37,7 +37,7 @@ def one(seed, deadline):
     is not judged; None after the deadline."""
     import msgspec
     from heavylift.coordinator.tradeoff.playing import play
-    from heavylift.coordinator.uncertainty.certificate import certifying, richer
+    from heavylift.coordinator.ladder.certificate import certifying, richer
     from heavylift.coordinator.uncertainty.figures import figures
     from heavylift.kernel.errors import HeavyliftError
     from heavylift.nodes.scene import parse

@@ -23,7 +23,7 @@ from pathlib import Path
 from statistics import median
 
 from heavylift.coordinator.run import run
-from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.recordings import Recording

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from heavylift.coordinator.run import run
-from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.coordinator.sweeps import sweep
 from heavylift.coordinator.sweeps.axes import Variant
 from heavylift.coordinator.sweeps.study import Study

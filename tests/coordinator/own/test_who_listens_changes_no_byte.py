@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.run.in_memory import Played, play
+from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.nodes.models.parts.messages import Sample
 from heavylift.nodes.scene import load
 from scenes import listening

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.coordinator.sweeps.axes import Variant
 from heavylift.coordinator.sweeps.variant import Task, played
 from heavylift.nodes.scene import load

@@ -6,7 +6,7 @@ import difflib
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.coordinator.sweeps.planning import planned
 from heavylift.coordinator.sweeps.timing import overlaps, ramps, speeds
 from heavylift.kernel.errors import SceneError

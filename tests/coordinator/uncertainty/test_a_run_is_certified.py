@@ -10,7 +10,7 @@ import pytest
 from heavylift.coordinator.measured.validation import accuracy
 from heavylift.coordinator.run import run
 from heavylift.coordinator.tradeoff.playing import play
-from heavylift.coordinator.uncertainty.certificate import Certificate, certifying, richer, tighter
+from heavylift.coordinator.ladder.certificate import Certificate, certifying, richer, tighter
 from heavylift.coordinator.uncertainty.figures import figures, recorded
 from heavylift.nodes.plan.plan import Fidelity
 from heavylift.nodes.scene import load, parse

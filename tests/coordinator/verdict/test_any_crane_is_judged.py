@@ -8,7 +8,7 @@ from math import asin, atan2, degrees, hypot
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run.in_memory import Played, play
+from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits.telling import unjudged
 from heavylift.nodes.plan.shapes import Shapes

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene import load
 

@@ -10,7 +10,7 @@ from heavylift.coordinator.live.command_queue import STOP
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
-from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.coordinator.run.verify import verify
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.devs import Tag, encode, seconds

@@ -6,7 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.scene import parse
 

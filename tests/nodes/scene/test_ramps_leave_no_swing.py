@@ -7,7 +7,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from heavylift.coordinator.run.in_memory import play
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity.response import Knot, answer
 from heavylift.nodes.models.parts.messages import Done

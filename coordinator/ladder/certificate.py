@@ -22,7 +22,7 @@ from pathlib import Path
 
 import msgspec
 from heavylift.coordinator.participants.configuration import OPERATOR
-from heavylift.coordinator.run.pool import cores
+from heavylift.coordinator.supervision.pool import cores
 from heavylift.coordinator.tradeoff.measuring import unit_of
 from heavylift.kernel.errors import HeavyliftError, RecordingError
 from heavylift.nodes.fidelity.case import case_of

@@ -18,7 +18,7 @@ from random import Random
 import msgspec
 import numpy as np
 from heavylift.coordinator.live.commands import Given, command
-from heavylift.coordinator.participants.configuration import wiring
+from heavylift.coordinator.participants.configuration import PATIENCE_ns, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.parts import KernelConfig
 from heavylift.coordinator.participants.pause import configured
@@ -44,8 +44,6 @@ from heavylift.recordings.format.columns import Columns
 from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.write.rows import Peak, note_peaks
 from numpy.typing import NDArray
-
-from .watch import PATIENCE_ns
 
 CUT = "cut after"
 

@@ -14,7 +14,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from math import hypot, sqrt
 
-from heavylift.coordinator.run.pool import cores
+from heavylift.coordinator.supervision.pool import cores
 from heavylift.coordinator.tradeoff.measuring import unit_of
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.nodes.scene import LoadedScene
