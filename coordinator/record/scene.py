@@ -18,16 +18,14 @@ from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
-from heavylift.kernel.cache import remembered
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError, path_text
 from heavylift.nodes.devs import Event, OutPort
-from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
 from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, StateEvent
-from heavylift.nodes.plan.goliaths import machines
+from heavylift.nodes.plan.fidelity import left_out
+from heavylift.nodes.plan.goliaths import levelled, machines
 from heavylift.nodes.plan.plan import Plan, encode
-from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.format.samples import Batch, decode_batch
 from heavylift.recordings.read.verdict import Judged
@@ -94,13 +92,13 @@ class Record(FileTape):
             "scene": plan.name,
             "seed": plan.seed,
             **_asked(scene),
-            "modelled": remembered(f"{plan_key(plan)}.modelled", str, lambda: str(modelled_as(plan, scene.followed))),
+            "modelled": told_of(plan),
             "tolerance": f"{plan.tolerance:.6g}",
             "method": plan.method,
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
             "samples_hz": plan.samples_hz,
             "fidelity": {key: getattr(plan.fidelity, key) for key in plan.fidelity.__struct_fields__ if key != "where"},
-            **({"predicted_errors": dict(scene.verdict.errors)} if scene.verdict and scene.verdict.errors else {}),
+            **({"answer": msgspec.to_builtins(scene.answer) | {"told": str(scene.answer)}} if scene.answer else {}),
             "nodes": [*models, KERNEL],
             "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
             "rated": rated(plan),
@@ -267,6 +265,12 @@ class Record(FileTape):
             for name, p in self.recorder.peaks.items()
         ]
         self._page.end(status, told, peaks, str(self.recorder.path))
+
+
+def told_of(plan: Plan) -> str:
+    """What its fidelity leaves out."""
+    out = left_out(plan.fidelity) if levelled(plan) else ()
+    return f"left out: {', '.join(out)}" if out else "as it is written"
 
 
 def _asked(scene: LoadedScene) -> dict[str, object]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.ladder.choosing import chosen
 from heavylift.coordinator.live.audience import Audience
 from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.commands import Given
@@ -97,7 +98,8 @@ def run(
     """
     from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
 
-    lift, file = loaded(scene), file_path(output)
+    watch = watch or Watch()
+    lift, file = chosen(loaded(scene), watch.say), file_path(output)
     models = build(lift.plan)
     angles = [name for model in models.values() for name in turning(model.declare())]
     names = order or [*models, KERNEL]
@@ -120,12 +122,11 @@ def run(
         if isinstance(hub, Hub):
             desk.open(hub)
             bus.open(hub)
-        played = _Run(lift, models, hub, record, watch or Watch(), audience, tempo, desk)
+        played = _Run(lift, models, hub, record, watch, audience, tempo, desk)
         played.talk.written_to(file, record.recorder.path)
         desk.repeat(commands, played.talk.core)
         record.worthless = lambda: past is not None and not past.over
-        for sentence in lift.verdict.notes if lift.verdict else ():
-            record.note(0, sentence)
+        for sentence in lift.answer.notes if lift.answer else ():
             played.say(sentence)
         try:
             if isinstance(hub, Hub):

@@ -20,6 +20,7 @@ import msgspec
 import numpy as np
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
+from heavylift.coordinator.ladder.choosing import chosen
 from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
@@ -184,7 +185,7 @@ def simulate(
     if options:
         raise SceneError(f"{', '.join(options)}: a scene says that itself; load it with --set, such as method=radau5")
     words: list[Order[str]] = timed(orders, "an operator's words", lambda said: isinstance(said, str))
-    return _of_scene(loaded(model), until, every, words, keep)
+    return _of_scene(chosen(loaded(model)), until, every, words, keep)
 
 
 def _of_scene(

@@ -1,5 +1,6 @@
 """Where the wall time of a recorded run went: who worked, who waited for whom, and what lookahead could change.
 
+communication  what processes would cost a scene, measured
 timeline    from the protocol messages of a recording; who was held back by whom, in chains
 text        tables for people, the same as plain data           perfetto    Chrome trace-event JSON for a viewer
 """

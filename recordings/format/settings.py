@@ -13,7 +13,7 @@ FACTS = ("asked", "modelled", "steps")  # names of the lines
 
 def settings(run: Mapping[str, str]) -> dict[str, str]:
     """The lines by name, from the facts of a run; those are left out of which it says nothing."""
-    asked = run.get("asked") or ("its own question" if "predicted_errors" in run else "")
+    asked = run.get("asked", "")
     found = {}
     if asked:
         found["asked"] = f"{asked} to {run['accuracy']}" if run.get("accuracy") else asked
