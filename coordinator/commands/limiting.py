@@ -92,8 +92,8 @@ def plan(
 
 def _certified(path: Path) -> Certificate:
     """Of a scene's run, whose recording is not kept."""
-    from heavylift.coordinator.run.scene import run
     from heavylift.coordinator.ladder.certificate import certifying
+    from heavylift.coordinator.run.scene import run
     from heavylift.nodes.scene import load
 
     loaded = load(path)

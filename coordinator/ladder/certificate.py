@@ -1,13 +1,10 @@
 """How sure the figures of a run are: `2651 +- 4 (numerical) +- 9 (model) +- 80 kN (inputs: ...)`, at a level of 95 %.
 
-After ASME V&V 20-2009, whose u_num and u_input these are; what the rung leaves out stands beside them.
+After ASME V&V 20-2009, whose u_num and u_input these are; what the level leaves out stands beside them.
 
-numerical   TWICE the difference to the same rung by DOP853 at 1e-10: a method of high order that damps nothing, so that
-            it judges fixed steps and methods that damp (SDIRK) as well, of which no Richardson extrapolation holds.
-            Rigid ropes: two such runs, at 1e-9 and 1e-10, must agree, else there is no bar: impacts can fork.
-model       TWICE the difference of that to the next richer spatial rung: two lumps a rope, elastic slings and girder,
-            nothing locked; of a rung with lumps, twice as many.  REST: what two lumps leave out, measured on random
-            lifts against four.  A mechanism is what its file says: it has no richer rung, and no such bar.
+numerical   twice the difference to the same run with steps a tenth as tolerant, or half as long; with rigid ropes,
+            whose impacts can fork, the larger one of two such runs
+model       twice the difference of its level to the witness of that, both in steps of the ladder
 inputs      two runs for each uncertain input, added up as squares (`sensitivities`)
 """
 
@@ -20,34 +17,25 @@ from dataclasses import asdict, dataclass, field
 from math import floor, hypot, log10
 from pathlib import Path
 
-import msgspec
 from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.supervision.pool import cores
-from heavylift.coordinator.tradeoff.measuring import unit_of
-from heavylift.kernel.errors import HeavyliftError, RecordingError
-from heavylift.nodes.fidelity.case import case_of
-from heavylift.nodes.fidelity.cost import cost
-from heavylift.nodes.fidelity.method import METHODS
+from heavylift.kernel.errors import HeavyliftError, ModelError, RecordingError
+from heavylift.nodes.models import system
 from heavylift.nodes.plan.fidelity import Asked
-from heavylift.nodes.plan.plan import Fidelity, Plan
+from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated
 from heavylift.recordings import Recording
 from heavylift.recordings.read.extended import amended
 from heavylift.recordings.render.curves import larger
 
-from .figures import Figure, figures, recorded
-from .running import Played, Start, result, starting
+from .beside import Ran, Start, result, starting
+from .figures import Figure
+from .measuring import WITNESSED
+from .rungs import Ladder, Rung
 from .sensitivities import STEPS, Moved, Sensitivities, effects, moved, of_unstated
 
-TWICE = 2.0
-TIGHT, SECOND = 1e-10, 1e-9  # tolerances; the second of rigid ropes
-RICH = 1e-7  # tolerance of the richer rung, whose steps are short for its own sake
-FINEST = 1e-12  # tolerance of a step
-AGREE = 1e-3  # of a figure: what two tight runs may differ by
-REST: dict[Asked, float] = {"rope tension": 5e-5, "swing": 1e-4, "position": 5e-5, "lift-off time": 1e-5}
-STEADY = 1e-7  # of a figure: what is rounded away in a recording
-SECONDS, LEAST = 5e-8, 0.1  # of an evaluation, for each state, with samples and messages; of any run [s]
+ROUNDING = 1e-9  # of a figure: what is left of a bar that is nothing
 
 
 @dataclass(frozen=True)
@@ -112,31 +100,27 @@ class Certificate:
 
 
 def tighter(plan: Plan) -> list[Plan]:
-    """The same rung with steps that count as exact, the last one most; none where the run has such steps itself."""
-    finest = min(TIGHT, 1e-2 * plan.tolerance if plan.step is None else TIGHT)
-    if finest < FINEST:
-        return []
-    rigid = plan.fidelity.ropes == "rigid" and plan.lift
-    rigid = rigid or any(system.rigid_ropes for system in (m.system for m in plan.mechanisms))
-    tolerances = (finest * SECOND / TIGHT, finest) if rigid else (finest,)
-    return [_stepped(plan, plan.fidelity, tolerance) for tolerance in tolerances]
+    """The same with tighter steps, the last one most."""
+    once = Rung(plan).tighter
+    return [once.plan, once.tighter.plan] if system(plan).rigid_ropes else [once.plan]
 
 
-def richer(plan: Plan) -> Plan | None:
-    """The next richer spatial rung; None of a mechanism and of machines made of parts."""
-    if not plan.lift:
+def richer(plan: Plan) -> tuple[Plan, Plan] | None:
+    """The level of a plan and its witness, both in steps of the ladder; None where there is but one level."""
+    ladder = Ladder(plan)
+    level = plan.fidelity
+    if len(ladder.full) < 2:
         return None
-    at = plan.fidelity
-    lumps = 2 * at.lumps if at.ropes == "massive" else 2
-    rung = Fidelity(ropes="massive", lumps=lumps, rope_mass="lumped", girder="elastic", islands=at.islands)
-    return _stepped(plan, rung, RICH, "dopri5")
+    steps = ladder.rungs(level)
+    rung = steps[min(1, len(steps) - 1)]
+    return rung.plan, rung.on(ladder.witness(level) or ladder.full[-2]).plan
 
 
 @contextmanager
 def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> Iterator[Certifying]:
     """Runs beside a run that is to be certified, `at_once` in processes of their own (default: all cores but one).
 
-    `given`: uncertainties besides those that the scene states.  Raises HeavyliftError.
+    `scene`: with what it asks answered; `given`: uncertainties besides those that it states.  Raises HeavyliftError.
     """
     inputs = uncertain_inputs(scene, given)
     with starting(max(1, cores() - 1) if at_once is None else at_once) as start:
@@ -144,126 +128,85 @@ def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | Non
 
 
 class Certifying:
-    """Runs that have begun; `price` tells what they cost, `certificate` waits for them."""
+    """Runs of which `price` tells how many there are; `certificate` waits for them."""
 
     def __init__(self, scene: LoadedScene, inputs: list[UncertainInput], start: Start) -> None:
-        self._scene, self._inputs, self._start, self._unit = scene, inputs, start, unit_of(scene)
-        self._rich, self._tight = richer(scene.plan), tighter(scene.plan)
-        self._begun: tuple[list[Future[Played]], Future[Played] | None, list[Moved]] | None = None
+        self._scene, self._inputs, self._start = scene, inputs, start
+        self._tight, self._levels = tighter(scene.plan), richer(scene.plan) or ()
+        self._begun: tuple[list[Future[Ran]], list[Future[Ran]], list[Moved]] | None = None
 
     @property
     def price(self) -> str:
         """What the certificate costs, in a sentence."""
-        plan, n = self._scene.plan, 2 * sum(x.sd > 0.0 for x in self._inputs)
-        case = case_of(plan, self._scene.followed) if plan.block and self._scene.followed else None
-
-        def seconds(one: Plan) -> float | None:
-            if case is None or one.method not in METHODS:
-                return None
-            at = one.fidelity
-            spent = METHODS[one.method](case, at, one.tolerance).cost if at.ropes != "rigid" else cost(case, at)
-            return LEAST + spent.product * SECONDS
-
-        runs = [(f"the same rung at {self._tight[-1].tolerance:.0e}", self._tight)] if self._tight else []
-        runs += (
-            [(f"the next richer rung, {self._rich.fidelity.lumps} lumps a rope", [self._rich])] if self._rich else []
-        )
-        runs += (
-            [(f"{n} runs for {len(self._inputs)} uncertain input{'s' * (len(self._inputs) > 1)}", [plan] * n)]
-            if n
-            else []
-        )
-        times = [[seconds(one) for one in plans] for _, plans in runs]
-        parts = []
-        for (what, _), each in zip(runs, times, strict=True):
-            known = [x for x in each if x is not None]
-            parts.append(f"{what} (about {sum(known):.2g} s)" if len(known) == len(each) else what)
-        known = [x for each in times for x in each if x is not None]
-        complete = len(known) == sum(map(len, times))
-        own = "" if complete else "; what is not predicted takes about as long as the run itself, each"
-        return f"certifying beside the run: {', '.join(parts)}{own}; equations that are new are compiled first"
+        n = 2 * sum(x.sd > 0.0 for x in self._inputs)
+        runs = [f"{1 + len(self._tight)} for the steps"]
+        runs += [f"2 for the model, one with {Rung(self._levels[1]).level}"] if self._levels else []
+        runs += [f"{n} for {len(self._inputs)} uncertain input{'s' * (len(self._inputs) > 1)}"] if n else []
+        return f"certifying beside the run, by runs of their own: {', '.join(runs)}; new equations are compiled first"
 
     def begin(self) -> None:
         """Start all runs."""
-        tight = [self._start(plan, self._unit) for plan in self._tight]
-        rich = self._start(self._rich, self._unit) if self._rich else None
-        self._begun = tight, rich, [moved(self._scene, one, STEPS, self._start) for one in self._inputs]
+        steps = [self._start(plan) for plan in (self._scene.plan, *self._tight)]
+        levels = [self._start(plan) for plan in self._levels]
+        self._begun = steps, levels, [moved(self._scene, one, STEPS, self._start) for one in self._inputs]
 
     def written(self, path: Path) -> Certificate:
         """The certificate of the recorded run, once all others have ended; the recording then has it, too."""
-        rec = Recording(path)
         try:
-            if rec.events(OPERATOR):
+            if Recording(path).events(OPERATOR):
                 raise RecordingError("an operator gave orders, which the runs beside it have not had; run without them")
-            found = self.certificate(figures(recorded(self._scene.plan, rec), self._unit))
+            found = self.certificate()
             amended(path, {"certified": found.data()})
         except HeavyliftError as error:
             raise type(error)(f"{path}: is whole, but has no certificate: {error}") from None
         return found
 
-    def certificate(self, own: list[Figure]) -> Certificate:
-        """The certificate of a run with these figures."""
+    def certificate(self) -> Certificate:
+        """The certificate of the run."""
         if self._begun is None:
             self.begin()
         assert self._begun is not None
-        tight = [result(run) for run in self._begun[0]]
-        rich = result(self._begun[1]) if self._begun[1] else None
+        own, *tight = [result(run) for run in self._begun[0]]
+        levels = [result(run) for run in self._begun[1]]
+        if isinstance(own, str):
+            raise ModelError(own)
         missing: dict[str, str] = {}
-        steps, ends = self._numerical(own, tight, missing)
-        model = self._model(own, ends, rich, missing)
-        found = effects(self._scene, self._begun[2], own, self._start) if self._inputs else None
+        steps = [_halves("numerical", own, each, missing) for each in tight]
+        numerical = {f.name: max(known) if all(known := [x.get(f.name) for x in steps]) else None for f in own[0]}
+        model = _halves("model", *levels, missing) if levels else {}
+        if not levels:
+            missing["model"] = "it is modelled as it is written, there is no richer level"
+        elif lost := [f.name for f in own[0] if f.name not in model]:
+            missing.setdefault("model", f"the richer level shows no {', '.join(lost[:3])}")
+        found = effects(self._scene, self._begun[2], own[0], self._start) if self._inputs else None
         if found is None:
             missing["inputs"] = "no uncertainty is stated; write one behind a value, such as 'mass: 480 t +- 3 %'"
         bars = [
-            Bar(f.name, f.quantity, f.unit, f.value, steps[f.name], model[f.name], _input_bar(found, f)) for f in own
+            Bar(f.name, f.quantity, f.unit, f.value, numerical[f.name], model.get(f.name), _input_bar(found, f))
+            for f in own[0]
         ]
-        spent = sum(run[1] for run in (*tight, rich) if isinstance(run, tuple)) + (found.cpu_s if found else 0.0)
+        spent = sum(run[1] for run in (own, *tight, *levels) if isinstance(run, tuple)) + (
+            found.cpu_s if found else 0.0
+        )
         exact = found.unstated if found else unstated(self._scene, [])
         return Certificate(bars, missing, self._inputs, exact, spent, found.notes if found else [])
 
-    def _numerical(
-        self, own: list[Figure], tight: list[Played], missing: dict[str, str]
-    ) -> tuple[dict[str, float | None], dict[str, float]]:
-        """Half-widths by figure, and the figures with tight steps, or the run's own without."""
-        values = [{f.name: f.value for f in run[0]} for run in tight if isinstance(run, tuple)]
-        if len(values) < len(tight) or not tight:
-            why = next((run for run in tight if isinstance(run, str)), "the run's own steps are as tight")
-            missing["numerical"] = why if not tight else f"the same rung with tighter steps does not run: {why}"
-            return dict.fromkeys((f.name for f in own), None), {f.name: f.value for f in own}
-        halves: dict[str, float | None] = {}
-        for f in own:
-            exact = [seen[f.name] for seen in values if f.name in seen]
-            if len(exact) < len(tight):
-                missing["numerical"] = f"with tighter steps there is no {f.name}"
-            elif max(exact) - min(exact) > AGREE * abs(f.scale):
-                missing["numerical"] = f"two runs with tight steps differ by {max(exact) - min(exact):.2g} in {f.name}"
-            else:
-                halves[f.name] = TWICE * max(abs(f.value - x) for x in exact) + STEADY * abs(f.scale)
-        return {f.name: halves.get(f.name) for f in own}, {f.name: values[-1].get(f.name, f.value) for f in own}
 
-    def _model(
-        self, own: list[Figure], ends: dict[str, float], rich: Played | None, missing: dict[str, str]
-    ) -> dict[str, float | None]:
-        """Half-widths by figure."""
-        if not isinstance(rich, tuple):
-            missing["model"] = rich or "a mechanism is modelled as it is written, there is no richer rung"
-            return dict.fromkeys((f.name for f in own), None)
-        seen = {f.name: f.value for f in rich[0]}
-        if lost := [f.name for f in own if f.name not in seen]:
-            missing["model"] = f"the richer rung shows no {', '.join(lost)}"
-        return {
-            f.name: TWICE * abs(ends[f.name] - seen[f.name]) + REST[f.quantity] * abs(f.scale)
-            if f.name in seen
-            else None
-            for f in own
-        }
+def _halves(part: str, run: Ran, other: Ran, missing: dict[str, str]) -> dict[str, float]:
+    """Half-widths by figure of what two runs differ by; why some are missing."""
+    if isinstance(run, str) or isinstance(other, str):
+        missing[part] = f"a run beside it does not come to its end: {run if isinstance(run, str) else other}"
+        return {}
+    seen = {f.name: f.value for f in other[0]}
+    if lost := [f.name for f in run[0] if f.name not in seen]:
+        missing[part] = f"the run beside it shows no {', '.join(lost[:3])}"
+    return {
+        f.name: WITNESSED * abs(f.value - seen[f.name]) + f.misread + ROUNDING * abs(f.scale)
+        for f in run[0]
+        if f.name in seen
+    }
 
 
 def _input_bar(found: Sensitivities | None, figure: Figure) -> float | None:
     """None where nothing is known of any input."""
     return found.bar(figure.name) if found and len(found.failed) < len(found.inputs) else None
-
-
-def _stepped(plan: Plan, rung: Fidelity, tolerance: float, method: str = "dop853") -> Plan:
-    steps = {"method": method, "tolerance": tolerance, "step": None}
-    return msgspec.structs.replace(plan, fidelity=rung, **steps)

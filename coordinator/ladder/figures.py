@@ -270,7 +270,9 @@ def _units(plan: Plan) -> dict[str, str]:
     found = {}
     for joint in (j for machine in machines(plan) for j in machine.system.joints):
         kind = JOINTS[joint.kind]
-        turns = {kind.turns(i) or i >= (kind.n_q if kind.quaternion is None else kind.quaternion) for i in range(kind.n_q)}
+        turns = {
+            kind.turns(i) or i >= (kind.n_q if kind.quaternion is None else kind.quaternion) for i in range(kind.n_q)
+        }
         found[joint.name] = "m or rad" if len(turns) > 1 else "rad" if True in turns else "m"
     return found
 

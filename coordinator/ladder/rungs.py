@@ -81,7 +81,9 @@ class Rung:
     @property
     def how(self) -> str:
         """By which steps."""
-        steps = f"steps of {self.plan.step:g} s" if self.plan.step else f"{self.plan.tolerance:.0e}".replace("e-0", "e-")
+        steps = (
+            f"steps of {self.plan.step:g} s" if self.plan.step else f"{self.plan.tolerance:.0e}".replace("e-0", "e-")
+        )
         return f"{self.plan.method} at {steps}" if not self.plan.step else f"{self.plan.method}, {steps}"
 
     @property

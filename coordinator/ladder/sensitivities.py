@@ -15,17 +15,16 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 
 from heavylift.coordinator.supervision.pool import cores
-from heavylift.coordinator.tradeoff.measuring import unit_of
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated, varied
 from heavylift.recordings.format.text import table
 from heavylift.recordings.render.curves import larger
 
+from .beside import Ran, Start, result, starting
 from .figures import Figure
-from .running import Played, Start, result, starting
 
-LOG = logging.getLogger("heavylift.uncertainty")
+LOG = logging.getLogger("heavylift.ladder")
 LEVEL = 2.0  # standard uncertainties of a bar
 STEPS = (-1.0, 1.0)  # standard uncertainties by which an input is moved
 BENT = 0.5  # of the difference of two runs: as much as their mean may be off the nominal one where nothing switches
@@ -105,7 +104,7 @@ class Moved:
     """Runs begun with an input so many standard uncertainties off, or why there is none."""
 
     input: UncertainInput
-    runs: dict[float, Future[Played] | str]
+    runs: dict[float, Future[Ran] | str]
 
 
 def sensitivities(
@@ -124,7 +123,7 @@ def sensitivities(
         )
     at_once = min(cores(), 2 * len(inputs)) if at_once is None else at_once
     with starting(at_once) as start:
-        nominal = result(start(scene.plan, unit_of(scene)))
+        nominal = result(start(scene.plan))
         if isinstance(nominal, str):
             raise ModelError(nominal)
         each, n = f"{nominal[1]:.2g} s each", max(at_once, 1)
@@ -140,10 +139,10 @@ def of_unstated(names: Sequence[str]) -> str:
 
 def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start: Start) -> Moved:
     """Begin runs with an input so many standard uncertainties off; none of one that is exact."""
-    runs: dict[float, Future[Played] | str] = {}
+    runs: dict[float, Future[Ran] | str] = {}
     for step in steps if one.sd else ():
         try:
-            runs[step] = start(varied(scene, [one], [one.value + step * one.sd]).plan, unit_of(scene))
+            runs[step] = start(varied(scene, [one], [one.value + step * one.sd]).plan)
         except HeavyliftError as error:
             runs[step] = " ".join(str(error).split())
     return Moved(one, runs)

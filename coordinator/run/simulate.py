@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.live.commands import Given
-from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.coordinator.ladder.choosing import chosen
 from heavylift.coordinator.ladder.in_memory import Played, play
+from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice

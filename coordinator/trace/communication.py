@@ -21,6 +21,8 @@ from pathlib import Path
 from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 
 import msgspec
+from heavylift.coordinator.ladder.choosing import chosen
+from heavylift.coordinator.ladder.tradeoff import Distributed, Held, Measured
 from heavylift.coordinator.participants import PRELOAD
 from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision.processes import Processes
@@ -29,8 +31,8 @@ from heavylift.kernel.description.forces import Load, Signal
 from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.fidelity.case import Case, case_of
 from heavylift.nodes.models import node_names
+from heavylift.nodes.plan.goliaths import machines
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene import LoadedScene
 
@@ -41,17 +43,36 @@ STRETCH = 0.01  # [m] at the start
 LATER_ns = 100_000_000  # that models of a user may answer late
 
 
-def hanging(scene: LoadedScene) -> Case:
-    """What hangs on the hook ropes of a scene; SceneError if nothing does: no two processes could share a rope."""
-    case = None if scene.followed is None else case_of(scene.plan, scene.followed)
-    if case is None:
+def hanging(scene: LoadedScene) -> list[Pair]:
+    """On each hook rope of a scene, what is above and below it; SceneError if there is none: no two processes could
+    share a rope."""
+    plan, found = scene.plan, list[Pair]()
+    for machine in machines(plan):
+        bodies, ropes = {b.name: b.mass for b in machine.system.bodies}, {r.name: r for r in machine.system.all_ropes}
+        for hook in machine.hooks:
+            rope, upper = ropes.get(hook.rope), bodies.get(hook.on, 0.0)
+            if rope is not None and upper > 0.0:
+                at_rest = scene.states[0].tensions if scene.states else {}
+                most = max(
+                    [at.tensions.get(hook.rope, 0.0) for at in scene.states], default=at_rest.get(hook.rope, 0.0)
+                )
+                lower = most / plan.gravity or hook.below
+                found += [Pair(hook.rope, upper, lower, rope.EA / rope.L0)] if lower > 0.0 else []
+    if not found:
         raise SceneError(f"--coupling: nothing hangs on a hook rope in {scene.path.name}; leave the option out")
-    return case
+    return found
+
+
+def communicating(scene: LoadedScene, measured: Measured) -> Measured:
+    """The measured scene with what its processes would cost measured as well."""
+    scene = chosen(scene)
+    rows = distributed(scene)
+    return replace(measured, held=held_forces(scene, rows[0].simulated_s), distributed=rows)
 
 
 def held_forces(scene: LoadedScene, lasts: float) -> list[Held]:
     """The pairs on the hook ropes of a scene whose run lasts so long [s], with forces held over several times."""
-    return [held(pair, h, lasts) for pair in _hook_pairs(scene.plan, hanging(scene)) for h in EXCHANGES]
+    return [held(pair, h, lasts) for pair in hanging(scene) for h in EXCHANGES]
 
 
 def distributed(scene: LoadedScene) -> list[Distributed]:
@@ -88,33 +109,6 @@ class Pair:
     def omega(self) -> float:
         """Frequency of their motion against each other [rad/s]."""
         return sqrt(self.stiffness * (1.0 / self.upper + 1.0 / self.lower))
-
-
-@dataclass(frozen=True)
-class Held:
-    """A pair with forces held over `h` [s]: damping ratio as measured and by its law, and the h [s] that would let the
-    amplitude grow by 1 % over the run of the scene."""
-
-    pair: str
-    omega: float
-    h: float
-    measured: float
-    law: float
-    one_percent: float
-
-
-def _hook_pairs(plan: Plan, case: Case) -> list[Pair]:
-    """A crane and what hangs from it on the stiffest hook of a lift: loaded, and empty."""
-    hook = min(case.hooks, key=lambda h: h.soft_rope)
-    rope = next(r for r in plan.rig.hook_ropes if r.name == hook.rope)
-    crane = next(c for c in plan.cranes if c.name == rope.crane)
-    loader = next(x for x in plan.loaders if x.name == rope.carries)
-    empty = loader.upper.mass + loader.lower.mass
-    k = 1.0 / hook.soft_rope
-    return [
-        Pair(f"{rope.name}, loaded", crane.main.mass, hook.load, k),
-        Pair(f"{rope.name}, empty", crane.main.mass, empty, k),
-    ]
 
 
 def held(pair: Pair, h: float, lasts: float) -> Held:
@@ -158,28 +152,6 @@ def _alone(name: str, mass: float, x: float) -> Simulation:
     solver = Simulation(System((Body(name, mass),), (rail,), forces=(pull,), gravity=0.0))
     solver.start()
     return solver
-
-
-@dataclass(frozen=True)
-class Distributed:
-    """A run of the product: where, and what that buys; simulated and wall seconds, of which the kernel's and those of
-    starting and leaving, and of processors; grants, each answered by one DONE; size of the recording; digest."""
-
-    where: str
-    buys: str
-    simulated_s: float
-    wall_s: float
-    kernel_s: float
-    around_s: float
-    cpu_s: float
-    grants: int
-    recorded_bytes: int
-    digest: str
-
-    @property
-    def per_grant(self) -> float:
-        """Wall seconds between grants that are no work of the kernel: models, messages, waiting, recording."""
-        return max(0.0, self.wall_s - self.around_s - self.kernel_s) / self.grants
 
 
 def _run(scene: LoadedScene, output: Path, where: str, buys: str, at: Placement | None) -> Distributed:

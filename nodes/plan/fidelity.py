@@ -36,6 +36,13 @@ Asked = Literal[
     "limits",
 ]  # fmt: skip
 ASKABLE: tuple[Asked, ...] = get_args(Asked)
+MEANT: tuple[Asked, ...] = (
+    "rope tension",
+    "sling tension",
+    "swing",
+    "position",
+    "stage ends",
+)  # where nothing is asked
 USUAL = 1e-2  # accuracy of what is asked without one
 SHORTEST = 0.5  # [s] so long counts a stage in which the block comes off sooner, or at once
 

@@ -15,7 +15,6 @@ from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import Answer, Asked, Question
 from heavylift.nodes.plan.limit import Finding, Use
-from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
 from heavylift.nodes.statics.findings import path_findings
 
