@@ -64,7 +64,7 @@ class Bar:
         if parts:
             parts[-1] = parts[-1].replace(" (", f" {unit} (", 1)
         lacks = [what.partition(":")[0] for what, half in halves.items() if half is None]
-        told = " ".join([f"{factor * self.value:.{max(0, places)}f}", *(parts or [unit])])
+        told = " ".join([f"{factor * self.value:.{max(0, places)}f}", *(parts or [unit])]).replace("  ", " ")
         return f"{self.name}: {told}" + f", no bar ({', '.join(lacks)})" * bool(lacks)
 
 
@@ -84,7 +84,8 @@ class Certificate:
     def told(self) -> list[str]:
         """For people, a line each."""
         inputs = ", ".join(x.spread for x in self.inputs)
-        lines = [bar.told(inputs) for bar in self.bars]
+        most = max((bar for bar in self.bars if bar.quantity == "limits"), key=lambda bar: bar.value, default=None)
+        lines = [bar.told(inputs) for bar in self.bars if bar.quantity != "limits" or bar is most]
         lines += [f"no bar ({part}): {why}" for part, why in self.missing.items()]
         lines += [of_unstated(self.unstated)] if self.unstated else []
         return lines + self.notes
