@@ -173,8 +173,8 @@ class Certifying:
             raise ModelError(own)
         missing: dict[str, str] = {}
         steps = [_halves("numerical", own, each, missing) for each in tight]
-        numerical = {f.name: max(known) if all(known := [x.get(f.name) for x in steps]) else None for f in own[0]}
-        model = _halves("model", *levels, missing) if levels else {}
+        numerical = {f.name: max(x[f.name] for x in steps) for f in own[0] if all(f.name in x for x in steps)}
+        model = _halves("model", levels[0], levels[1], missing) if levels else {}
         if not levels:
             missing["model"] = "it is modelled as it is written, there is no richer level"
         elif lost := [f.name for f in own[0] if f.name not in model]:
@@ -183,7 +183,7 @@ class Certifying:
         if found is None:
             missing["inputs"] = "no uncertainty is stated; write one behind a value, such as 'mass: 480 t +- 3 %'"
         bars = [
-            Bar(f.name, f.quantity, f.unit, f.value, numerical[f.name], model.get(f.name), _input_bar(found, f))
+            Bar(f.name, f.quantity, f.unit, f.value, numerical.get(f.name), model.get(f.name), _input_bar(found, f))
             for f in own[0]
         ]
         spent = sum(run[1] for run in (own, *tight, *levels) if isinstance(run, tuple)) + (

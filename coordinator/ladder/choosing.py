@@ -9,7 +9,7 @@ depends on plan and question alone, never on the clock or the machine; what is r
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
@@ -17,7 +17,7 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.plan.fidelity import Answer, Question, percent
+from heavylift.nodes.plan.fidelity import Answer, Asked, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
@@ -69,6 +69,14 @@ def level_of(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
         return scene
     found = chosen(scene, say)
     return replace(found, settings=(*scene.settings, *Rung(found.plan).settings))
+
+
+def error_of(plan: Plan, ask: Sequence[Asked]) -> tuple[float, str]:
+    """The largest relative error of what is asked of a plan as it is, measured, and in which figure."""
+    measuring, rung, ladder = Measuring(ask), Rung(plan), Ladder(plan)
+    errors = added(times(WITNESSED, measuring.apart(rung, rung.tighter)), error_of_level(ladder, rung, measuring))
+    name = max(errors, key=lambda x: (errors[x], x), default="")
+    return errors.get(name, 0.0), name
 
 
 @dataclass(frozen=True)

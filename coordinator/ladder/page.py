@@ -51,11 +51,11 @@ def write(measured: Measured, out: str | Path, force: bool = False) -> Path:
 
 def data(measured: Measured) -> dict[str, Any]:
     """All of it as plain data, SI units; what is infinite is null."""
-    found: dict[str, Any] = msgspec.to_builtins(measured)
+    found = msgspec.to_builtins(measured)
     found["distributed"] = [
         x | {"s_per_grant": y.per_grant} for x, y in zip(found["distributed"], measured.distributed, strict=True)
     ]
-    return _finite(found)  # type: ignore[no-any-return]
+    return {key: _finite(value) for key, value in found.items()}
 
 
 def _finite(x: object) -> object:

@@ -28,7 +28,7 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.description.forces import Load, Signal
-from heavylift.kernel.description.mechanics import Body, Joint, Point, System
+from heavylift.kernel.description.mechanics import Body, Joint, Point, Rope, System
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.models import node_names
@@ -51,7 +51,7 @@ def hanging(scene: LoadedScene) -> list[Pair]:
         bodies, ropes = {b.name: b.mass for b in machine.system.bodies}, {r.name: r for r in machine.system.all_ropes}
         for hook in machine.hooks:
             rope, upper = ropes.get(hook.rope), bodies.get(hook.on, 0.0)
-            if rope is not None and upper > 0.0:
+            if isinstance(rope, Rope) and upper > 0.0:
                 at_rest = scene.states[0].tensions if scene.states else {}
                 most = max(
                     [at.tensions.get(hook.rope, 0.0) for at in scene.states], default=at_rest.get(hook.rope, 0.0)

@@ -20,8 +20,8 @@ from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
-from heavylift.coordinator.run import run
 from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.run import run
 from heavylift.coordinator.sweeps import sweep
 from heavylift.coordinator.sweeps.axes import Variant
 from heavylift.coordinator.sweeps.study import Study

@@ -18,7 +18,7 @@ from statistics import median
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 sys.path[:0] = [str(Path(__file__).parents[1] / x) for x in ("nodes/fidelity", "bench")]
-from shared.rows import SHORT, options, row
+from shared.rows import SHORT, options, row  # noqa: E402
 
 ACCURACIES = (0.1, 0.03, 0.01, 0.003)
 TRUE = 1e-7  # tolerance of the reference

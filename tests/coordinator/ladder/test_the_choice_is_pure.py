@@ -1,4 +1,4 @@
-"""What is chosen for a question depends on plan and question alone: cold, warm, damaged cache, one digest everywhere."""
+"""What is chosen depends on plan and question alone: with a cold, warm or damaged cache, one digest everywhere."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder import choosing
 from heavylift.coordinator.ladder.choosing import chosen, known
+from heavylift.coordinator.ladder.rungs import Rung
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.coordinator.run.verify import verify
 from heavylift.coordinator.sweeps import sweep
+from heavylift.coordinator.sweeps.summary import measured_error
 from heavylift.kernel import cache
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
@@ -94,16 +96,12 @@ def test_a_study_takes_the_level_of_its_base_scene(tmp_path: Path) -> None:
     study = sweep(scene, ["block.mass=280..300 t by 10 t"], into=tmp_path / "study")
     commands = {row["command"] for row in study.rows.values()}
     assert all(f"--set method={base.method}" in x and "ask=[]" in x for x in commands)
+    (spot,) = (n for n, row in study.rows.items() if "error" in row)
+    assert measured_error(study).startswith(f"error measured on variant {spot}: within ")
     row = next(row for row in study.rows.values() if row["input/block.mass [t]"] == 300.0)
     sets = [*ASKED, *row["settings"]]
-    again = simulate(load("lift", [*sets, *[s for s in _level(base)]]))
+    again = simulate(load("lift", [*sets, *Rung(base).settings]))
     assert row["digest"] == again.digest
-
-
-def _level(plan: object) -> list[str]:
-    from heavylift.coordinator.ladder.rungs import Rung
-
-    return Rung(plan).settings  # type: ignore[arg-type]
 
 
 def test_check_tells_what_is_remembered(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.run import run
-from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.kernel.errors import ModelError, SceneError
 from heavylift.nodes.devs import Simulator, Tag, encode, ms, seconds
 from heavylift.nodes.models import build_one

@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.coordinator.replay import RecordedRun, single
 from heavylift.coordinator.run import run
-from heavylift.coordinator.ladder.in_memory import play
 from heavylift.coordinator.run.resume import Beginning, resume
 from heavylift.coordinator.run.verify import verify
 from heavylift.coordinator.run.watch import Watch

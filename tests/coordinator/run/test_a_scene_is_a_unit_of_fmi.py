@@ -10,8 +10,8 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.ladder.in_memory import Played, play
+from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.run.unit import Stepped, export
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Tag, encode, seconds

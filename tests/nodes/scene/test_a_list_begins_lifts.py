@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run import run
 from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.run import run
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import ModelError, SceneError
 from heavylift.nodes.models import KERNEL, build

@@ -5,7 +5,7 @@ from math import hypot
 import pytest
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models import build, system
-from heavylift.nodes.scene import LoadedScene, check, parse
+from heavylift.nodes.scene import LoadedScene, parse
 from heavylift.nodes.statics.static_state import world
 
 G = 9.80665

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from heavylift.coordinator.ladder.in_memory import play
 from heavylift.coordinator.live.command_queue import STOP
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
-from heavylift.coordinator.ladder.in_memory import play
 from heavylift.coordinator.run.verify import verify
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.devs import Tag, encode, seconds

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from heavylift.coordinator.ladder.in_memory import play
 from heavylift.kernel.errors import SceneError
-
 from heavylift.nodes.models.parts.messages import Done
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.pulses import profile, ramp, residual, way
