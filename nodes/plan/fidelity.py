@@ -109,8 +109,9 @@ def percent(error: float) -> str:
     """A relative error in percent, rounded up to two digits."""
     if not 0.0 < error < inf:
         return "0 %" if error == 0.0 else "nothing known"
-    unit = Decimal(1).scaleb(Decimal(100.0 * error).adjusted() - 1)
-    up = (Decimal(100.0 * error) / unit).to_integral_value(ROUND_CEILING) * unit
+    part = Decimal(f"{100.0 * error:.12g}")
+    unit = Decimal(1).scaleb(part.adjusted() - 1)
+    up = (part / unit).to_integral_value(ROUND_CEILING) * unit
     return f"{float(up):.10g} %"
 
 
