@@ -99,7 +99,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     before, last = inf, _Look(first[at])
     while True:
         rungs = ladder.rungs(ladder.levels[level])
-        look = _look(ladder, rungs[at], question.accuracy, measuring)
+        look = _look(ladder, rungs[at], question.accuracy, measuring, first=before == inf)
         if look is None:  # with denser samples
             continue
         if largest(look.error) <= question.accuracy:
@@ -117,15 +117,16 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
             return _unconverged(last, question, measuring, ladder)
 
 
-def _look(ladder: Ladder, rung: Rung, accuracy: float, measuring: Measuring) -> _Look | None:
-    """A rung beside its tighter steps and, where these are good enough, beside its witness; None if samples must be
-    denser."""
+def _look(ladder: Ladder, rung: Rung, accuracy: float, measuring: Measuring, first: bool) -> _Look | None:
+    """A rung beside its tighter steps and, where these are good enough or it is the first of its level, beside its
+    witness; None if samples must be denser."""
     try:
         if not measuring.read_well(rung, accuracy):
             return None
         steps = measuring.apart(rung, rung.tighter)
         error = added(times(WITNESSED, steps), measuring.misread(rung))
-        model = error_of_level(ladder, rung, measuring) if WITNESSED * largest(steps) <= accuracy else {}
+        well = first or WITNESSED * largest(steps) <= accuracy
+        model = error_of_level(ladder, rung, measuring) if well else {}
         return _Look(rung, steps, model, added(error, model))
     except HeavyliftError as error:
         if CUT in str(error):
