@@ -124,11 +124,13 @@ def main():
     first, deadline = 10_000 * given.seed, time.monotonic() + 60.0 * given.minutes
     with ProcessPoolExecutor(given.workers) as pool:
         seeds = range(first, first + given.lifts)
-        found = [x for x in pool.map(one, seeds, repeat(deadline)) if x is not None]
+        found = []
+        for x in (x for x in pool.map(one, seeds, repeat(deadline)) if x is not None):
+            print(x if isinstance(x, str) else f"lift {x[0]}: judged", file=sys.stderr, flush=True)
+            found.append(x)
     lost = [x for x in found if isinstance(x, str)]
     told([x for x in found if not isinstance(x, str)])
     row("lifts that could not be judged", len(lost))
-    print("".join(f"{x}\n" for x in lost), end="", file=sys.stderr)
 
 
 if __name__ == "__main__":
