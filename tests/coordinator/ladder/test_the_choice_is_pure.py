@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder import choosing
-from heavylift.coordinator.ladder.choosing import chosen, known
+from heavylift.coordinator.ladder.choosing import chosen, known, level_of
 from heavylift.coordinator.ladder.rungs import Rung
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.run import run
@@ -16,8 +16,9 @@ from heavylift.coordinator.run.simulate import simulate
 from heavylift.coordinator.run.verify import verify
 from heavylift.coordinator.sweeps import sweep
 from heavylift.coordinator.sweeps.summary import measured_error
+from heavylift.coordinator.sweeps.variant import Task
 from heavylift.kernel import cache
-from heavylift.nodes.scene import load
+from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
 
 ASKED = ["end=40 s", "ask=[rope tension, sling tension]", "accuracy=1 %"]
@@ -102,6 +103,17 @@ def test_a_study_takes_the_level_of_its_base_scene(tmp_path: Path) -> None:
     sets = [*ASKED, *row["settings"]]
     again = simulate(load("lift", [*sets, *Rung(base).settings]))
     assert row["digest"] == again.digest
+
+
+def test_a_study_of_a_scene_that_extends_another_does_so_too(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("heavylift: 1\nname: mine\nextends: lift\nask: [rope tension]\nend: 40 s\n")
+    scene = level_of(load(path))
+    task = Task.of(scene, 60.0, "none", False)
+    again = parse(task.text, task.name, task.settings)
+    assert (again.plan.method, again.plan.tolerance) == (scene.plan.method, scene.plan.tolerance)
+    assert again.plan.fidelity == scene.plan.fidelity
+    assert again.question is None
 
 
 def test_check_tells_what_is_remembered(
