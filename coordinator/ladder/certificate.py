@@ -110,11 +110,12 @@ def richer(plan: Plan) -> tuple[Plan, Plan] | None:
     """The level of a plan and its witness, both in steps of the ladder; None where there is but one level."""
     ladder = Ladder(plan)
     level = plan.fidelity
-    if len(ladder.full) < 2:
+    other = ladder.witness(level) or ladder.poorer
+    if other is None:
         return None
     steps = ladder.rungs(level)
     rung = steps[min(1, len(steps) - 1)]
-    return rung.plan, rung.on(ladder.witness(level) or ladder.full[-2]).plan
+    return rung.plan, rung.on(other).plan
 
 
 @contextmanager

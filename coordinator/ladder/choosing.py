@@ -138,7 +138,7 @@ def error_of_level(ladder: Ladder, rung: Rung, measuring: Measuring) -> Errors:
     """What the level of a rung leaves out, by its witness; of the finest level by the one before it."""
     if witness := ladder.witness(rung.plan.fidelity):
         return times(WITNESSED, measuring.apart(rung, rung.on(witness)))
-    return measuring.apart(rung, rung.on(ladder.full[-2])) if len(ladder.full) > 1 else {}
+    return measuring.apart(rung, rung.on(ladder.poorer)) if ladder.poorer else {}
 
 
 def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) -> Answer:

@@ -24,7 +24,6 @@ LADDER = (
     Fidelity(ropes="massive", lumps=2, rope_mass="lumped", girder="elastic"),
     Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic"),
 )
-FULL = -2  # the level among these that leaves nothing out; the last one is finer, and tells what that is worth
 TOLERANCES = {"radau5": tuple(10.0**-k for k in range(3, 9)), "dop853": tuple(10.0**-k for k in range(6, 12))}
 FINEST = 1e-12  # tolerance of a step
 
@@ -33,15 +32,17 @@ def levels(plan: Plan) -> list[Fidelity]:
     """The levels of a plan, poorest first, each of which is another system."""
     found: dict[str, Fidelity] = {}
     for each in LADDER if levelled(plan) else LADDER[:1]:
-        fidelity = planar(each, levelled(plan))
+        fidelity = msgspec.structs.replace(planar(each, levelled(plan)), islands=plan.fidelity.islands)
         found.setdefault(repr(system(at_level(plan, fidelity))), fidelity)
     return list(found.values())
 
 
 def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
-    """The plan on a level, its islands as they were."""
+    """The plan on a level, its islands as they were; of several lifts those that name no fidelity of their own."""
     own = msgspec.structs.replace(fidelity, islands=plan.fidelity.islands)
-    lists = tuple(msgspec.structs.replace(each, fidelity=own) for each in plan.lists)
+    lists = tuple(
+        msgspec.structs.replace(each, fidelity=own) if each.fidelity == plan.fidelity else each for each in plan.lists
+    )
     return msgspec.structs.replace(plan, fidelity=own, lists=lists)
 
 
@@ -128,15 +129,27 @@ class Ladder:
     def levels(self) -> list[Fidelity]:
         """The levels that may be chosen: with what is named."""
         keep = {key: getattr(self.plan.fidelity, key) for key in Fidelity.__struct_fields__ if key in self.named}
-        own = [msgspec.structs.replace(each, **keep) for each in self.full] if keep else self.full
+        parts = levelled(self.plan)
+        own = [planar(msgspec.structs.replace(each, **keep), parts) for each in self.full] if keep else self.full
         return list(dict.fromkeys(own))
 
+    @cached_property
+    def whole(self) -> list[Fidelity]:
+        """The levels that leave nothing out but that ropes have more than so many lumps, the finest last."""
+        finest = self.full[-1]
+        return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
+
     def witness(self, level: Fidelity) -> Fidelity | None:
-        """The level that puts back what a level leaves out; None of the finest, or where there is but one."""
-        full = self.full
-        if level == full[-1] or (len(full) == 1 and level in self.levels):
+        """The cheapest level that puts back all that a level leaves out; None of the finest."""
+        if len(self.full) == 1 and level in self.levels:
             return None
-        return full[-1] if len(full) < 3 or level in full[FULL:] else full[FULL]
+        finer = self.whole[self.whole.index(level) + 1 :] if level in self.whole else self.whole
+        return finer[0] if finer else None
+
+    @property
+    def poorer(self) -> Fidelity | None:
+        """What tells the error of the finest level: the one before it; None where there is but one."""
+        return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 
     @cached_property
     def method(self) -> str:

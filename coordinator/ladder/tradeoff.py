@@ -181,7 +181,7 @@ def _worth(
 ) -> dict[str, dict[Asked, float]]:
     """What the reference itself changed by, where these runs were made."""
     looser = finest[max(0, min(REFERENCE, len(finest) - 1) - 1)]
-    others = {"its steps": looser} | ({"its level": true.on(ladder.full[-2])} if len(ladder.full) > 1 else {})
+    others = {"its steps": looser} | ({"its level": true.on(ladder.poorer)} if ladder.poorer else {})
     known = {what: rung for what, rung in others.items() if rung.key in measuring.spent and rung.key != true.key}
     return {what: _by(quantity, measuring.apart(true, rung)) for what, rung in known.items()}
 
