@@ -195,7 +195,8 @@ def _top(t: Floats, y: Floats) -> float:
 
 
 def _period(t: Floats, y: Floats) -> float:
-    """Of the sinusoid on a straight line that fits best [s]; 0 if that is less than half of what is seen."""
+    """Of the sinusoid on a straight line that fits best [s]; 0 if that is less than half of what is seen, or is not seen
+    twice."""
     even = np.linspace(t[0], t[-1], len(t))
     spectrum = np.abs(np.fft.rfft(np.interp(even, t, y) * np.hanning(len(t))))
     k, lasts = int(np.argmax(spectrum[1:])) + 1, float(t[-1])
@@ -219,7 +220,7 @@ def _period(t: Floats, y: Floats) -> float:
             b = low + part * (high - low)
             at_b = left(b)
     f = 0.5 * (low + high)
-    return 1.0 / f if left(f) < 0.5 * float((y * y).sum()) else 0.0
+    return 1.0 / f if f * lasts >= 2.0 and left(f) < 0.5 * float((y * y).sum()) else 0.0
 
 
 def _positions(plan: Plan, shown: Shown) -> Iterator[Figure]:

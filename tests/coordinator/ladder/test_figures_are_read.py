@@ -18,7 +18,7 @@ WHOLE = Span("still", 2.0, 40.0, True, False)
 @pytest.mark.parametrize("seed", range(12))
 def test_a_sinusoid_in_any_level_direction_has_its_amplitude_and_period(seed: int) -> None:
     r = Random(seed)
-    amplitude, period, turned, phase = r.uniform(0.01, 2.0), r.uniform(2.0, 20.0), r.uniform(0, pi), r.uniform(0, 6.3)
+    amplitude, period, turned, phase = r.uniform(0.01, 2.0), r.uniform(2.0, 18.0), r.uniform(0, pi), r.uniform(0, 6.3)
     t = np.arange(0.0, 42.0, r.uniform(0.05, period / 20.0))
     y = amplitude * np.sin(2.0 * pi * t / period + phase)
     x = np.column_stack([3.0 + y * np.cos(turned), y * np.sin(turned) - 7.0, np.full_like(t, 5.0)])
