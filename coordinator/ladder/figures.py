@@ -195,7 +195,7 @@ def _top(t: Floats, y: Floats) -> float:
 
 
 def _period(t: Floats, y: Floats) -> float:
-    """Of the sinusoid on a straight line that fits best [s]; 0 if that is less than half of what is seen, or is not seen
+    """Of the sinusoid on a line that fits best [s]; 0 if that is less than half of what is seen, or is not seen
     twice."""
     even = np.linspace(t[0], t[-1], len(t))
     spectrum = np.abs(np.fft.rfft(np.interp(even, t, y) * np.hanning(len(t))))
