@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from heavylift.kernel.trust import allowed
+from heavylift.kernel import allowed
 
 ONE_RUN = "turnover"  # the folder whose tests read one and the same run
 MATRICES = "full"  # the one whose files are shared out by the last of their parameters

@@ -11,10 +11,7 @@ slow one of the ring reports to an observer, with a lookahead of its own for eac
 import time
 from random import Random
 
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.messages import Done, Grant, Hello
-from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node, run_in_memory
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
 from shared.rows import SHORT, options, row
 

@@ -13,15 +13,11 @@ import math
 import time
 
 import numpy as np
-from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.emit import While, module
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.machine_code import Library
-from heavylift.kernel.compiler.symbol import select
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
+from heavylift.kernel.algebra import join
+from heavylift.kernel.compiler import Function, Library, While, module, select
+from heavylift.kernel.description import WORLD, Body, Joint, System
+from heavylift.kernel.multibody import Tree, build_graph, cut, with_numbers
 from heavylift.kernel.multibody.formulations import FORMULATIONS
-from heavylift.kernel.multibody.graph import build_graph
-from heavylift.kernel.multibody.trees import Tree, cut, with_numbers
 from shared.rows import SHORT, options, row
 
 LENGTHS = {

@@ -14,14 +14,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from heavylift.coordinator.participants import kernel_node
-from heavylift.coordinator.participants.configuration import wiring
-from heavylift.coordinator.participants.pause import configured
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.node import Node
-from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.coordinator.participants import configured, kernel_node, wiring
+from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
+from heavylift.kernel.islands import Islands
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Simulator, Tag, seconds
 from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.scene import LoadedScene

@@ -20,7 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
 from shared import native_loops, peers
 from shared.recorded_commands import kernel_alone, pruned_alone
 from shared.reference_scenes import HOOK_Y, copies, pinned, scene

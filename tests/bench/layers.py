@@ -17,14 +17,9 @@ from collections.abc import Callable
 import msgspec
 import sync
 import zenoh
-from heavylift.coordinator.protocol.messages import Done, Grant, decode, encode
-from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol import Done, Grant, Node, decode, encode
+from heavylift.coordinator.transport import Hub, Link, RunDirectory, Ticket, key, new_password, new_run_id
 from heavylift.coordinator.transport import session as sessions
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import key
-from heavylift.coordinator.transport.link import Link
-from heavylift.coordinator.transport.run_directory import RunDirectory
-from heavylift.coordinator.transport.session import Ticket, new_password, new_run_id
 from heavylift.nodes.devs import Simulator, Tag
 from shared.processes import Forked
 from shared.rows import SHORT, options, row

@@ -19,9 +19,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from heavylift.coordinator import run_models
-from heavylift.coordinator.run import conversation, run
-from heavylift.coordinator.run.watch import Watch
-from heavylift.kernel.errors import Stopped
+from heavylift.coordinator.run import Watch, conversation, run
+from heavylift.kernel import Stopped
 from heavylift.nodes.scene import bundled, parse
 from shared.processes import Told, family, lost
 from shared.rows import SHORT, options, row

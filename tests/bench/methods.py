@@ -20,8 +20,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/forces/ropes"))
 from goliath import scene
-from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import System
+from heavylift.kernel.simulation import Simulation
 from scipy_peers import PEERS
 from shared.rows import SHORT, options, row
 from small_scenes import SECOND, column, hand_over

@@ -22,7 +22,7 @@ from heavylift.coordinator.record import tape
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import Digest, Recorder, Recording
-from heavylift.recordings.format.mcapfile import McapFile
+from heavylift.recordings.format import McapFile
 from mcap.writer import Writer
 from shared.processes import Told, lost
 from shared.rows import SHORT, options, row

@@ -19,10 +19,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 
 import matplotlib
 import numpy as np
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.safeguards.step_check import StepCheck
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.safeguards import StepCheck
 from shared.rows import SHORT, options, row
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Z, hung
 

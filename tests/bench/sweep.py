@@ -20,12 +20,9 @@ from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
-from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.ladder import play
 from heavylift.coordinator.run import run
-from heavylift.coordinator.sweeps import sweep
-from heavylift.coordinator.sweeps.axes import Variant
-from heavylift.coordinator.sweeps.study import Study
-from heavylift.coordinator.sweeps.variant import Task, played
+from heavylift.coordinator.sweeps import Study, Task, Variant, played, sweep
 from heavylift.nodes.scene import load
 from shared.rows import SHORT, options, row
 

@@ -36,11 +36,10 @@ from typing import ClassVar
 
 from heavylift.coordinator import run_models
 from heavylift.coordinator.live import running
-from heavylift.coordinator.protocol.messages import Done
-from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.coordinator.protocol import Done, OpenCoordinator
 from heavylift.coordinator.run import conversation
-from heavylift.coordinator.transport.local_hub import LocalHub
-from heavylift.kernel.errors import Stopped
+from heavylift.coordinator.transport import LocalHub
+from heavylift.kernel import Stopped
 from heavylift.nodes.devs import Event, Simulator
 from shared.processes import Forked
 from shared.rows import SHORT, options, row

@@ -20,7 +20,7 @@ from unittest.mock import patch
 from heavylift.coordinator import verdict
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
-from heavylift.nodes.statics.rehearsal import Rehearsal
+from heavylift.nodes.statics import Rehearsal
 from shared.rows import SHORT, options, row
 
 SCENE, END, TIMES = ("lift", ["end=10 s"], 1) if SHORT else ("turnover", [], 3)

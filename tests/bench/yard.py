@@ -21,8 +21,7 @@ import time
 from pathlib import Path
 
 from heavylift.coordinator.run import run
-from heavylift.nodes.scene import parse
-from heavylift.nodes.scene.loaded_scene import LoadedScene
+from heavylift.nodes.scene import LoadedScene, parse
 
 sys.path.insert(0, str(Path(__file__).parent))
 from shared.rows import SHORT, options, row

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from chain import G
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, check, load, parse
 from heavylift.recordings import Recording
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chain import channel, play
-from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import Ball, Box, Contact, Plane
 from heavylift.nodes.scene import load
 
 G = 9.80665

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.islands.components import islands_of
+from heavylift.kernel.islands import islands_of
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import LoadedScene, load, parse
-from heavylift.nodes.scene.construction.level_luffing import follow
+from heavylift.nodes.scene.construction import follow
 from heavylift.recordings import Recording
 from scenes_with_orders import assert_refused, scene
 

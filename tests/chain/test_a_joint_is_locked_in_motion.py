@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chain import Happening, channel, happenings, play, the_only
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.progress import Progress
+from heavylift.coordinator.run import Progress, run
 from heavylift.nodes.scene import load
 
 SCENE = """\

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chain import channel, happenings, play
-from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.simulation.native.samples import channels, published
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import System
+from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.native import channels, published
 from heavylift.nodes.scene import parse
 
 SCENE = """\

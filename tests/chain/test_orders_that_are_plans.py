@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, parse
-from heavylift.nodes.scene.construction.levelling import apart
+from heavylift.nodes.scene.construction import apart
 from heavylift.recordings import Recording
 from scenes_with_orders import assert_refused, scene
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chain import G, channel, play
-from heavylift.kernel.multibody.graph import build_graph
+from heavylift.kernel.multibody import build_graph
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording

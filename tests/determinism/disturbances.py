@@ -108,7 +108,7 @@ def _worker(seed: int, cases: Sequence[Case]) -> subprocess.Popen[str]:
 def digest(case: Case) -> str:
     """Run one case here."""
     from cut_short import CutShort
-    from heavylift.coordinator.protocol.outside import OpenCoordinator
+    from heavylift.coordinator.protocol import OpenCoordinator
     from heavylift.coordinator.run import conversation
 
     os.environ.pop("DISTURBED_DELIVERY", None)
@@ -123,7 +123,7 @@ def digest(case: Case) -> str:
 
 def _scene(case: Case, folder: Path) -> str:
     from heavylift.coordinator.run import run
-    from heavylift.coordinator.transport.placement import Placement
+    from heavylift.coordinator.transport import Placement
     from heavylift.nodes.models import KERNEL, build
     from heavylift.nodes.scene import load
 
@@ -137,7 +137,7 @@ def _scene(case: Case, folder: Path) -> str:
 
 def _model(case: Case) -> str:
     from heavylift.coordinator import run_models
-    from heavylift.coordinator.participants.building import built
+    from heavylift.coordinator.participants import built
 
     reference, until = case.what.split(" ")
     nodes = _shuffled(list(built(reference).children), case.start)
@@ -164,7 +164,7 @@ def _spinning(count: int) -> Iterator[None]:
 @contextmanager
 def _turns(seed: int) -> Iterator[None]:
     """Nodes of this process take turns at random, each in its own order."""
-    from heavylift.coordinator.transport.local_hub import LocalHub
+    from heavylift.coordinator.transport import LocalHub
 
     receive, random = LocalHub.receive, Random(seed)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from heavylift.nodes.scene.text.source import read
+from heavylift.nodes.scene.text import read
 
 SMALLER = {"t": ("kg", 1000), "m": ("mm", 1000), "kN": ("N", 1000), "MN": ("kN", 1000), "min": ("s", 60)}
 QUANTITY = re.compile(rf"(?<![\w.+-])(-?\d+(?:\.\d+)?) ({'|'.join(SMALLER)})(?![\w/])")

@@ -15,7 +15,7 @@ import msgspec
 import pytest
 from digests import digest, stored
 from heavylift.coordinator.run import run
-from heavylift.nodes.plan.plan import Plan, decode, encode
+from heavylift.nodes.plan import Plan, decode, encode
 from heavylift.nodes.scene import LoadedScene, bundled, load, parse
 from heavylift.recordings import Recording
 from rewritten import apart, block, commented, data, flow, other_units, shuffled

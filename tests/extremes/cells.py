@@ -10,9 +10,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 
-from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import System
+from heavylift.kernel.simulation import Simulation
 from scipy_peers import PEERS as SCIPY
 from small_scenes import SECOND
 

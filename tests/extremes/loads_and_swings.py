@@ -5,7 +5,7 @@ from math import cos, inf, pi, radians, sin, sqrt
 
 import numpy as np
 from cells import Extreme, go, started
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from independent import bounce, chain, period, planar, turn
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Y, Z, cube, hung
 

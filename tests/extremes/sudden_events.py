@@ -6,7 +6,7 @@ from math import cos, inf, pi, sin, sqrt
 
 import numpy as np
 from cells import Extreme, go, started
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Lock, Point, RigidRope, Rope, Stop, System
+from heavylift.kernel.description import Body, Joint, Line, Lock, Point, RigidRope, Rope, Stop, System
 from independent import double_pendulum, hoisted
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Y, Z, hung, slider, times
 

@@ -5,8 +5,8 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, Stop, System
-from heavylift.kernel.simulation.safeguards.chatter import MANY, RESOLVED, critical, moved_mass
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Stop, System
+from heavylift.kernel.simulation.safeguards import MANY, RESOLVED, critical, moved_mass
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, column, hand_over, hung, imbalance, started, times
 
 LIGHT = 5e-3  # [kg] a loader as light as a bolt

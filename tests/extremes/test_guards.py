@@ -5,11 +5,10 @@ from dataclasses import replace
 from math import pi, sqrt
 
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Line, Lock, Point, Rope, Stop, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.safeguards.fastest_mode import fastest
-from heavylift.kernel.simulation.safeguards.progress_limit import CROWD, Patience
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Lock, Point, Rope, Stop, System
+from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.safeguards import CROWD, Patience, fastest
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Z, column, hand_over, hung, slider, started, times
 
 STEP = {"method": "rk4", "step": 0.5}  # [s] far too long for the rope's 1.3 Hz

@@ -5,7 +5,7 @@ from math import pi, radians, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Threshold
+from heavylift.kernel.description import Threshold
 from independent import period
 from loads_and_swings import bar
 from small_scenes import LENGTH, SECOND, G, column, hand_over, hung, started, times

@@ -5,7 +5,7 @@ from math import cos, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, Support, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Support, System
 from independent import planar
 from small_scenes import EA, LENGTH, MASS, SECOND, G, column, cube, hand_over, hung, started, times
 

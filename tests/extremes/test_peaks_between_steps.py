@@ -5,9 +5,8 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Spring
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.simulation.native.peaks import NODES
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Spring, System
+from heavylift.kernel.simulation.native import NODES
 from scipy_peers import PEERS
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Z, column, cube, hand_over, hung, started
 

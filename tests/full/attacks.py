@@ -23,15 +23,15 @@ from random import Random
 
 from heavylift.coordinator.commands.common.app import app
 from heavylift.coordinator.sweeps import dask_workers, sweep
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel import HeavyliftError
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.text.table_files import row_names
+from heavylift.nodes.scene.text import row_names
 from heavylift.nodes.scenes import bundled
-from heavylift.recordings.documents.tables import Table
+from heavylift.recordings.documents import Table
 from heavylift.recordings.documents.workbook import workbook
-from heavylift.recordings.format.text import FORMULAS
+from heavylift.recordings.format import FORMULAS
 from heavylift.recordings.read.export import _csv_rows
-from heavylift.recordings.render.foxglove import FoxgloveServer
+from heavylift.recordings.render import FoxgloveServer
 from typer.main import get_command_name
 
 Tries = Iterator[tuple[str, bool]]

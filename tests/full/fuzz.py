@@ -29,7 +29,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "recordings")]
 
 from fuzzed import KINDS  # noqa: E402
-from heavylift.kernel.errors import HeavyliftError  # noqa: E402
+from heavylift.kernel import HeavyliftError  # noqa: E402
 from spoiled_recordings import TooSlow, patience  # noqa: E402
 
 PATIENCE_s = 60.0  # for a case; those that compile a scene take seconds

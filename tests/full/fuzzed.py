@@ -9,31 +9,23 @@ from random import Random
 from typing import Any
 
 import msgspec
-from heavylift.coordinator.hosts.gate import Answer, Ask
-from heavylift.coordinator.live.announce import Notice
-from heavylift.coordinator.live.commands import journaled
-from heavylift.coordinator.live.orders import Order, Reply
-from heavylift.coordinator.participants import parts, transitions
-from heavylift.coordinator.participants.building import built, couplings
-from heavylift.coordinator.participants.participant import Participant
+from heavylift.coordinator.hosts import Answer, Ask
+from heavylift.coordinator.live import Notice, Order, Reply, journaled
+from heavylift.coordinator.participants import Participant, built, couplings, parts, transitions
+from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.record.scene import MERGED, RESOLVED
-from heavylift.coordinator.replay.recorded import RecordedRun
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.resume import Beginning
-from heavylift.coordinator.supervision.journal import Journal
-from heavylift.coordinator.transport.frame import Reader, Topic, Writer
-from heavylift.kernel.errors import UNREADABLE, HeavyliftError
+from heavylift.coordinator.record import MERGED, RESOLVED
+from heavylift.coordinator.replay import RecordedRun
+from heavylift.coordinator.run import Beginning, run
+from heavylift.coordinator.supervision import Journal
+from heavylift.coordinator.transport import Reader, Topic, Writer
+from heavylift.kernel import UNREADABLE, HeavyliftError
 from heavylift.nodes.devs import Simulator, Tag
-from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.operator_command import spoken
+from heavylift.nodes.scene import load, parse, spoken
 from heavylift.nodes.scenes import bundled
 from heavylift.recordings import Recording
-from heavylift.recordings.format.samples import SampleChannel, SampleLayout, decode_batch
-from heavylift.recordings.write.sink import Sink
+from heavylift.recordings.format import SampleChannel, SampleLayout, decode_batch
+from heavylift.recordings.write import Sink
 from mutations import JSON, MSGPACK, bytes_of, spoiled
 from spoiled_recordings import read_in_all_ways
 from spoiled_recordings import spoiled as spoiled_recording
@@ -162,7 +154,7 @@ def resume(folder: Path) -> Any:
 def frames(folder: Path) -> Any:
     """Frames and messages of every type, to those who decode them, to a node and to the coordinator."""
     plan = load("pendulum").plan
-    from heavylift.nodes.plan.plan import encode
+    from heavylift.nodes.plan import encode
 
     model = m.encode(m.Welcome(1, parts.encode(parts.ModelPart(RING))))
     wire = _conversation()

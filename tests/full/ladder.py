@@ -30,12 +30,9 @@ LONGEST = 120.0  # seconds of a run
 def one(seed, deadline):
     """What became of a lift at each accuracy, or why nothing did; None after the deadline."""
     import msgspec
-    from heavylift.coordinator.ladder.choosing import choose
-    from heavylift.coordinator.ladder.in_memory import play
-    from heavylift.coordinator.ladder.measuring import Measuring
-    from heavylift.coordinator.ladder.rungs import Ladder, Rung, at_level
-    from heavylift.kernel.errors import HeavyliftError
-    from heavylift.nodes.plan.fidelity import MEANT, Question
+    from heavylift.coordinator.ladder import Ladder, Measuring, Rung, at_level, choose, play
+    from heavylift.kernel import HeavyliftError
+    from heavylift.nodes.plan import MEANT, Question
     from heavylift.nodes.scene import parse
     from lifts_of_kinds import lift_of_kinds
     from lifts_of_the_world import lift_of_the_world

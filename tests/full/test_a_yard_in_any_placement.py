@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.coordinator.supervision.processes import Processes
-from heavylift.coordinator.transport.placement import Placement
+from heavylift.coordinator.supervision import Processes
+from heavylift.coordinator.transport import Placement
 from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.scene import load
 

@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.transport.run_directory import RunDirectory
-from heavylift.kernel.errors import out_of_memory
+from heavylift.coordinator.transport import RunDirectory
+from heavylift.kernel import out_of_memory
 
 HEAVYLIFT = Path(sys.executable).with_name("heavylift")
 MB = 1 << 20

@@ -9,7 +9,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 
 from every_law import yard
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
 from small_scenes import SECOND, hand_over, imbalance, started
 
 CLOSES = 1e-7  # at tolerance 1e-9

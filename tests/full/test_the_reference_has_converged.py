@@ -7,8 +7,7 @@ import msgspec
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.coordinator.ladder.rungs import Ladder
+from heavylift.coordinator.ladder import Ladder, play
 from heavylift.nodes.scene import parse
 from random_lifts import random_lift
 from richest_lift import richest

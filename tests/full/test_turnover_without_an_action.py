@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel import HeavyliftError
 from heavylift.nodes.scene import bundled, parse
 
 sys.path.append(str(Path(__file__).parents[1] / "turnover"))

@@ -10,12 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.commands import app
-from heavylift.coordinator.commands.gallery import page
+from heavylift.coordinator.commands import app, page
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import bundled, load
 from heavylift.recordings import Recording
-from heavylift.recordings.write.outputs import output_path
+from heavylift.recordings.write import output_path
 from typer.testing import CliRunner
 
 G = 9.80665

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from math import inf, nan
 
-from heavylift.kernel.description.mechanics import (  # fmt: skip
+from heavylift.kernel.description import (  # fmt: skip
     Body,
     Brake,
     Drive,

@@ -4,17 +4,20 @@ from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
-from heavylift.kernel.description.contacts import Box, Contact, Plane
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.mechanics import (  # fmt: skip
+from heavylift.kernel.description import (  # fmt: skip
+    Beam,
     Body,
+    Box,
     Brake,
+    Contact,
     Drive,
+    Flexible,
     Joint,
     JointSpring,
     Line,
     Master,
     Measured,
+    Plane,
     Point,
     Rope,
     Stop,

@@ -3,8 +3,7 @@
 from math import atan, cos, hypot, sin
 
 import numpy as np
-from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
-from heavylift.kernel.description.mechanics import Body, Joint, System
+from heavylift.kernel.description import Ball, Body, Box, Contact, Joint, Plane, System
 from scipy.spatial.transform import Rotation
 from small_scenes import G
 

@@ -1,22 +1,27 @@
 """A scene with every law, all joints but the spherical one, and no symmetry that could hide a mistake."""
 
-from heavylift.kernel.description.forces import Bushing, Load, Signal, Spring, Torsion, Wind
-from heavylift.kernel.description.mechanics import (
+from heavylift.kernel.description import (
     Body,
     Brake,
+    Bushing,
     Drive,
     Joint,
     JointSpring,
     Line,
+    Load,
     Master,
     Measured,
     Point,
     Rope,
+    Spring,
     Stop,
     Support,
     System,
     Threshold,
+    Torsion,
+    Wind,
 )
+from heavylift.kernel.description.forces import Signal
 from small_scenes import G, X, Y, Z, cube
 
 SEAT = tuple(tuple(1.0e3 if i == j else 100.0 + 20.0 * (i + j) for j in range(6)) for i in range(6))

@@ -1,8 +1,7 @@
 """Random trees with one flexible body: a beam that bends, stretches and twists between rigid bodies."""
 
 import numpy as np
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
+from heavylift.kernel.description import WORLD, Beam, Body, Flexible, Joint, System
 from random_trees import nested, rotation
 
 FRAMES = ("clamped", "simply supported", "free")

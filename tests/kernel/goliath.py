@@ -1,6 +1,6 @@
 """The 24-degree-of-freedom two-crane scene of the reference trajectory: loaders pinned to the block, six ropes."""
 
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, JointSpring, Line, Point, Rope, System
+from heavylift.kernel.description import Body, Drive, Joint, JointSpring, Line, Point, Rope, System
 
 G = 9.81
 EA, ROPE_DAMPING, HINGE_DAMPING = 6.0e8, 3.3e4, 5.0e3

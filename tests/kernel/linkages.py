@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.program import Program
+from heavylift.kernel.description import WORLD, Body, Joint, System
+from heavylift.kernel.model import Program, evaluate
 from random_trees import nested, random_state, random_system, rotation
 from scipy.spatial.transform import Rotation
 from small_scenes import Y

@@ -3,10 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, JointSpring, Line, Point, RigidRope, Rope, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import JOINTS, WORLD, JointSpring, Line, Point, RigidRope, Rope, System
+from heavylift.kernel.simulation import Simulation
 from linkages import looped, poses
 from random_trees import KINDS
 from small_scenes import SECOND, imbalance

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pinocchio as pin
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
-from heavylift.kernel.multibody.graph import Graph
+from heavylift.kernel.description import WORLD, Body, Joint, System
+from heavylift.kernel.multibody import Graph
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 

@@ -15,11 +15,9 @@ from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.methods import METHODS
-from heavylift.kernel.methods.at_rest import Stepless
-from heavylift.kernel.methods.method import Code
-from heavylift.kernel.simulation.native.steps import BREAK, EVENT, RUNNING, STILL
+from heavylift.kernel import KernelError
+from heavylift.kernel.methods import METHODS, Code, Stepless
+from heavylift.kernel.simulation.native import BREAK, EVENT, RUNNING, STILL
 
 PEERS = {"scipy-dop853": "DOP853", "scipy-radau": "Radau", "scipy-bdf": "BDF", "scipy-lsoda": "LSODA"}
 NODES = (0.5 - 0.5 * np.cos(np.pi * np.arange(13) / 12.0)).tolist()

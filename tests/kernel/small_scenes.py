@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.simulation.native.samples import channels, published
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.native import channels, published
 
 G = 9.80665
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)

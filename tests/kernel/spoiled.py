@@ -5,9 +5,9 @@ from math import inf, nan
 from random import Random
 
 import numpy as np
-from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import System
+from heavylift.kernel.simulation import Simulation
 from msgspec import Struct
 from msgspec.structs import replace as replace_struct
 

@@ -4,8 +4,7 @@ Dimensions and the names of points: Hairer, Wanner, Solving ODEs II, section VII
 sits where it is pinned; joints are `K1` to `K7`.
 """
 
-from heavylift.kernel.description.forces import Load, Spring
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, System
+from heavylift.kernel.description import WORLD, Body, Joint, Load, Point, Spring, System
 
 TORQUE, STIFFNESS, REST = 0.033, 4530.0, 0.07785  # [N m], [N/m], [m]
 RR, D, E, SS, ZT, ZF, U = 7e-3, 28e-3, 2e-2, 35e-3, 4e-2, 2e-2, 4e-2  # [m]

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import FrameType
 
 import zstandard
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import (  # fmt: skip
     Recording,
     compare,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator import run_models
-from heavylift.kernel.errors import RecordingError, SignalError
+from heavylift.kernel import RecordingError, SignalError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, ms
 from heavylift.recordings import curves, export, info, info_data, plot, report
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Recorder, Recording, recover
 from small_run import SECOND
 

@@ -13,7 +13,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
-from heavylift.recordings.render.lichtblick import LAYOUT
+from heavylift.recordings.render import LAYOUT
 
 
 @pytest.fixture(scope="module", params=["lift", "arm"])

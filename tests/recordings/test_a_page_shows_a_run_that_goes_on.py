@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.recordings import Box, RopeLine, SampleLayout
-from heavylift.recordings.render.live import LivePage
+from heavylift.recordings.render import LivePage
 from numpy.typing import NDArray
 from small_run import SECOND, TIMES
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Peak, Recorder, Recording, RopeLine, SampleChannel, SampleLayout
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import Metadata

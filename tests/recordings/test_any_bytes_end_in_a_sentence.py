@@ -16,9 +16,9 @@ import msgspec
 import numpy as np
 import pytest
 import zstandard
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Recorder, Recording, curves, recover
-from heavylift.recordings.format.mcapfile import McapFile
+from heavylift.recordings.format import McapFile
 from heavylift.recordings.render.view import content
 from numpy.typing import NDArray
 from small_run import TIMES

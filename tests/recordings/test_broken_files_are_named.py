@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import zstandard
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Recorder, Recording, recover
 from mcap.writer import Writer
 

@@ -10,10 +10,10 @@ from io import BytesIO
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Recorder, Recording, compare, recover
-from heavylift.recordings.format.mcapfile import MAGIC
-from heavylift.recordings.read.verdict import complaints
+from heavylift.recordings.format import MAGIC
+from heavylift.recordings.read import complaints
 from mcap.data_stream import ReadDataStream
 from mcap.records import Chunk, Message
 from mcap.stream_reader import breakup_chunk

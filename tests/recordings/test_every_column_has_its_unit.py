@@ -1,8 +1,8 @@
 """Places and angles that stand side by side in one signal: each column is told in its own unit, whatever the joint."""
 
 import pytest
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.recordings.format.samples import POSE_UNIT, unit_of
+from heavylift.kernel.description import JOINTS
+from heavylift.recordings.format import POSE_UNIT, unit_of
 
 PLACES = {"travel", "x", "y", "z"}
 SPEEDS = {"speed", "vx", "vy", "vz"}

@@ -6,11 +6,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.kernel.version import __version__
 from heavylift.recordings import Recording, recover
-from heavylift.recordings.read.extended import amended
-from heavylift.recordings.write.sink import FORMAT, OLDEST
+from heavylift.recordings.read import amended
+from heavylift.recordings.write import FORMAT, OLDEST
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from spoiled_recordings import read_in_all_ways

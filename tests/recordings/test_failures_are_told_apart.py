@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from altered_recordings import Parts, altered
-from heavylift.kernel.errors import RecordingError, extra
+from heavylift.kernel import RecordingError, extra
 from heavylift.recordings import Recording, curves, export, info, info_data, plot, recover, report, storyboard, view
 from heavylift.recordings.documents import facts
 from spoiled_recordings import CHUNK, records

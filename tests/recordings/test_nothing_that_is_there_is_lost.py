@@ -8,9 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.errors import OutputError, RecordingError
+from heavylift.kernel import OutputError, RecordingError
 from heavylift.recordings import Recorder, Recording, curves, export, overlay, plot, recover, report, storyboard, view
-from heavylift.recordings.write.partfile import PartFile
+from heavylift.recordings.write import PartFile
 
 Begin = Callable[[], Recorder]
 Obstacle = Callable[[Path], None]

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from heavylift.recordings import Recorder, Recording, SampleChannel, SampleLayout
-from heavylift.recordings.format.columns import Rounding
+from heavylift.recordings.format import Rounding
 
 POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Recording, export
 from pyarrow import parquet
 

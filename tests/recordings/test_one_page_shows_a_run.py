@@ -14,9 +14,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Box, Recorder, Recording, RopeLine, view
-from heavylift.recordings.format.samples import thinned
+from heavylift.recordings.format import thinned
 from heavylift.recordings.render.view import content
 from small_run import Stage
 

@@ -10,10 +10,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from heavylift.coordinator.commands import files
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Recorder, Recording, SampleLayout, info, plot, storyboard
-from heavylift.recordings.format.text import clock, duration
-from heavylift.recordings.render.plot import FINE, _most_used, outline, spread
+from heavylift.recordings.format import clock, duration
+from heavylift.recordings.render import outline, spread
+from heavylift.recordings.render.plot import FINE, _most_used
 
 
 def test_info_tells_the_run_its_peaks_and_its_channels(recorded: Path) -> None:

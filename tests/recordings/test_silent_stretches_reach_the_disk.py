@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.participants.kernel_node import BATCH
-from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol import Coordinator
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import RecordingError
-from heavylift.kernel.simulation.native.native_state import ROWS as REST
+from heavylift.kernel import RecordingError
+from heavylift.kernel.simulation.native import ROWS as REST
 from heavylift.nodes.scene import bundled, load, parse
 from heavylift.recordings import Recorder, Recording, recover
-from heavylift.recordings.format.mcapfile import McapFile
-from heavylift.recordings.write.writer import Waiting
+from heavylift.recordings.format import McapFile
+from heavylift.recordings.write import Waiting
 
 SWING = ["end=900 s", "samples=2 Hz"]
 ROWS = 1 + 2 * 900  # and all of them lie between two events

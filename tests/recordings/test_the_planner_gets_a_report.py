@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from browser import CHROMIUM
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
 from heavylift.recordings.documents import facts

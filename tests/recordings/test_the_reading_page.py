@@ -11,10 +11,10 @@ from xml.etree import ElementTree
 import msgspec
 import numpy as np
 import pytest
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Part, Recorder, Recording, Signal
 from heavylift.recordings.format import mcapfile
-from heavylift.recordings.read.chunks import MESSAGE, RECORD, tables_of
+from heavylift.recordings.read import MESSAGE, RECORD, tables_of
 from small_run import SECOND
 
 PAGE = Path(__file__).parents[2] / "recordings/READING.md"

@@ -10,12 +10,11 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
-from heavylift.recordings.documents import Facts, Issue, facts
+from heavylift.recordings.documents import Facts, Issue, facts, number
 from heavylift.recordings.documents.tables import tables
-from heavylift.recordings.documents.workbook import number
 from small_run import POSE, SECOND
 
 G = 9.80665

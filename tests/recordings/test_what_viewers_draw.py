@@ -8,9 +8,17 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.message_factory import GetMessageClass  # type: ignore[import-untyped]
 from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
-from heavylift.recordings.format.samples import SampleChannel, sample_fields
-from heavylift.recordings.format.schema import samples_descriptor, samples_template
-from heavylift.recordings.format.viewer_messages import Box, RopeLine, Ropes, boxes_message, frames_template
+from heavylift.recordings.format import (
+    Box,
+    RopeLine,
+    Ropes,
+    SampleChannel,
+    boxes_message,
+    frames_template,
+    sample_fields,
+    samples_descriptor,
+    samples_template,
+)
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation  # type: ignore[import-untyped]
 

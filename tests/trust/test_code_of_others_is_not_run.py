@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 from commands import Command, law
-from heavylift.coordinator.participants import parts
-from heavylift.coordinator.participants.participant import Participant
+from heavylift.coordinator.participants import Participant, parts
 from heavylift.coordinator.protocol import messages as m
 
 COMMANDS = (

@@ -7,9 +7,8 @@ from random import Random
 
 import msgspec
 import pytest
-from heavylift.coordinator.sweeps.axes import Variant
-from heavylift.coordinator.sweeps.variant import received
-from heavylift.kernel.errors import SPACES, ProtocolError, printable
+from heavylift.coordinator.sweeps import Variant, received
+from heavylift.kernel import SPACES, ProtocolError, printable
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "full"))
 

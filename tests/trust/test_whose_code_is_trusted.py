@@ -7,8 +7,7 @@ import os
 from pathlib import Path
 
 import pytest
-from heavylift.kernel import trust
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError, trust
 
 OTHER = 12345  # another user
 

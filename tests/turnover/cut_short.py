@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
-from heavylift.coordinator.protocol.messages import Grant
-from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.coordinator.protocol import Grant, OpenCoordinator
 from heavylift.nodes.devs import FOREVER, Tag, after, succ
 from msgspec.structs import replace
 

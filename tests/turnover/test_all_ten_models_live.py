@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import load
 from msgspec.structs import replace as changed
 from stock_reader import Reading

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel import HeavyliftError
 from heavylift.nodes.scene import bundled, parse
 from stock_reader import Reading
 

@@ -12,7 +12,7 @@ import json
 
 import numpy as np
 import pytest
-from heavylift.coordinator.record.energy import EnergyAudit
+from heavylift.coordinator.record import EnergyAudit
 from heavylift.recordings import SampleChannel, SampleLayout
 from independent_mechanics import Mechanics
 from stock_reader import Array, Reading

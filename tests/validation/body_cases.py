@@ -8,8 +8,8 @@ from math import acos, acosh, atan, cos, pi, sin, sqrt
 import numpy as np
 from comparison import FORMS, Row, case
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, System
-from heavylift.kernel.multibody.graph import path_matrix
+from heavylift.kernel.description import Body, Joint, JointSpring, System
+from heavylift.kernel.multibody import path_matrix
 from small_scenes import MASS, SECOND, G, X, column, hand_over, started, times
 
 BEAMS, ROTATION, CONTACT, METHODS = "Beams", "Rotating bodies and joints", "Contact and friction", "Numerical methods"
@@ -80,8 +80,7 @@ def bars() -> Iterator[Row]:
 
 @case(BEAMS, "moving force, Frýba 1972", "tests/kernel/forces/test_a_trolley_runs_on_a_girder.py", full=True)
 def moving_force() -> Iterator[Row]:
-    from heavylift.kernel.description.forces import Load
-    from heavylift.kernel.description.points import Point
+    from heavylift.kernel.description import Load, Point
     from test_a_trolley_runs_on_a_girder import EI, GIRDER, LENGTH, SPEED, crane, crossing
 
     P, mu = 9.0e6, GIRDER / LENGTH

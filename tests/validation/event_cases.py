@@ -9,9 +9,21 @@ from math import asin, atan, cos, exp, pi, radians, sin, sqrt
 import numpy as np
 from comparison import Row, case
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description.contacts import Ball, Box, Contact
-from heavylift.kernel.description.forces import Spring, Torsion
-from heavylift.kernel.description.mechanics import Body, Brake, Joint, JointSpring, Point, Stop, Support, System
+from heavylift.kernel.description import (
+    Ball,
+    Body,
+    Box,
+    Brake,
+    Contact,
+    Joint,
+    JointSpring,
+    Point,
+    Spring,
+    Stop,
+    Support,
+    System,
+    Torsion,
+)
 from small_scenes import EA, MASS, SECOND, G, X, Z, column, cube, hand_over, slider, started, times
 
 CONTACT, ELASTIC, MISHAPS = "Contact and friction", "Springs, stops, brakes", "What goes wrong in a lift"
@@ -189,7 +201,7 @@ def tractrix() -> Iterator[Row]:
 
 @case(MISHAPS, "centre above the lugs, two ropes: stable up to 2 k a²/W", PATHS, full=True)
 def metacentre() -> Iterator[Row]:
-    from heavylift.kernel.description.mechanics import Line, Rope
+    from heavylift.kernel.description import Line, Rope
     from scipy.optimize import brentq
     from test_equilibrium_paths import following
 

@@ -8,7 +8,7 @@ from math import atan2, cos, pi, sqrt
 
 import numpy as np
 from comparison import FORMS, Row, case
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, RigidRope, Rope, Stop, System
+from heavylift.kernel.description import Body, Joint, Line, Point, RigidRope, Rope, Stop, System
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Z, column, hand_over, hung, started, times
 
 TABLE = "Hoisting"

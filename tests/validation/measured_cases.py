@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from comparison import Row, case
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, System
+from heavylift.kernel.description import Body, Joint, JointSpring, System
 from small_scenes import Z, column
 from swing_cases import bob, left_over, moved, oscillations
 

@@ -9,7 +9,7 @@ from math import cos, radians, sin
 
 import numpy as np
 from comparison import TESTS, Row, case
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, System
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, System
 from small_scenes import SECOND, Y, hand_over, slider, started, times
 
 TABLE = "Published problems"

@@ -8,8 +8,8 @@ from math import asin, cos, exp, pi, radians, sin, sqrt, tan
 import numpy as np
 from comparison import FORMS, Row, case
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
+from heavylift.kernel.description.forces import Signal
 from small_scenes import SECOND, G, Y, Z, cube, started
 
 TABLE, RULES = "Statics", "Worked examples of rules and tools"

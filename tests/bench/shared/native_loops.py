@@ -6,8 +6,8 @@ import time
 
 import llvmlite.binding as llvm
 import numpy as np
-from heavylift.kernel.compiler.machine_code import Library
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.compiler import Library
+from heavylift.kernel.simulation import Simulation
 
 RUNS = 15  # of which the fastest counts: other work on the machine only ever adds
 

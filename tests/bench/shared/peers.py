@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from goliath import HINGE_DAMPING, KP, KV, G
-from heavylift.kernel.multibody.graph import build_graph
+from heavylift.kernel.multibody import build_graph
 
 from .native_loops import fastest, foreign
 from .rows import peer_module

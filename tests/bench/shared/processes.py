@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.run import Watch
 from heavylift.recordings import recover
 
 FORK = multiprocessing.get_context("fork")

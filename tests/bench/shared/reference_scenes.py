@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from goliath import HOOK_Y, scene
-from heavylift.kernel.description.mechanics import WORLD, Joint, System
+from heavylift.kernel.description import WORLD, Joint, System
 
 __all__ = ["HOOK_Y", "copies", "pinned", "scene"]
 

@@ -9,8 +9,8 @@ from itertools import pairwise
 from multiprocessing.synchronize import Event as Signal
 from statistics import median
 
-from heavylift.coordinator.protocol.messages import Done, Grant, encode
-from heavylift.coordinator.transport.frame import Topic, Writer
+from heavylift.coordinator.protocol import Done, Grant, encode
+from heavylift.coordinator.transport import Topic, Writer
 from heavylift.nodes.devs import Tag
 
 from .processes import FORK, Forked

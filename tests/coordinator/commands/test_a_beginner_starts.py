@@ -6,8 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.commands import app
-from heavylift.coordinator.commands.health import Finding, findings
+from heavylift.coordinator.commands import Finding, app, findings
 from heavylift.nodes.scene import bundled, json_schema, load
 from ruamel.yaml import YAML
 from typer.testing import CliRunner

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import pytest
 from heavylift.coordinator.commands.common import paying
-from heavylift.coordinator.run.watch import Watch
-from heavylift.kernel.errors import ModelError
+from heavylift.coordinator.run import Watch
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Event
 
 TICK_ns = 10**9  # an event each second of the run

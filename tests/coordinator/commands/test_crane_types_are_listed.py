@@ -6,8 +6,8 @@ import json
 
 import pytest
 from heavylift.coordinator.commands import app
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.scene.text.machine_types import library
+from heavylift.kernel import SceneError
+from heavylift.nodes.scene.text import library
 from typer.testing import CliRunner
 
 

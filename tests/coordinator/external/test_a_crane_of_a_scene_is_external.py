@@ -7,16 +7,13 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.participants import parts
-from heavylift.coordinator.participants.participant import Participant
+from heavylift.coordinator.participants import Participant, parts
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.run import run
-from heavylift.coordinator.transport.link import Link
-from heavylift.coordinator.transport.placement import place
-from heavylift.coordinator.transport.session import Ticket
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.transport import Link, Ticket, place
+from heavylift.kernel import SceneError
 from heavylift.nodes.models import node_names
-from heavylift.nodes.plan.plan import encode
+from heavylift.nodes.plan import encode
 from heavylift.nodes.scene import load
 
 LIFT = load("lift")

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.run.watch import Watch
-from heavylift.kernel.errors import OutputError
+from heavylift.coordinator.run import Watch
+from heavylift.kernel import OutputError
 from heavylift.nodes.devs import ms
 
 NODE = Path(__file__).with_name("reference_node.py")

@@ -10,14 +10,12 @@ from pathlib import Path
 import msgspec
 import pytest
 from heavylift.coordinator import run_models
-from heavylift.coordinator.participants.external import External
+from heavylift.coordinator.participants import External
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.transport.link import FIFO, Link
-from heavylift.coordinator.transport.session import Ticket
-from heavylift.kernel.errors import HeavyliftError, ProtocolError
+from heavylift.coordinator.transport import FIFO, Link, Ticket
+from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Event, Result, Tag, ms
-from heavylift.nodes.zoo.queue import Job
-from heavylift.nodes.zoo.token_ring import ring
+from heavylift.nodes.zoo import Job, ring
 
 RING = "heavylift.nodes.zoo.token_ring:ring(2, 1, 5_000_000)"
 TOKEN = b"\x81\xa6number\x00"

@@ -11,13 +11,11 @@ from pathlib import Path
 import msgpack
 import msgspec
 import pytest
-from heavylift.coordinator.participants import parts
-from heavylift.coordinator.participants.external import SPEAKS, External
+from heavylift.coordinator.participants import SPEAKS, External, parts
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.transport.frame import Reader, Topic, Writer
-from heavylift.coordinator.transport.session import Ticket
+from heavylift.coordinator.transport import Reader, Ticket, Topic, Writer
 from heavylift.nodes.devs import message_type
-from heavylift.nodes.zoo.token_ring import ring
+from heavylift.nodes.zoo import ring
 
 PAGE = (Path(__file__).parents[3] / "coordinator/protocol/WIRE.md").read_text()
 DUMPS = dict(re.findall(r"^```wire (\w+)\n(.*?)^```", PAGE, re.M | re.S))

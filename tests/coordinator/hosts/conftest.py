@@ -10,7 +10,7 @@ from of_a_yard import digest_in_one_process
 def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A directory with certificates for `block`, `crane` and `yard-b`."""
     pytest.importorskip("cryptography", reason="no package 'cryptography': certificates cannot be made")
-    from heavylift.coordinator.hosts.certificates import make_certificates
+    from heavylift.coordinator.hosts import make_certificates
 
     directory = tmp_path_factory.mktemp("yard") / "keys"
     make_certificates(directory, ["block", "crane", "yard-b"], hosts=["10.77.0.1"])

@@ -6,15 +6,18 @@ from ipaddress import ip_address
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel import ProtocolError
 from of_a_yard import finish
 
 x509 = pytest.importorskip("cryptography.x509", reason="no package 'cryptography': certificates cannot be made")
 
 from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1  # noqa: E402
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID  # noqa: E402
-from heavylift.coordinator.hosts.certificates import Credentials, make_certificates  # noqa: E402
-from heavylift.coordinator.hosts.x509 import library  # noqa: E402
+from heavylift.coordinator.hosts import (  # noqa: E402
+    Credentials,
+    library,
+    make_certificates,
+)
 
 
 def extension(path: Path, kind: type) -> object:

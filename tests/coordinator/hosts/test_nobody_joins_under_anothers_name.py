@@ -9,16 +9,10 @@ from pathlib import Path
 import msgspec
 import pytest
 import zenoh
-from heavylift.coordinator.hosts.certificates import Credentials
-from heavylift.coordinator.hosts.door import Door
-from heavylift.coordinator.hosts.gate import REFUSALS, Answer, Ask, code
+from heavylift.coordinator.hosts import REFUSALS, Answer, Ask, Credentials, Door, code
 from heavylift.coordinator.hosts.remote_node import _ask
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import JOIN, key
-from heavylift.coordinator.transport.link import Link
-from heavylift.coordinator.transport.placement import Placement
-from heavylift.coordinator.transport.session import remote_session
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.transport import JOIN, Hub, Link, Placement, key, remote_session
+from heavylift.kernel import ProtocolError
 from heavylift.kernel.version import __version__
 from of_a_yard import free_port
 

@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.commands import app
 from heavylift.coordinator.run import run
-from heavylift.coordinator.supervision.processes import Processes
-from heavylift.coordinator.transport import placement
-from heavylift.coordinator.transport.placement import Placement, place
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.supervision import Processes
+from heavylift.coordinator.transport import Placement, place, placement
+from heavylift.kernel import SceneError
 from heavylift.nodes.models import node_names
 from heavylift.nodes.scene import bundled, load, parse
 from heavylift.recordings import Recording

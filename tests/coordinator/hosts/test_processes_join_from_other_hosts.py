@@ -10,21 +10,13 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.commands.hosts import open_door
-from heavylift.coordinator.hosts.certificates import Credentials, make_certificates
-from heavylift.coordinator.hosts.door import Door
-from heavylift.coordinator.hosts.remote_node import play
-from heavylift.coordinator.hosts.x509 import library
-from heavylift.coordinator.participants.parts import fingerprint
+from heavylift.coordinator.commands import open_door
+from heavylift.coordinator.hosts import Credentials, Door, library, make_certificates, play
+from heavylift.coordinator.participants import fingerprint
 from heavylift.coordinator.run import run as simulate
-from heavylift.coordinator.transport.frame import Topic, Writer
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import AFAR, key
-from heavylift.coordinator.transport.link import Link
-from heavylift.coordinator.transport.placement import Placement, place
-from heavylift.coordinator.transport.session import remote_session
-from heavylift.kernel.errors import HeavyliftError, ProtocolError
-from heavylift.nodes.plan.plan import encode
+from heavylift.coordinator.transport import AFAR, Hub, Link, Placement, Topic, Writer, key, place, remote_session
+from heavylift.kernel import HeavyliftError, ProtocolError
+from heavylift.nodes.plan import encode
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 from of_a_yard import PATIENCE_s, ended, finish, free_port, start, until

@@ -7,12 +7,10 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder.certificate import Certificate, certifying, richer, tighter
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.coordinator.measured.validation import accuracy
+from heavylift.coordinator.ladder import Certificate, certifying, play, richer, tighter
+from heavylift.coordinator.measured import accuracy
 from heavylift.coordinator.run import run
-from heavylift.nodes.plan.fidelity import ASKABLE
-from heavylift.nodes.plan.plan import Fidelity
+from heavylift.nodes.plan import ASKABLE, Fidelity
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
 from heavylift.recordings.read.info import info

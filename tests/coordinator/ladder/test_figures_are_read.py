@@ -7,9 +7,9 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder.figures import Span, figures, swing
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.nodes.plan.fidelity import ASKABLE
+from heavylift.coordinator.ladder import Span, play, swing
+from heavylift.coordinator.ladder.figures import figures
+from heavylift.nodes.plan import ASKABLE
 from heavylift.nodes.scene import bundled, load
 
 WHOLE = Span("still", 2.0, 40.0, True, False)

@@ -8,7 +8,7 @@ from math import hypot, sqrt
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder.sensitivities import sensitivities
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.scene import load
 
 LOAD, FALL = "mechanism.bodies.load.mass", "mechanism.ropes.fall"

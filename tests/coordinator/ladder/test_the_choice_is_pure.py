@@ -7,16 +7,12 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import choosing
-from heavylift.coordinator.ladder.choosing import chosen, known, level_of
-from heavylift.coordinator.ladder.rungs import Rung
-from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.coordinator.ladder import Rung, choosing, chosen, known, level_of
+from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.coordinator.run.verify import verify
-from heavylift.coordinator.sweeps import sweep
-from heavylift.coordinator.sweeps.summary import measured_error
-from heavylift.coordinator.sweeps.variant import Task
+from heavylift.coordinator.sweeps import Task, measured_error, sweep
 from heavylift.kernel import cache
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording

@@ -10,12 +10,11 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder.page import write
-from heavylift.coordinator.ladder.tradeoff import Measured, measure
+from heavylift.coordinator.ladder import Measured, measure, write
 from heavylift.coordinator.ladder.within import within
 from heavylift.coordinator.run.simulate import simulate
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.fidelity import MEANT
+from heavylift.kernel import SceneError
+from heavylift.nodes.plan import MEANT
 from heavylift.nodes.scene import load
 
 SCENE = ["end=20 s"]

@@ -11,10 +11,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "nodes/fidelity"))
 
-from heavylift.coordinator.ladder.choosing import choose
-from heavylift.coordinator.ladder.measuring import Measuring, largest
-from heavylift.coordinator.ladder.rungs import Ladder, Rung, at_level
-from heavylift.nodes.plan.fidelity import MEANT, Fidelity, Question
+from heavylift.coordinator.ladder import Ladder, Measuring, Rung, at_level, choose, largest
+from heavylift.nodes.plan import MEANT, Fidelity, Question
 from heavylift.nodes.scene import load, parse
 from lifts_of_kinds import Drawn, lift_of_kinds
 from lifts_of_the_world import lift_of_the_world

@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.live.orders import Order, order
+from heavylift.coordinator.live import Order, order
 from running import HEAVYLIFT, PATIENCE_s, command, found, going, said
 from sledge import SLEDGE
 

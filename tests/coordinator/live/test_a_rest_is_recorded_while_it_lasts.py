@@ -7,7 +7,7 @@ from pathlib import Path
 from threading import Event as Alarm
 
 import pytest
-from heavylift.coordinator.live.pace import RealTime
+from heavylift.coordinator.live import RealTime
 from heavylift.coordinator.record import scene
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import parse

@@ -7,9 +7,9 @@ from pathlib import Path
 from threading import Event as Alarm
 
 import pytest
-from heavylift.coordinator.live.pace import Lateness, Pace, RealTime
+from heavylift.coordinator.live import Lateness, Pace, RealTime
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Event, Tag, seconds
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
@@ -93,7 +93,7 @@ def test_slices_of_decisions_do_not_show(tmp_path: Path) -> None:
 
 
 def test_events_are_told_when_their_time_has_come(tmp_path: Path) -> None:
-    from heavylift.coordinator.run.watch import Watch
+    from heavylift.coordinator.run import Watch
 
     clock, told = Clock(1.0), list[tuple[float, int]]()
 

@@ -9,15 +9,11 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.live import Found, observe
-from heavylift.coordinator.live.commands import journal_of, operator_commands
-from heavylift.coordinator.live.orders import Order, order
+from heavylift.coordinator.live import Found, Order, journal_of, observe, operator_commands, order
 from heavylift.coordinator.run import run
-from heavylift.coordinator.supervision.journal import read
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import OBSERVER, OPERATOR, key
-from heavylift.coordinator.transport.session import guest_session
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.supervision import read
+from heavylift.coordinator.transport import OBSERVER, OPERATOR, Hub, guest_session, key
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import decode, seconds
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording

@@ -4,10 +4,11 @@ import re
 
 import msgspec
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
+from heavylift.nodes import drive
 from heavylift.nodes.devs import seconds
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts.messages import (
+from heavylift.nodes.models.parts import (
     BrakeOrder,
     Done,
     Finished,
@@ -17,11 +18,8 @@ from heavylift.nodes.models.parts.messages import (
     OperatorCommand,
     Stage,
 )
-from heavylift.nodes.plan.actions import Brake, Move
-from heavylift.nodes.plan.places import located
-from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.operator_command import spoken
-from heavylift.nodes.testing import drive
+from heavylift.nodes.plan import Brake, Move, located
+from heavylift.nodes.scene import load, parse, spoken
 from sledge import SLEDGE
 
 LIFT = load("lift")

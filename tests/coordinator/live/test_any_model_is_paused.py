@@ -5,9 +5,8 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.live import observe
-from heavylift.coordinator.live.orders import Order, order
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.coordinator.live import Order, observe, order
+from heavylift.kernel import HeavyliftError
 from running import PATIENCE_s, found, going
 
 RING = Path(__file__).parents[2] / "coordinator/participants" / "rings.py"

@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 import zenoh
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.nodes.devs import message_type
 from heavylift.recordings import Recording
-from heavylift.recordings.render.foxglove import FoxgloveServer
-from heavylift.recordings.write.broadcast import Broadcast
+from heavylift.recordings.render import FoxgloveServer
+from heavylift.recordings.write import Broadcast
 from running import PATIENCE_s, command, found, going, said
 
 TOPICS = 5  # with /log

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.live import Ended, find, observe
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import Event
 from heavylift.recordings import Recording
 from running import PATIENCE_s, command, found, going, said

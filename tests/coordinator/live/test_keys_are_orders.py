@@ -6,8 +6,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.live.pace import Pace, RealTime
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.live import Pace, RealTime
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import Tag
 from heavylift.recordings import Recording
 from running import HEAVYLIFT

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.measured.driving import driven
+from heavylift.coordinator.measured import driven
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.verify import verify
-from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.scene import LoadedScene, load
-from heavylift.nodes.scene.loading import parse
+from heavylift.kernel import HeavyliftError
+from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.recordings import Recording
 from small_lift import log
 

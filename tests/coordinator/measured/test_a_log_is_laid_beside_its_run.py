@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.measured.alignment import aligned
-from heavylift.coordinator.measured.measuring import measure
+from heavylift.coordinator.measured import aligned, measure
 from heavylift.recordings import Recording, compare, curves, export, info, plot
-from heavylift.recordings.render.curves import panels_of
+from heavylift.recordings.render import panels_of
 from heavylift.recordings.render.view import content
 from small_lift import TIMES, log, recorded, tension
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from heavylift.coordinator.measured.alignment import Alignment
-from heavylift.coordinator.measured.estimation import Estimate, Told, estimate
-from heavylift.nodes.scene.inputs import Input
+from heavylift.coordinator.measured import Alignment, Estimate, Told, estimate
+from heavylift.nodes.scene import Input
 from small_lift import TIMES, tension
 
 NAMES = ["weight", "share", "twin", "paint"]

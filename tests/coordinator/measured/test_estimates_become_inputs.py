@@ -6,13 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.measured.measuring import measure
-from heavylift.coordinator.measured.parameters import scene_text
+from heavylift.coordinator.measured import measure, scene_text
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.scene import load
-from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, varied
-from heavylift.nodes.scene.loading import parse
+from heavylift.kernel import SceneError
+from heavylift.nodes.scene import load, parse, uncertain_inputs, varied
+from heavylift.nodes.scene.inputs import inputs
 from heavylift.recordings import Recording
 from small_lift import log
 

@@ -6,11 +6,10 @@ import math
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.measured.mapping import measured
-from heavylift.coordinator.measured.measuring import measure
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.coordinator.measured import measure, measured
+from heavylift.kernel import HeavyliftError
 from heavylift.recordings import Recording
-from heavylift.recordings.read.log import read_log
+from heavylift.recordings.read import read_log
 from small_lift import TIMES, log, recorded, tension
 
 T = [round(0.5 * i, 3) for i in range(60)]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.trust import allowed
+from heavylift.kernel import allowed
 
 
 @pytest.fixture(scope="session")

@@ -5,23 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder.in_memory import Played, play
-from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.live import Given
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import ModelError, SceneError
+from heavylift.kernel import ModelError, SceneError
+from heavylift.nodes import drive
 from heavylift.nodes.devs import Simulator, Tag, encode, ms, seconds
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts.messages import (
-    Aim,
-    Limit,
-    OperatorAnswer,
-    OperatorCommand,
-    Sample,
-    SetPoint,
-    SetProfile,
-)
-from heavylift.nodes.plan.actions import Action, Move
-from heavylift.nodes.testing import drive
+from heavylift.nodes.models.parts import Aim, Limit, OperatorAnswer, OperatorCommand, Sample, SetPoint, SetProfile
+from heavylift.nodes.plan import Action, Move
 from msgspec import msgpack
 from scenes import HAND, SLEDGE, scene
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.ladder import play
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.devs import Simulator, ms
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts.messages import Sample, SetPoint
+from heavylift.nodes.models.parts import Sample, SetPoint
 from heavylift.nodes.scene import LoadedScene
 from pythonfmu import FmuBuilder
 from scenes import SLEDGE, scene

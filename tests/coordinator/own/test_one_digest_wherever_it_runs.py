@@ -9,14 +9,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.ladder import play
 from heavylift.coordinator.replay import RecordedRun, single
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.resume import Beginning, resume
+from heavylift.coordinator.run import Beginning, Watch, run
+from heavylift.coordinator.run.resume import resume
 from heavylift.coordinator.run.verify import verify
-from heavylift.coordinator.run.watch import Watch
 from heavylift.coordinator.supervision import failover
-from heavylift.coordinator.transport.placement import Placement
+from heavylift.coordinator.transport import Placement
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models import node_names
 from heavylift.nodes.scene import LoadedScene, load

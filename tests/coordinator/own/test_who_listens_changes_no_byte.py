@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder.in_memory import Played, play
-from heavylift.nodes.models.parts.messages import Sample
+from heavylift.coordinator.ladder import Played, play
+from heavylift.nodes.models.parts import Sample
 from heavylift.nodes.scene import load
 from scenes import listening
 

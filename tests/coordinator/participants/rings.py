@@ -1,8 +1,7 @@
 """Models that tests distribute: each function builds the same one at each call."""
 
 from heavylift.nodes.devs import Atomic, Coupled, In, Out, ms, seconds
-from heavylift.nodes.zoo.queue import Job, workshop
-from heavylift.nodes.zoo.token_ring import ring
+from heavylift.nodes.zoo import Job, ring, workshop
 
 
 def tokens() -> Coupled:

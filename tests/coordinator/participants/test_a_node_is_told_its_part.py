@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from heavylift.coordinator.participants.configuration import wiring
+from heavylift.coordinator.participants import wiring
 from heavylift.nodes.models import build, divided, subscriptions
-from heavylift.nodes.plan.plan import Plan, decode, encode
+from heavylift.nodes.plan import Plan, decode, encode
 from heavylift.nodes.scene import load, parse
 
 YARD = "heavylift: 1\nname: yard\nlifts:\n"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.participants import building
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Simulator, Transition
 
 HERE = Path(__file__).parent

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 from heavylift import Recording, run_models
-from heavylift.coordinator.participants.building import built
-from heavylift.coordinator.replay.cast import cast_of
-from heavylift.kernel.errors import ModelError
+from heavylift.coordinator.participants import built
+from heavylift.coordinator.replay import cast_of
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Simulator
 from heavylift.recordings.read.info import info
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.participants.building import built
-from heavylift.coordinator.protocol.core import Outcome
-from heavylift.kernel.errors import ModelError
+from heavylift.coordinator.participants import built
+from heavylift.coordinator.protocol import Outcome
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Simulator, Transition, ms
 from heavylift.recordings import Recording
 from rings import tokens, work

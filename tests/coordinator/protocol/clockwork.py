@@ -2,9 +2,7 @@
 
 from collections.abc import Sequence
 
-from heavylift.coordinator.protocol.distance import Coupling
-from heavylift.coordinator.protocol.messages import Hello
-from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol import Coupling, Hello, Node
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
 from heavylift.nodes.devs import encode as encode_value
 

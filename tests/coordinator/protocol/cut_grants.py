@@ -6,8 +6,7 @@ from random import Random
 from typing import Any
 
 import msgspec
-from heavylift.coordinator.protocol.messages import AnyMessage, Grant
-from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol import AnyMessage, Grant, Node
 from heavylift.nodes.devs import after, succ
 
 

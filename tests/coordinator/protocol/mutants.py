@@ -9,15 +9,10 @@ from typing import Any
 
 import msgspec
 import pytest
+from heavylift.coordinator.protocol import Coordinator, Delay, Done, Grant, Hello, Known, Matrix, Node, distance
 from heavylift.coordinator.protocol import core as core_module
-from heavylift.coordinator.protocol import distance
 from heavylift.coordinator.protocol import node as node_module
 from heavylift.coordinator.protocol import node_state as known_module
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.distance import Matrix
-from heavylift.coordinator.protocol.messages import Delay, Done, Grant, Hello
-from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.protocol.node_state import Known
 from heavylift.nodes.devs import FOREVER, Event, Tag, after, succ
 
 Patch = pytest.MonkeyPatch

@@ -14,15 +14,11 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 from cut_grants import Cut
+from heavylift.coordinator.protocol import Bye, Coordinator, Coupling, Node, Outcome, Stop, run_in_memory
 from heavylift.coordinator.protocol import core as core_module
 from heavylift.coordinator.protocol import node as node_module
-from heavylift.coordinator.protocol.core import Coordinator, Outcome
-from heavylift.coordinator.protocol.distance import Coupling
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.messages import Bye, Stop
-from heavylift.coordinator.protocol.node import Node
 from heavylift.nodes.devs import Atomic, Bag, Coupled, Event, In, Message, Model, Port, Simulator, Tag, Transition
-from heavylift.nodes.devs.execution.flatten import Wire
+from heavylift.nodes.devs.execution import Wire
 
 END = 60  # [ns]
 MICROSTEPS = 250

@@ -7,11 +7,20 @@ from random import Random
 
 import pytest
 from cut_grants import Cut
+from heavylift.coordinator.protocol import (
+    AnyMessage,
+    Checkpoint,
+    Coordinator,
+    Done,
+    Fail,
+    Grant,
+    Hello,
+    Node,
+    decode,
+    encode,
+    run_in_memory,
+)
 from heavylift.coordinator.protocol import node as node_module
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.messages import AnyMessage, Checkpoint, Done, Fail, Grant, Hello, decode, encode
-from heavylift.coordinator.protocol.node import Node
 from heavylift.nodes.devs import Atomic, Event, Message, Out, Simulator, Tag
 from random_models import END, Logs, distributed, parts
 

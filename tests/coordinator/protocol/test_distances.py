@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 
 import pytest
-from heavylift.coordinator.protocol.distance import Coupling, chain, distances, plus
-from heavylift.coordinator.protocol.messages import Delay
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.protocol import Coupling, Delay, chain, distances, plus
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Tag
 
 Rows = list[list[Delay | None]]

@@ -6,11 +6,8 @@ The truth is one flat simulator that has the operator as a model with a script.
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol.memory import answer
-from heavylift.coordinator.protocol.messages import Done, Hello
-from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.protocol.outside import OpenCoordinator
-from heavylift.kernel.errors import HeavyliftError, ProtocolError
+from heavylift.coordinator.protocol import Done, Hello, Node, OpenCoordinator, answer
+from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Event, Out, Simulator, Tag, encode
 from random_models import END, MICROSTEPS, Logs, Number, build, parts
 

@@ -8,11 +8,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.invariants import EVENTS, WHOLE, check_done, check_hello
-from heavylift.coordinator.protocol.messages import Done, Hello
-from heavylift.coordinator.protocol.node_state import Known
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.protocol import EVENTS, WHOLE, Coordinator, Done, Hello, Known, check_done, check_hello
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, after, succ
 from msgspec.structs import replace
 from mutants import changed

@@ -9,15 +9,11 @@ from random import Random
 
 import msgspec
 import pytest
+from heavylift.coordinator.protocol import AHEAD, SPOKEN, TAGS, Coordinator, Done, Grant, Node, answer
 from heavylift.coordinator.protocol import core as core_module
-from heavylift.coordinator.protocol.core import AHEAD, Coordinator
-from heavylift.coordinator.protocol.memory import answer
-from heavylift.coordinator.protocol.messages import Done, Grant
-from heavylift.coordinator.protocol.node import SPOKEN, TAGS, Node
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
-from heavylift.nodes.devs.execution.flatten import Wire
-from heavylift.nodes.devs.execution.simulator import SILENT
+from heavylift.nodes.devs.execution import SILENT, Wire
 from mutants import MUTANTS
 from random_models import TIGHT, bounds, parts
 

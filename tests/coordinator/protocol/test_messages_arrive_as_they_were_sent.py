@@ -11,10 +11,8 @@ from typing import Annotated, Any, Literal
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.node import Node
-from heavylift.kernel.errors import ModelError
+from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Simulator, ports
 
 

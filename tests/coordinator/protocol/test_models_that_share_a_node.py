@@ -11,17 +11,20 @@ from typing import Any
 
 import pytest
 from clockwork import Clockwork
+from heavylift.coordinator.protocol import (
+    Coordinator,
+    Coupling,
+    Known,
+    Node,
+    Outcome,
+    distance,
+    run_in_memory,
+    together,
+)
 from heavylift.coordinator.protocol import core as core_module
-from heavylift.coordinator.protocol import distance
-from heavylift.coordinator.protocol.core import Coordinator, Outcome
-from heavylift.coordinator.protocol.distance import Coupling
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.protocol.node_state import Known, together
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel import HeavyliftError
 from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Model, Simulator, Tag
-from heavylift.nodes.devs.execution import flatten, lookahead
-from heavylift.nodes.devs.execution.flatten import Wire
+from heavylift.nodes.devs.execution import Wire, flatten, lookahead
 from mutants import changed
 from random_models import Run, build, build_ring, distributed, flat
 from random_models import told as results

@@ -8,9 +8,9 @@ from typing import Any
 
 import msgspec
 import pytest
-from heavylift.coordinator.live.orders import Order
+from heavylift.coordinator.live import Order
 from heavylift.coordinator.protocol import messages as m
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import Event, Tag
 
 EVENT = Event(5, 1, "crane", "out", 2, "Done", b"")

@@ -4,23 +4,24 @@ from random import Random
 
 import pytest
 from clockwork import PAIR, Clockwork, Word, event, hello, started
-from heavylift.coordinator.protocol.core import Coordinator, Outcome
-from heavylift.coordinator.protocol.distance import Coupling
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.messages import (
+from heavylift.coordinator.protocol import (
     AnyMessage,
     Bye,
+    Coordinator,
+    Coupling,
     Done,
     Fail,
     Grant,
     Hello,
+    Node,
+    Outcome,
     Stop,
     Welcome,
     decode,
     encode,
+    run_in_memory,
 )
-from heavylift.coordinator.protocol.node import Node
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Out, Result, Simulator, Slack, Tag
 
 

@@ -6,8 +6,8 @@ Each mutant breaks one rule of the protocol; if one of them passed here, the tes
 from functools import cache
 
 import pytest
-from heavylift.coordinator.protocol.core import Coordinator, Outcome
-from heavylift.kernel.errors import HeavyliftError, ProtocolError
+from heavylift.coordinator.protocol import Coordinator, Outcome
+from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import Tag
 from mutants import MUTANTS, changed
 from one_wave import wave

@@ -11,8 +11,8 @@ from pathlib import Path
 import msgspec
 import pytest
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.transport.frame import MAGIC, WIRE, Reader, Topic, Writer
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.transport import MAGIC, WIRE, Reader, Topic, Writer
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import Event, Result, Slack, Tag
 
 FILE = Path(__file__).parents[2] / "data" / "wire.json"

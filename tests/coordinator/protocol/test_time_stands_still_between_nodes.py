@@ -4,10 +4,8 @@ from collections.abc import Mapping, Sequence
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.node import Node
-from heavylift.kernel.errors import ModelError
+from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import (
     Atomic,
     Bag,
@@ -23,7 +21,7 @@ from heavylift.nodes.devs import (
     ms,
     succ,
 )
-from heavylift.nodes.devs.execution.rules import LONGER
+from heavylift.nodes.devs.execution import LONGER
 
 LIMIT = 200
 

@@ -4,11 +4,8 @@ from itertools import permutations
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol.core import Coordinator, Outcome
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.messages import Done, Grant, Hello
-from heavylift.coordinator.protocol.node import Node
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node, Outcome, run_in_memory
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag, encode
 from mutants import MUTANTS
 

@@ -2,9 +2,8 @@
 
 import pytest
 from clockwork import PAIR, Clockwork, event, hello, started
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.messages import Done, Fail, Grant
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.protocol import Coordinator, Done, Fail, Grant
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Tag
 
 

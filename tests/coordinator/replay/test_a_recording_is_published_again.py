@@ -17,11 +17,10 @@ import msgspec
 import numpy as np
 import pytest
 import zenoh
-from heavylift.coordinator.live.keyboard import Keyboard
+from heavylift.coordinator.live import Keyboard
 from heavylift.coordinator.replay import Player, Publisher, RecordedRun, Replay, Said
-from heavylift.coordinator.transport.keys import OBSERVER, key
-from heavylift.coordinator.transport.session import guest_session
-from heavylift.kernel.errors import RecordingError
+from heavylift.coordinator.transport import OBSERVER, guest_session, key
+from heavylift.kernel import RecordingError
 
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
 SECOND = 1_000_000_000

@@ -11,17 +11,14 @@ import pytest
 from altered_recordings import Parts, altered
 from heavylift.coordinator import run_models
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.live import Given
 from heavylift.coordinator.replay import RecordedRun, single
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.verify import verify
-from heavylift.kernel.errors import RecordingError
-from heavylift.kernel.trust import allowed
+from heavylift.kernel import RecordingError, allowed
 from heavylift.nodes.devs import Tag, encode
-from heavylift.nodes.models.parts.drive import DriveActor
-from heavylift.nodes.models.parts.messages import OperatorCommand, Run
-from heavylift.nodes.scene import load
-from heavylift.nodes.scene.operator_command import spoken
+from heavylift.nodes.models.parts import DriveActor, OperatorCommand, Run
+from heavylift.nodes.scene import load, spoken
 from heavylift.recordings import Recorder, Recording
 
 

@@ -13,9 +13,9 @@ import pytest
 from altered_recordings import Parts, Said, altered
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run.verify import verify
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import compare, info
-from heavylift.recordings.format.viewer_messages import log_message
+from heavylift.recordings.format import log_message
 
 Alter = Callable[[Parts, random.Random], None]
 TIMES = 2  # that each is altered, at another place

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.replay import RecordedRun, single
-from heavylift.kernel.errors import ModelError, RecordingError
-from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.models.parts.drive import DriveActor
-from heavylift.nodes.models.parts.messages import Order
+from heavylift.kernel import ModelError, RecordingError
+from heavylift.kernel.simulation import Simulation
+from heavylift.nodes.models.parts import DriveActor, Order
 
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
 

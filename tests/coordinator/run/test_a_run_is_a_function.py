@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.simulate import simulate
-from heavylift.kernel.description.mechanics import Body, Joint, System
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel import HeavyliftError
+from heavylift.kernel.description import Body, Joint, System
 from heavylift.nodes.scene import load
 
 STICK = System(

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 from heavylift.coordinator import run_models
-from heavylift.coordinator.protocol.core import Outcome
-from heavylift.coordinator.run.branch import Branch
-from heavylift.kernel.errors import ModelError, RecordingError
+from heavylift.coordinator.protocol import Outcome
+from heavylift.coordinator.run import Branch
+from heavylift.kernel import ModelError, RecordingError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Model, Out, Simulator, seconds
-from heavylift.nodes.zoo.queue import Counted, workshop
+from heavylift.nodes.zoo import Counted, workshop
 from heavylift.recordings import Recording
 
 HERE = {"in_process": True}

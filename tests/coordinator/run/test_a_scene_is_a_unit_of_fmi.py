@@ -10,14 +10,13 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.ladder.in_memory import Played, play
-from heavylift.coordinator.live.commands import Given
-from heavylift.coordinator.run.unit import Stepped, export
-from heavylift.kernel.errors import ModelError
+from heavylift.coordinator.ladder import Played, play
+from heavylift.coordinator.live import Given
+from heavylift.coordinator.run import Stepped, export
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Tag, encode, seconds
-from heavylift.nodes.models.parts.messages import OperatorCommand
-from heavylift.nodes.scene import load
-from heavylift.nodes.scene.operator_command import spoken
+from heavylift.nodes.models.parts import OperatorCommand
+from heavylift.nodes.scene import load, spoken
 from msgspec import msgpack
 from typer.testing import CliRunner
 

@@ -1,8 +1,8 @@
 """How many steps a lift may take in no time is a key of its scene."""
 
 import pytest
-from heavylift.coordinator.run.scene import run
-from heavylift.kernel.errors import ModelError, SceneError
+from heavylift.coordinator.run import run
+from heavylift.kernel import ModelError, SceneError
 from heavylift.nodes.devs import Simulator
 from heavylift.nodes.scene import load
 

@@ -4,12 +4,11 @@ import signal
 from types import SimpleNamespace
 
 import pytest
-from heavylift.coordinator.participants.configuration import Wiring
-from heavylift.coordinator.record.tape import Tape
-from heavylift.coordinator.run.conversation import Conversation
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.participants import Wiring
+from heavylift.coordinator.record import Tape
+from heavylift.coordinator.run import Conversation, Watch
 from heavylift.coordinator.stopping import Interrupted, Stopping
-from heavylift.kernel.errors import RecordingError, Stopped
+from heavylift.kernel import RecordingError, Stopped
 from heavylift.nodes.devs import Tag
 
 

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 from heavylift import run, run_models, simulate
-from heavylift.kernel.description.forces import UserLaw
-from heavylift.kernel.description.mechanics import Body, Joint, System
+from heavylift.kernel.description import Body, Joint, System, UserLaw
 
 MODEL = """
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, ms

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator import run_models
-from heavylift.coordinator.supervision.of_the_system import LIMITS
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.supervision import LIMITS
+from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, Simulator, ms
 from heavylift.nodes.scene import bundled
 

@@ -4,10 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.participants.pause import paused
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.resume import Beginning
-from heavylift.kernel.errors import RecordingError, SceneError
+from heavylift.coordinator.participants import paused
+from heavylift.coordinator.run import Beginning, run
+from heavylift.kernel import RecordingError, SceneError
 from heavylift.nodes.scene import LoadedScene, check, load, loaded, parse
 from heavylift.recordings import (
     Recorder,

@@ -7,19 +7,18 @@ from pathlib import Path
 import msgspec
 import pytest
 from command import finish
-from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.participants import KernelNode, configured
 from heavylift.coordinator.replay import RecordedRun
-from heavylift.coordinator.run import run
+from heavylift.coordinator.run import Watch, run
 from heavylift.coordinator.run.verify import verify
-from heavylift.coordinator.run.watch import Watch
-from heavylift.kernel.description.notes import Note
+from heavylift.kernel.description import Note
 from heavylift.nodes.devs import Tag
 from heavylift.nodes.models import build
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 from heavylift.recordings.documents import report
-from heavylift.recordings.read.info import info, info_data
+from heavylift.recordings.read import info_data
+from heavylift.recordings.read.info import info
 
 SECOND = 10**9
 HEAD = "heavylift: 1\nname: hung\nend: 4 s\nsamples: 20 Hz\n"

@@ -14,8 +14,8 @@ import pytest
 from command import finish
 from heavylift import replicate
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.run.replications import Replications
-from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.coordinator.run import Replications
+from heavylift.kernel import ModelError, ProtocolError
 from heavylift.nodes.devs import Atomic, Coupled, Message
 from heavylift.nodes.zoo import bouncing_ball, multi_server_queue
 from typer.testing import CliRunner

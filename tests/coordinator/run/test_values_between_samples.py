@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift import Recording, run, simulate
-from heavylift.kernel.description.forces import UserLaw
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Lock, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Joint, JointSpring, Lock, System, UserLaw
 
 G = 9.80665
 CLOSE = 1e-6  # ten times the tolerance of the integrator

@@ -9,15 +9,13 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.live.commands import Given
-from heavylift.coordinator.run import conversation, run
-from heavylift.coordinator.run.branch import Branch, branch
-from heavylift.coordinator.run.watch import Watch
-from heavylift.kernel.errors import HeavyliftError, ModelError, RecordingError, SceneError
+from heavylift.coordinator.live import Given
+from heavylift.coordinator.run import Branch, Watch, conversation, run
+from heavylift.coordinator.run.branch import branch
+from heavylift.kernel import HeavyliftError, ModelError, RecordingError, SceneError
 from heavylift.nodes.devs import Tag, encode
-from heavylift.nodes.models.parts.messages import OperatorCommand
-from heavylift.nodes.scene import load
-from heavylift.nodes.scene.operator_command import spoken
+from heavylift.nodes.models.parts import OperatorCommand
+from heavylift.nodes.scene import load, spoken
 from heavylift.recordings import Recording, compare
 
 SLOWER = "stage up/all hooks=hoist 2 m/min by 1 m"

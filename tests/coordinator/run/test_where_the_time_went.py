@@ -3,7 +3,7 @@
 import re
 
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.record.budget import Budget, Spent, clocked
+from heavylift.coordinator.record import Budget, Spent, clocked
 from typer.testing import CliRunner
 
 

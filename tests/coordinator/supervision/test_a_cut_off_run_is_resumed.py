@@ -9,11 +9,10 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.replay.recorded import RecordedRun
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.resume import Beginning, resume
-from heavylift.coordinator.run.watch import Watch
-from heavylift.kernel.errors import RecordingError
+from heavylift.coordinator.replay import RecordedRun
+from heavylift.coordinator.run import Beginning, Watch, run
+from heavylift.coordinator.run.resume import resume
+from heavylift.kernel import RecordingError
 from heavylift.nodes.scene import load
 
 KILLED = """

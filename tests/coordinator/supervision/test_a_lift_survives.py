@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.coordinator.supervision.failover import Succession
+from heavylift.coordinator.supervision import Succession
 from heavylift.nodes.scene import load
 from trouble import Notes, Troubled, strike, trouble
 

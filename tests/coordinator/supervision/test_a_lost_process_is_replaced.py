@@ -12,9 +12,9 @@ import time
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run.models import ModelRun, run_models
-from heavylift.coordinator.supervision.processes import Processes
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.run import ModelRun, run_models
+from heavylift.coordinator.supervision import Processes
+from heavylift.kernel import ProtocolError
 from trouble import MODELS, Troubled, both, keeper, pid, play, strike
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")

@@ -8,11 +8,10 @@ import sys
 import threading
 
 import pytest
-from heavylift.coordinator.protocol.messages import Alive
-from heavylift.coordinator.run.models import run_models
+from heavylift.coordinator.protocol import Alive
+from heavylift.coordinator.run import run_models
+from heavylift.coordinator.supervision import Succession, Vigil
 from heavylift.coordinator.supervision import stall_detector as vigil
-from heavylift.coordinator.supervision.failover import Succession
-from heavylift.coordinator.supervision.stall_detector import Vigil
 from trouble import MODELS, pid, play, strike
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.supervision.replay_log import Story
+from heavylift.coordinator.supervision import Story
 
 
 @pytest.fixture

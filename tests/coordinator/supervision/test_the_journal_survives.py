@@ -9,8 +9,8 @@ from pathlib import Path
 from types import FrameType
 
 import pytest
-from heavylift.coordinator.supervision.journal import Journal, read
-from heavylift.kernel.errors import RecordingError
+from heavylift.coordinator.supervision import Journal, read
+from heavylift.kernel import RecordingError
 
 ENTRIES = [b"hoist", b"", b"travel" * 9, b"\x00" * 8, b"end"]
 HEAD = 8  # bytes before each entry

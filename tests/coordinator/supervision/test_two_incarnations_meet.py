@@ -6,9 +6,8 @@ import sys
 import time
 
 import pytest
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.link import Link
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.transport import Hub, Link
+from heavylift.kernel import ProtocolError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 

@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run.models import run_models
-from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.coordinator.run import run_models
+from heavylift.kernel import ModelError, ProtocolError
 from trouble import MODELS, Notes, play, strike, trouble
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")

@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import Any, ClassVar
 from unittest import mock
 
-from heavylift.coordinator.run import conversation
-from heavylift.coordinator.run.models import ModelRun, run_models
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.run import ModelRun, Watch, conversation, run_models
+from heavylift.coordinator.supervision import Succession
 from heavylift.coordinator.supervision import failover as succession
-from heavylift.coordinator.supervision.failover import Succession
 
 MODELS = str(Path(__file__).with_name("doomed_models.py"))
 Act = Callable[[Succession], None]

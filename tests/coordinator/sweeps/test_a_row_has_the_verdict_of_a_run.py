@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.coordinator.sweeps.axes import Variant
-from heavylift.coordinator.sweeps.variant import Task, played
+from heavylift.coordinator.ladder import play
+from heavylift.coordinator.sweeps import Task, Variant, played
 from heavylift.nodes.scene import load
 
 

@@ -16,11 +16,9 @@ from random import Random
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.run import run
-from heavylift.coordinator.sweeps import sweep, sweeping
+from heavylift.coordinator.sweeps import Study, sweep, sweeping, verified
 from heavylift.coordinator.sweeps.page import page
-from heavylift.coordinator.sweeps.study import Study
-from heavylift.coordinator.sweeps.sweeping import verified
-from heavylift.kernel.errors import HeavyliftError, OutputError, ProtocolError, Stopped
+from heavylift.kernel import HeavyliftError, OutputError, ProtocolError, Stopped
 from heavylift.nodes.scene import load
 from pyarrow import parquet
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from heavylift.coordinator.sweeps import limiting
-from heavylift.coordinator.sweeps.limits_page import limits_page, listed
-from heavylift.coordinator.sweeps.motions import motion_of
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.sweeps import limiting, listed, motion_of
+from heavylift.coordinator.sweeps.limits_page import limits_page
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
 
 MASS = "block.mass=300..900 t"

@@ -6,10 +6,10 @@ import difflib
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.ladder import play
+from heavylift.coordinator.sweeps import overlaps, ramps, speeds
 from heavylift.coordinator.sweeps.planning import planned
-from heavylift.coordinator.sweeps.timing import overlaps, ramps, speeds
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load, parse
 
 NEAR = "cranes.crane.hook capacity=178 t"  # H3 carries 172 t at rest

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.sweeps.designs import DESIGNS, FEWEST, base_rows, drawn, indices
+from heavylift.coordinator.sweeps import DESIGNS, FEWEST, base_rows, drawn, indices
 from heavylift.coordinator.sweeps.summary import _chance
 from scipy.stats import binomtest
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from heavylift.coordinator.sweeps.sweeping import planned
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
 
 UNCERTAIN = ["block.mass=300 t +- 6 %", "rig.loaders.loader-1.sling=9.9..10.1 m"]

@@ -1,7 +1,7 @@
 """A rope cut between two solvers that exchange held forces every h gains energy: a damping ratio of -w h / 4."""
 
 import pytest
-from heavylift.coordinator.trace.communication import Pair, held
+from heavylift.coordinator.trace import Pair, held
 
 PAIR = Pair("rope", 2.5e6, 4.95e5, 2.9e7)  # a crane, what hangs on its hook, 50 m of rope
 ORDER = 0.3  # times w h: what the law leaves out

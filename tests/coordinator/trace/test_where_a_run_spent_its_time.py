@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator import run_models
 from heavylift.coordinator.trace import Grant, Held, Lane, Timeline, chains, data, text, trace_events
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel import RecordingError
 from heavylift.recordings import Recorder
 from slow_and_quick import TICKS, PAUSE_s
 

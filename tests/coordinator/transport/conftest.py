@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 
 import pytest
-from heavylift.coordinator.supervision.processes import Processes
-from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.supervision import Processes
+from heavylift.coordinator.transport import Hub
 from of_the_system import Start
 
 

@@ -6,9 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from heavylift.coordinator.transport.keys import OBSERVER, key
-from heavylift.coordinator.transport.link import Link
-from heavylift.coordinator.transport.session import Ticket, guest_session
+from heavylift.coordinator.transport import OBSERVER, Link, Ticket, guest_session, key
 from zenoh.handlers import FifoChannel
 
 

@@ -5,8 +5,8 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from heavylift.coordinator.supervision.processes import Processes
-from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.supervision import Processes
+from heavylift.coordinator.transport import Hub
 
 PATIENCE_s = 60.0  # tells hanging from working, on a loaded machine too
 Start = Callable[..., tuple[Hub, Processes]]

@@ -8,11 +8,8 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import OBSERVER, key
-from heavylift.coordinator.transport.local_hub import LocalHub
-from heavylift.coordinator.transport.session import guest_session, node_session
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.transport import OBSERVER, Hub, LocalHub, guest_session, key, node_session
+from heavylift.kernel import ProtocolError
 from msgspec import structs
 from of_the_system import Start, network_sockets, sockets
 

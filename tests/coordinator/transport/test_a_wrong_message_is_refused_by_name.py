@@ -4,12 +4,8 @@ import json
 
 import pytest
 import zenoh
-from heavylift.coordinator.transport.frame import Reader, Topic, Writer
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import key
-from heavylift.coordinator.transport.link import LOCAL
-from heavylift.coordinator.transport.local_hub import LocalHub
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.transport import LOCAL, Hub, LocalHub, Reader, Topic, Writer, key
+from heavylift.kernel import ProtocolError
 
 RUN = "0123456789abcdef"
 

@@ -3,8 +3,8 @@
 import time
 
 import pytest
-from heavylift.coordinator.transport.local_hub import LocalHub
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.transport import LocalHub
+from heavylift.kernel import ProtocolError
 from of_the_system import Start
 
 

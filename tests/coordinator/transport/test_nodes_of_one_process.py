@@ -4,10 +4,9 @@ import os
 import signal
 
 import pytest
-from heavylift.coordinator.supervision.processes import Processes
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.placement import Placement
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.supervision import Processes
+from heavylift.coordinator.transport import Hub, Placement
+from heavylift.kernel import ProtocolError
 
 
 def begin(hub: Hub, processes: Processes) -> None:

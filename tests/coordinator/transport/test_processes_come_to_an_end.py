@@ -9,10 +9,9 @@ import time
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.supervision.processes import Processes
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.run_directory import RunDirectory
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.supervision import Processes
+from heavylift.coordinator.transport import Hub, RunDirectory
+from heavylift.kernel import ProtocolError
 from of_the_system import PATIENCE_s, Start, gone, running
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")

@@ -11,12 +11,8 @@ from random import Random
 
 import pytest
 import zenoh
-from heavylift.coordinator.transport.frame import Writer
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import OBSERVER, OPERATOR, key
-from heavylift.coordinator.transport.link import Link
-from heavylift.coordinator.transport.session import guest_session
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.transport import OBSERVER, OPERATOR, Hub, Link, Writer, guest_session, key
+from heavylift.kernel import ProtocolError
 
 TOPICS = ("in", "out", "samples")
 

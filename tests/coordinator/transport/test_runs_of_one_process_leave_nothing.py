@@ -10,9 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.local_hub import LocalHub
-from heavylift.coordinator.transport.run_directory import RunDirectory
+from heavylift.coordinator.transport import Hub, LocalHub, RunDirectory
 
 RUNS = 30
 ENDING_s = 10.0  # in which threads of the bus end on a busy machine

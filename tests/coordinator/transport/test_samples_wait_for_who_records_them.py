@@ -6,8 +6,8 @@ from threading import Thread
 from typing import Any
 
 import pytest
+from heavylift.coordinator.transport import BATCHES, Hub
 from heavylift.coordinator.transport import hub as hub_module
-from heavylift.coordinator.transport.hub import BATCHES, Hub
 
 
 def test_a_sender_waits_until_batches_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:

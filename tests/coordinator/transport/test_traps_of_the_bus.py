@@ -10,12 +10,9 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.transport.frame import Reader, Topic, Writer
-from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.keys import key
-from heavylift.coordinator.transport.link import Link
-from heavylift.coordinator.transport.session import _config, node_session
-from heavylift.kernel.errors import ProtocolError
+from heavylift.coordinator.transport import Hub, Link, Reader, Topic, Writer, key, node_session
+from heavylift.coordinator.transport.session import _config
+from heavylift.kernel import ProtocolError
 from of_the_system import Start, network_sockets
 from raw_sessions import config, heard_by_a_sleeper, listened, pair, settled
 from zenoh.handlers import Callback

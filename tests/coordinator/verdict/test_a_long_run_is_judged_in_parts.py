@@ -9,22 +9,25 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
+from heavylift.coordinator.verdict import (
+    SHARP,
+    Coarse,
+    Collector,
+    Moving,
+    Stretches,
+    history_of,
+    stretches,
+    verdict_of,
+    whole,
+)
 from heavylift.coordinator.verdict import clearances as looking
 from heavylift.coordinator.verdict import history as kept
-from heavylift.coordinator.verdict import stretches, verdict_of
-from heavylift.coordinator.verdict.coarse import Coarse
-from heavylift.coordinator.verdict.history import Collector, history_of
-from heavylift.coordinator.verdict.moving import Moving, moving
-from heavylift.coordinator.verdict.nearest import SHARP
-from heavylift.coordinator.verdict.stretches import Stretches, whole
-from heavylift.nodes.limits.judging import uses_of
-from heavylift.nodes.limits.signals import Signals
-from heavylift.nodes.plan.limit import Limit
-from heavylift.nodes.plan.shapes import Shapes
+from heavylift.coordinator.verdict.moving import moving
+from heavylift.nodes.limits import Signals, uses_of
+from heavylift.nodes.plan import Limit, Shapes
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, SampleLayout
-from heavylift.recordings.format import spool
-from heavylift.recordings.format.samples import SampleChannel
+from heavylift.recordings.format import SampleChannel, spool
 
 ROPE = "crane.H1"
 LIMITS = (

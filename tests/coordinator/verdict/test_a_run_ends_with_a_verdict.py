@@ -10,18 +10,15 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.live.command_queue import STOP
-from heavylift.coordinator.live.commands import Given
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.progress import Progress
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.live import STOP, Given
+from heavylift.coordinator.run import Progress, Watch, run
 from heavylift.coordinator.verdict import verdict_of
-from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
+from heavylift.kernel import HeavyliftError, KernelError, ModelError
 from heavylift.nodes.devs import Event, Tag, seconds
-from heavylift.nodes.models.parts.messages import OperatorCommand
+from heavylift.nodes.models.parts import OperatorCommand
 from heavylift.nodes.scene import bundled, parse
 from heavylift.recordings import Recording, info, info_data, report
-from heavylift.recordings.read.verdict import Judged, recorded_verdict
+from heavylift.recordings.read import Judged, recorded_verdict
 
 LIFT = bundled()["lift"].read_text()
 UP = "  - stage: up\n    all hooks: hoist 3 m/min by 1 m\n"

@@ -8,12 +8,12 @@ from math import asin, atan2, degrees, hypot
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder.in_memory import Played, play
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits.telling import unjudged
-from heavylift.nodes.plan.shapes import Shapes
+from heavylift.coordinator.ladder import Played, play
+from heavylift.kernel import SceneError
+from heavylift.nodes.limits import unjudged
+from heavylift.nodes.plan import Shapes
 from heavylift.nodes.scene import begun_with, load, parse
-from heavylift.nodes.scene.text.machine_types import library
+from heavylift.nodes.scene.text import library
 
 STORED = Path(__file__).parents[2] / "data" / "checks_by_type.json"
 STEEP = ["rigging.legs.length=3.9 m", "rigging.legs.slack=20 mm", "block.mass=30 t"]

@@ -8,17 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
+from heavylift.coordinator.verdict import BLOCK, SHARP, Conduct, History, Moving, conduct_findings, history_of, seen
 from heavylift.coordinator.verdict.clearances import clearances
-from heavylift.coordinator.verdict.conduct import Conduct, conduct_findings
-from heavylift.coordinator.verdict.history import BLOCK, History, history_of
-from heavylift.coordinator.verdict.moving import Moving, moving
-from heavylift.coordinator.verdict.nearest import SHARP
-from heavylift.coordinator.verdict.steps import seen
-from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.shapes import Shapes, Solid
+from heavylift.coordinator.verdict.moving import moving
+from heavylift.nodes.plan import Plan, Shapes, Solid
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
-from heavylift.recordings.format.viewer_messages import Rig
+from heavylift.recordings.format import Rig
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation

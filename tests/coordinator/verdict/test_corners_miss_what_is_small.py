@@ -8,10 +8,9 @@ from random import Random
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.coordinator.verdict.clearances import clearances, findings
-from heavylift.coordinator.verdict.ground import TOUCH
-from heavylift.coordinator.verdict.history import History
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.verdict import TOUCH, History, findings
+from heavylift.coordinator.verdict.clearances import clearances
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 

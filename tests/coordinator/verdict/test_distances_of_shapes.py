@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.verdict.distance import Placed, bounds, bounds_between, exactly
+from heavylift.coordinator.verdict import Placed, bounds, bounds_between, exactly
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear, minimize_scalar
 from scipy.spatial import ConvexHull

@@ -7,16 +7,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.coordinator.verdict.coarse import Coarse
-from heavylift.coordinator.verdict.distance import Placed, exactly
-from heavylift.coordinator.verdict.history import history_of
-from heavylift.coordinator.verdict.moving import Frame, Moving
-from heavylift.coordinator.verdict.nearest import SHARP, Known, nearest, search
-from heavylift.coordinator.verdict.speeds import strays, twists
-from heavylift.coordinator.verdict.stretches import Stretches, whole
+from heavylift.coordinator.verdict import (
+    SHARP,
+    Coarse,
+    Known,
+    Moving,
+    Placed,
+    Stretches,
+    exactly,
+    history_of,
+    search,
+    strays,
+    twists,
+    whole,
+)
+from heavylift.coordinator.verdict.moving import Frame
+from heavylift.coordinator.verdict.nearest import nearest
 from heavylift.kernel.description.points import Vector
 from heavylift.nodes.models import system
-from heavylift.nodes.plan.shapes import Solid, Strand
+from heavylift.nodes.plan import Solid, Strand
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 from numpy.typing import NDArray

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.verdict.clearances import clearances, findings
-from heavylift.coordinator.verdict.history import History
+from heavylift.coordinator.verdict import History, findings
+from heavylift.coordinator.verdict.clearances import clearances
 from heavylift.nodes.scene import bundled, parse
-from heavylift.recordings.read.verdict import Clearance
+from heavylift.recordings.read import Clearance
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]

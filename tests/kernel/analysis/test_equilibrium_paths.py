@@ -6,14 +6,11 @@ from math import acos, atan, cos, exp, sin
 
 import numpy as np
 import pytest
-from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.analysis.corrector import Corrector
-from heavylift.kernel.analysis.path import EquilibriumPath
-from heavylift.kernel.analysis.poses import Poses
-from heavylift.kernel.description.mechanics import Body, Brake, Drive, Joint, Line, Point, Rope, Support, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.methods.at_rest import AtRest
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.analysis import Corrector, EquilibriumPath, Poses, equilibrium
+from heavylift.kernel.description import Body, Brake, Drive, Joint, Line, Point, Rope, Support, System
+from heavylift.kernel.methods import AtRest
+from heavylift.kernel.simulation import Simulation
 from scipy.optimize import brentq
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Y, cube, hung, slider
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from contact_scenes import on_slope
 from heavylift.kernel.analysis import equilibrium, modes, momentum, reactions
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, RigidRope, System
+from heavylift.kernel.description import WORLD, Body, Joint, Line, Point, RigidRope, System
 from heavylift.kernel.equations import equations
 from small_scenes import G, X, Y, Z, hung, started
 

@@ -9,15 +9,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
-from heavylift.kernel.algebra.arrays import eigen, factored, times, total
-from heavylift.kernel.algebra.eigenvalues import eigenmodes, largest
-from heavylift.kernel.algebra.polynomials import derivative, integral, product, roots, series, spline
-from heavylift.kernel.description.flexible import Beam, Flexible, Nodal
-from heavylift.kernel.multibody.flexible.beam import beam_matrices, nodes_of
-from heavylift.kernel.multibody.flexible.modes import modes_of
-from heavylift.kernel.multibody.flexible.reduction import reduced
-from heavylift.kernel.multibody.flexible.rounding import rigid_motions
-from heavylift.kernel.multibody.flexible.tracks import track as track_of
+from heavylift.kernel.algebra import (
+    derivative,
+    eigen,
+    eigenmodes,
+    factored,
+    integral,
+    largest,
+    roots,
+    series,
+    spline,
+    times,
+    total,
+)
+from heavylift.kernel.algebra.polynomials import product
+from heavylift.kernel.description import Beam, Flexible, Nodal
+from heavylift.kernel.multibody.flexible import beam_matrices, modes_of, nodes_of, reduced, rigid_motions
+from heavylift.kernel.multibody.flexible import track as track_of
 from numpy.polynomial import chebyshev
 from scipy.interpolate import make_interp_spline
 

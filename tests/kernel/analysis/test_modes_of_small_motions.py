@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Line, Point, Rope, System
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Rope, System
 from scipy.linalg import eigh
 from small_scenes import EA, LENGTH, MASS, G, X, Y, Z, hung, started
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium, momentum, reactions
-from heavylift.kernel.description.mechanics import Body, Brake, Joint, Line, Point, Rope, Support, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel.description import Body, Brake, Joint, Line, Point, Rope, Support, System
 from small_scenes import EA, LENGTH, MASS, G, X, Y, Z, cube, hung, slider, started
 
 FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}

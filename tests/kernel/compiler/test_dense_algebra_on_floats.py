@@ -5,17 +5,16 @@ import struct
 
 import numpy as np
 import pytest
-from heavylift.kernel.algebra.dense import (  # fmt: skip
+from heavylift.kernel.algebra import (  # fmt: skip
     combinations,
     decomposed,
     dot,
-    eigenvalues,
     least_norm,
     norm,
-    product,
     singular_values,
     solve,
 )
+from heavylift.kernel.algebra.dense import eigenvalues, product  # fmt: skip
 
 CLOSE = 1e-12  # relative to the largest: some hundred roundings
 ZERO = 1e-9  # singular values of the matrices below are either far above or rounding

@@ -6,10 +6,8 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.kernel.algebra.elementary import atan2, cos, exp, power, sin
-from heavylift.kernel.compiler.emit import module
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.machine_code import Library
+from heavylift.kernel.algebra import atan2, cos, exp, power, sin
+from heavylift.kernel.compiler import Function, Library, module
 
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534211706798")
 RANGE = 1.6e6  # [rad] up to which an angle loses nothing

@@ -6,8 +6,8 @@ from typing import get_args
 import numpy as np
 import pytest
 from heavylift.kernel.compiler import vector_loops as wide
-from heavylift.kernel.description.mechanics import MethodName, Point
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import MethodName, Point
+from heavylift.kernel.simulation import Simulation
 from small_scenes import hung
 
 LONGEST = 8  # numbers: fewer than the state of the scene

@@ -2,10 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.compiler.emit import module
-from heavylift.kernel.compiler.function import OPAQUE, Primitive
-from heavylift.kernel.compiler.machine_code import Library
-from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
+from heavylift.kernel.compiler import OPAQUE, Factors, Library, Primitive, module, solver
 from heavylift.kernel.compiler.native_loops import Code
 
 ROUNDED = 1e-12  # of a solution: condition numbers stay below 1e3

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.commands.health import _cache
-from heavylift.kernel.cache import read_cached, unsafe_cache, write_cached
+from heavylift.kernel import read_cached, unsafe_cache, write_cached
 
 OTHER = 12345  # another user
 root_only = pytest.mark.skipif(os.getuid() != 0, reason="only root can give a file away")

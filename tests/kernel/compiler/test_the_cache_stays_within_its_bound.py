@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.commands.health import _cache
-from heavylift.kernel.cache import BLOCK, LEFT, LOOK, kept, kept_folder, prune_cache, read_cached, write_cached
-from heavylift.kernel.errors import OutputError
+from heavylift.kernel import BLOCK, LEFT, LOOK, OutputError, kept, kept_folder, prune_cache, read_cached, write_cached
 
 UNIT = "fmu-" + 32 * "a"
 HOURS_ns = 3600 * 10**9

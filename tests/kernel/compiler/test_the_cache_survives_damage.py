@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import pytest
-from heavylift.kernel.cache import cache_folder
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, System, Threshold
+from heavylift.kernel import cache_folder
+from heavylift.kernel.description import Body, Joint, JointSpring, System, Threshold
+from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import native_state
-from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import SECOND, X, slider, started
 
 

@@ -11,14 +11,11 @@ import llvmlite.binding as llvm
 import numpy as np
 import pytest
 from every_law import yard
-from heavylift.kernel.algebra.elementary import cos, power, sin
-from heavylift.kernel.compiler.emit import module
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.machine_code import Library
-from heavylift.kernel.compiler.simd_batches import Batch, arranged
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import Body, Joint, Point, System
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.algebra import cos, power, sin
+from heavylift.kernel.compiler import Batch, Function, Library, arranged, module
+from heavylift.kernel.description import Body, Joint, Point, Reeving, Sheave, System
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.simulation import Simulation
 
 PROCESSORS = {"x86-64": "sse2", "x86-64-v2": "sse4.2", "haswell": "avx2", "skylake-avx512": "avx512f"}
 HAS = llvm.get_host_cpu_features()

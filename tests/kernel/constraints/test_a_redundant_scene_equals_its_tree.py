@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from goliath import scene
-from heavylift.kernel.description.mechanics import WORLD, Joint, System
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import WORLD, Joint, System
+from heavylift.kernel.model import Program, evaluate
+from heavylift.kernel.simulation import Simulation
 from linkages import poses
 from random_trees import nested
 from scipy.spatial.transform import Rotation

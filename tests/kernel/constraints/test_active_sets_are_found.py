@@ -4,12 +4,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from heavylift.kernel.algebra.spatial import skew
-from heavylift.kernel.constraints.complementarity.block_pivoting import ROUNDS, round_of, start_of
-from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
-from heavylift.kernel.constraints.complementarity.native_pivoting import pivot
-from heavylift.kernel.simulation.impacts.coulomb import Contacts, settle
-from heavylift.kernel.simulation.impacts.gauss_seidel import sweep
+from heavylift.kernel.algebra import skew
+from heavylift.kernel.constraints.complementarity import ROUNDS, pivot, round_of, solve, start_of
+from heavylift.kernel.simulation.impacts import Contacts, settle, sweep
 
 EXACT = 1e-12  # of a well-conditioned problem of order one
 CONDITION = 1e-7  # to which each condition of a contact of order one holds

@@ -6,11 +6,10 @@ from math import atan, cos, pi, sin, tan
 import numpy as np
 import pinocchio as pin
 import pytest
+from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import mobility
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, Line, Lock, Point, RigidRope, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.program import Program
+from heavylift.kernel.description import WORLD, Beam, Body, Drive, Flexible, Joint, Line, Lock, Point, RigidRope, System
+from heavylift.kernel.model import Program
 from linkages import looped, windows
 from random_trees import pinocchio_model, random_system
 from scipy.spatial.transform import Rotation

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from heavylift.kernel import KernelError
 from heavylift.kernel.compiler import machine_code as native
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Lock, Point, Rope, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import Body, Drive, Joint, Line, Lock, Point, Rope, System
+from heavylift.kernel.model import Program
+from heavylift.kernel.simulation import Simulation
 from random_trees import random_system
 from small_scenes import SECOND, G, X, Y, Z, column, hand_over, imbalance, started
 

@@ -4,9 +4,8 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.kernel.constraints.loop_closures import CLOSURES, closed_coordinates
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
+from heavylift.kernel.constraints import CLOSURES, closed_coordinates
+from heavylift.kernel.description import JOINTS, WORLD, Body, Joint, System
 from scipy.spatial.transform import Rotation
 from small_scenes import started
 

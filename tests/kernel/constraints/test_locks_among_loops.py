@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, JointSpring, Line, Lock, Point, RigidRope, System
+from heavylift.kernel.description import WORLD, Body, Joint, JointSpring, Line, Lock, Point, RigidRope, System
 from linkages import rod
 from small_scenes import SECOND, Y, Z, column, events, hand_over, imbalance, started
 

@@ -8,10 +8,9 @@ from re import fullmatch
 import numpy as np
 import pinocchio as pin
 import pytest
-from heavylift.kernel.constraints.loop_closures import CLOSURES
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, JointSpring, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.constraints import CLOSURES
+from heavylift.kernel.description import JOINTS, WORLD, Body, Drive, Joint, JointSpring, System
 from linkages import looped, relative, rod, windows
 from random_trees import pinocchio_model
 from small_scenes import SECOND, G, X, Y, Z, column, cube, hand_over, started

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium, momentum, reactions
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import JointSpring, Line, Point, Rope, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel.description import JOINTS, JointSpring, Line, Point, Rope, System
 from heavylift.kernel.multibody.formulations import FORMULATIONS
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from random_trees import random_system

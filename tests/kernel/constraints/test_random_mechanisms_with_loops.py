@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, RigidRope, System
+from heavylift.kernel.description import WORLD, Body, Joint, Line, Point, RigidRope, System
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from random_mechanisms import CLOSES, LOOPS, has_loops, mechanism, outcome

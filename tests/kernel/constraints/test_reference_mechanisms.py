@@ -10,8 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Spring
-from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, Lock, Master, Point, System
+from heavylift.kernel.description import WORLD, Body, Drive, Joint, Lock, Master, Point, Spring, System
 from small_scenes import SECOND, X, Y, Z, cube, hand_over, started
 from squeezer import squeezer
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, RigidRope, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import WORLD, Body, Joint, Line, Point, RigidRope, System
 from small_scenes import MASS, SECOND, G, X, Z, column, cube, events, hand_over, imbalance, started, times
 
 EXACT = 1e-7  # against closed forms, at tolerance 1e-10

@@ -5,7 +5,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, RigidRope, Rope, Support, System, Threshold
+from heavylift.kernel.description import Body, Joint, Line, Point, RigidRope, Rope, Support, System, Threshold
 from small_scenes import SECOND, G, X, Z, column, cube, hand_over, imbalance, started
 
 FAR = 75.0  # [m] of the lift from the origin

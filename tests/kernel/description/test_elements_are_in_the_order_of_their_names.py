@@ -3,8 +3,7 @@
 from dataclasses import fields, replace
 from random import Random
 
-from heavylift.kernel.description.mechanics import Body, Joint, System, assembled
-from heavylift.kernel.description.name_order import natural
+from heavylift.kernel.description import Body, Joint, System, assembled, natural
 from heavylift.nodes.models import build
 from heavylift.nodes.scene import load
 

@@ -13,12 +13,20 @@ from bad_descriptions import (
     diagonal,
     with_,
 )
-from heavylift.kernel.description.contacts import Ball, Contact, Plane
-from heavylift.kernel.description.mechanics import Body, Brake, Drive, Joint, JointSpring, System  # fmt: skip
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.model.switching import Switches
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import (  # fmt: skip
+    Ball,
+    Body,
+    Brake,
+    Contact,
+    Drive,
+    Joint,
+    JointSpring,
+    Plane,
+    System,
+)
+from heavylift.kernel.model import Program, Switches
+from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, X, Z, hand_over, hung, slider, started
 
 

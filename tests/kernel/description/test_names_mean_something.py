@@ -8,32 +8,39 @@ from typing import Any
 
 import msgspec
 import pytest
-from heavylift.kernel.description.contacts import Ball, Contact, Plane
-from heavylift.kernel.description.forces import (
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import (
+    GROUPS,
+    Ball,
+    Body,
+    Brake,
     Bushing,
     Characteristic,
+    Contact,
+    Drive,
+    Joint,
+    JointSpring,
+    Line,
     Load,
+    Lock,
+    Master,
+    Measured,
+    Plane,
+    Point,
     Reeving,
+    RigidRope,
+    Rope,
     Sheave,
-    Signal,
     Spring,
+    Stop,
+    Support,
+    System,
+    Threshold,
     Torsion,
     UserLaw,
     Wind,
 )
-from heavylift.kernel.description.laws import Brake, Drive, JointSpring, Lock, RigidRope, Rope, Stop, Support
-from heavylift.kernel.description.mechanics import (
-    GROUPS,
-    Body,
-    Joint,
-    Line,
-    Master,
-    Measured,
-    Point,
-    System,
-    Threshold,
-)
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.islands import simulate
 
 SIX = ((0.0,) * 6,) * 6

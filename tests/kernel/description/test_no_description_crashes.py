@@ -5,10 +5,9 @@ from math import inf, nan
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Brake, JointSpring, Lock, Stop
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import JOINTS, WORLD, Brake, JointSpring, Lock, Stop
+from heavylift.kernel.simulation import Simulation
 from random_trees import KINDS, random_system
 from small_scenes import SECOND, hand_over
 

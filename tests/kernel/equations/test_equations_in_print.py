@@ -6,15 +6,28 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Bushing, Characteristic, Reeving, Sheave, Signal, Torsion, UserLaw
-from heavylift.kernel.description.mechanics import Body, Brake, Joint, JointSpring, Line, Point, Rope, System
+from heavylift.kernel.description import (
+    Body,
+    Brake,
+    Bushing,
+    Characteristic,
+    Joint,
+    JointSpring,
+    Line,
+    Point,
+    Reeving,
+    Rope,
+    Sheave,
+    System,
+    Torsion,
+    UserLaw,
+)
+from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.equations import equations
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.multibody.dynamics import composites, joint_space_inertia
+from heavylift.kernel.model import Program
+from heavylift.kernel.multibody import build_graph, composites, cut, joint_space_inertia
 from heavylift.kernel.multibody.formulations import FORMULATIONS
-from heavylift.kernel.multibody.graph import build_graph
 from heavylift.kernel.multibody.kinematics import kinematics
-from heavylift.kernel.multibody.trees import cut
 from small_scenes import EA, LENGTH, G, X, Y, Z, hung, started
 from test_the_four_link_arm import GIVEN, PARENT, arm
 

@@ -7,11 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import field_types, mechanics
-from heavylift.kernel.description.forces import Element
-from heavylift.kernel.description.mechanics import Body, Joint, System
-from heavylift.kernel.forces.force_law import Answer, ForceLaw, Poses, Shown
-from heavylift.kernel.forces.table import FORCES
+from heavylift.kernel.description import Body, Element, Joint, System, field_types, mechanics
+from heavylift.kernel.forces import FORCES, Answer, ForceLaw, Poses, Shown
 from small_scenes import SECOND, column, hand_over, started
 
 LARGEST, CRITICAL, INERTIA, BEGINS = 400.0, 12.0, 80.0, 30.0  # [N m], [rad/s], [kg m2], [rad/s]

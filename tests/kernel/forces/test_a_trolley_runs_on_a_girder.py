@@ -5,15 +5,11 @@ from math import pi, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.forces import Load
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Stop, System
-from heavylift.kernel.description.points import Point
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.multibody.flexible.beam import beam_matrices, hermite
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Beam, Body, Drive, Flexible, Joint, Load, Point, Stop, System
+from heavylift.kernel.model import Program, evaluate
+from heavylift.kernel.multibody.flexible import beam_matrices, hermite
+from heavylift.kernel.simulation import Simulation
 from scipy.linalg import lu_factor, lu_solve
 from small_scenes import SECOND, G, column, hand_over, imbalance, started
 

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Bushing, Load, Signal, Wave
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Point, System
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Bushing, Drive, Joint, Load, Point, System, Wave
+from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.equations import equations
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.model import Program, evaluate
+from heavylift.kernel.simulation import Simulation
 from scipy.integrate import solve_ivp
 from small_scenes import SECOND, G, cube, hand_over, started
 

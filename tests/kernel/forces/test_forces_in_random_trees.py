@@ -4,19 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import (
+from heavylift.kernel.description import (
     Bushing,
     Characteristic,
     Load,
+    Point,
     Reeving,
     Sheave,
-    Signal,
     Spring,
     Torsion,
     UserLaw,
     Wind,
 )
-from heavylift.kernel.description.mechanics import Point
+from heavylift.kernel.description.forces import Signal
 from msgspec import structs
 from random_trees import random_system
 from small_scenes import SECOND, events, imbalance, started

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import (  # fmt: skip
+from heavylift.kernel.description import (  # fmt: skip
     Body,
     Brake,
     Drive,

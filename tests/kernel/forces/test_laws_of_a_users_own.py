@@ -7,11 +7,11 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Characteristic, Load, Signal, UserLaw
-from heavylift.kernel.description.mechanics import Body, Joint, Point, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Characteristic, Joint, Load, Point, System, UserLaw
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import native_state
-from heavylift.kernel.simulation.simulation import Simulation
 from scipy.integrate import solve_ivp
 from small_scenes import SECOND, X, cube, events, imbalance, slider, started, times
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Load, Signal, Wind
-from heavylift.kernel.description.mechanics import Body, Joint, Master, Point, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Joint, Load, Master, Point, System, Wind
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.simulation import Simulation
 from scipy.integrate import solve_ivp
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation

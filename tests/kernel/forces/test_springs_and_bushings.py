@@ -6,10 +6,9 @@ from math import pi, sqrt
 import mujoco
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Bushing, Spring, Torsion
-from heavylift.kernel.description.mechanics import Body, Joint, Point, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Bushing, Joint, Point, Spring, System, Torsion
+from heavylift.kernel.simulation import Simulation
 from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, X, Z, column, cube, imbalance, slider, started
 

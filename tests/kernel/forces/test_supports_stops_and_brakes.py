@@ -5,19 +5,8 @@ from math import atan2, ceil, cos, hypot, log2, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import (
-    Body,
-    Brake,
-    Joint,
-    JointSpring,
-    Line,
-    Point,
-    Rope,
-    Stop,
-    Support,
-    System,
-)
-from heavylift.kernel.forces.supports import SupportAt, SupportLaw
+from heavylift.kernel.description import Body, Brake, Joint, JointSpring, Line, Point, Rope, Stop, Support, System
+from heavylift.kernel.forces import SupportAt, SupportLaw
 from small_scenes import SECOND, G, X, cube, events, hand_over, imbalance, slider, started, times
 
 FINE = {"tolerance": 1e-11, "h_max": 0.01}

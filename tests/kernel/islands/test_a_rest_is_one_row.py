@@ -10,10 +10,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation import recorder
-from heavylift.kernel.simulation.native.native_state import ROWS
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.islands import Islands
+from heavylift.kernel.simulation import Simulation, recorder
+from heavylift.kernel.simulation.native import ROWS
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from two_loads import SECOND, TIED, TOLERANCE, TWO, wind
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Line, Point, Rope
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.islands import Islands
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Line, Point, Rope
+from heavylift.kernel.islands import Islands
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from two_loads import APART, SECOND, TIED, TOLERANCE, TWO, Stage, assert_alike, islands, one, played, wind
 

@@ -7,19 +7,11 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from heavylift.kernel.compiler.machine_code import Library
-from heavylift.kernel.description.mechanics import (
-    Body,
-    Joint,
-    Measured,
-    System,
-    merge,
-)
-from heavylift.kernel.islands.choice import simulate
-from heavylift.kernel.islands.components import islands_of
-from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation.native.sample_row import labels
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.compiler import Library
+from heavylift.kernel.description import Body, Joint, Measured, System, merge
+from heavylift.kernel.islands import Islands, islands_of, simulate
+from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.native import labels
 from two_loads import (
     SECOND,
     TIED,

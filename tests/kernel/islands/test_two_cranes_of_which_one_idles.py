@@ -5,16 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from heavylift.coordinator.participants.configuration import wiring
-from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.pause import configured
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.record.drawing import boxes
+from heavylift.coordinator.participants import KernelNode, configured, wiring
+from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
+from heavylift.coordinator.record import boxes
 from heavylift.coordinator.run import run
-from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.islands import Islands
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Simulator, Tag, seconds
 from heavylift.nodes.models import KERNEL, build
 from heavylift.nodes.scene import LoadedScene, bundled, parse

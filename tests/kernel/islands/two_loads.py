@@ -6,20 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from heavylift.kernel.description.mechanics import (
-    Body,
-    Joint,
-    Line,
-    Matrix,
-    Point,
-    Rope,
-    Support,
-    System,
-    Threshold,
-    merge,
-)
-from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import Body, Joint, Line, Matrix, Point, Rope, Support, System, Threshold, merge
+from heavylift.kernel.islands import Islands
+from heavylift.kernel.simulation import Simulation
 
 SECOND = 1_000_000_000
 TOLERANCE = 1e-7

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.methods.stability import Balance
+from heavylift.kernel import KernelError
+from heavylift.kernel.methods import Balance
 
 READINGS, PARTS = 40, 5
 

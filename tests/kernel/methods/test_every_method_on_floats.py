@@ -4,7 +4,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import MethodName
+from heavylift.kernel.description import MethodName
 from small_scenes import SECOND, events, hand_over, hung, started
 
 SAME = 1e-12

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from goliath import scene
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Joint, JointSpring, System
 from small_scenes import SECOND, X, column, hand_over, hung, slider, started
 
 FORMS = json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.methods.velocity_space import MOVED, SPED
-from heavylift.kernel.simulation.native.oracle import Oracle
+from heavylift.kernel.methods import MOVED, SPED
+from heavylift.kernel.simulation.native import Oracle
 from random_mechanisms import mechanism
 from small_scenes import started
 

@@ -5,7 +5,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, MethodName, System
+from heavylift.kernel.description import Body, Drive, Joint, MethodName, System
 from small_scenes import SECOND, G, X, cube, hand_over, hung, started
 
 EXACT = 1e-14  # tolerance of the solution that the steps are compared with

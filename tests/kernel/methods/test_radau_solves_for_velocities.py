@@ -4,9 +4,8 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, System
-from heavylift.kernel.multibody.motion import rates, speeds
+from heavylift.kernel.description import JOINTS, Body, Drive, Joint, Line, Point, Rope, System
+from heavylift.kernel.multibody import rates, speeds
 from small_scenes import SECOND, G, X, column, cube, hand_over, imbalance, started
 
 ROUNDED = 1e-12

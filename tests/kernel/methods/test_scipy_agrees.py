@@ -5,7 +5,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from goliath import scene
-from heavylift.kernel.description.mechanics import MethodName
+from heavylift.kernel.description import MethodName
 from heavylift.kernel.methods import METHODS
 from scipy_peers import PEERS
 from small_scenes import SECOND, column, hand_over, hung, started, times

@@ -2,8 +2,7 @@
 
 import pytest
 from contact_scenes import STILL, ball, brick
-from heavylift.kernel.description.contacts import Ball, Box, Contact
-from heavylift.kernel.description.mechanics import Joint, System
+from heavylift.kernel.description import Ball, Box, Contact, Joint, System
 from scipy_peers import PEERS
 from small_scenes import SECOND, hand_over, started, times
 

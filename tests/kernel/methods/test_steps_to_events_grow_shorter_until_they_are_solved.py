@@ -5,9 +5,9 @@ from itertools import count
 from random import Random
 
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.integrator import Integrator
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.simulation import Integrator
 from small_scenes import SECOND, G, cube, hand_over, started
 
 IMPLICIT = {"radau5": 1e-5}

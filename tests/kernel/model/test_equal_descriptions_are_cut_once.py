@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.program import Program
+from heavylift.kernel import KernelError
+from heavylift.kernel.model import Program
 from random_trees import random_system
 
 

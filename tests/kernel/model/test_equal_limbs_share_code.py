@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.algebra.spatial import axis_rotation
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.algebra import axis_rotation
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.model import Program
+from heavylift.kernel.simulation import Simulation
 from random_trees import random_state
 
 SAME = 1e-10  # two orders of elimination, of masses within a decade
@@ -66,7 +66,7 @@ def test_three_make_a_kind_and_more_of_them_no_more_code():
 
 
 def test_what_resists_nothing_is_named_all_the_same():
-    from heavylift.kernel.errors import KernelError
+    from heavylift.kernel import KernelError
 
     system = spider(3)
     bodies = tuple(Body(b.name, 0.0) if b.name.startswith("hook") else b for b in system.bodies)

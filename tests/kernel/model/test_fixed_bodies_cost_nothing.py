@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import reactions
-from heavylift.kernel.description.mechanics import Body, Joint, System
-from heavylift.kernel.model.program import Program
+from heavylift.kernel.description import Body, Joint, System
+from heavylift.kernel.model import Program
 from scipy.spatial.transform import Rotation
 from small_scenes import started
 

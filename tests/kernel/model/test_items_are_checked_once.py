@@ -6,10 +6,9 @@ from dataclasses import replace
 from math import inf, nan
 
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model import checks
-from heavylift.kernel.model.checks import check_description
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Joint, System
+from heavylift.kernel.model import check_description, checks
 
 ROD = Body("rod", 2.0, com=(0.0, 0.0, -0.5), inertia=((0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.1)))
 HINGE = Joint("hinge", "revolute", "world", "rod", axis=(0.0, 1.0, 0.0))

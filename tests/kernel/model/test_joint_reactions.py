@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import momentum, reactions
-from heavylift.kernel.description.mechanics import Body, Brake, Drive, Joint, JointSpring, System
+from heavylift.kernel.description import Body, Brake, Drive, Joint, JointSpring, System
 from small_scenes import G, X, Y, Z, cube, hung, started
 from test_the_four_link_arm import GIVEN, WANT, arm
 

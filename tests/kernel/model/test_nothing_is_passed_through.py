@@ -4,8 +4,7 @@ from math import sqrt
 
 import pytest
 from contact_scenes import STILL, ball, brick, floating
-from heavylift.kernel.description.contacts import Ball, Box, Contact
-from heavylift.kernel.description.mechanics import Joint, System
+from heavylift.kernel.description import Ball, Box, Contact, Joint, System
 from small_scenes import SECOND, G, started, times
 
 NANOSECOND = 2e-9  # [s] event times are rounded up

@@ -10,23 +10,24 @@ from typing import Any, ClassVar
 import pytest
 from contact_scenes import brick, floating
 from every_law import yard
-from heavylift.kernel.description.contacts import Box, Contact, Plane
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.mechanics import (
+from heavylift.kernel.description import (
     WORLD,
+    Beam,
     Body,
+    Box,
+    Contact,
     Drive,
+    Flexible,
     Joint,
     Line,
     Measured,
+    Plane,
     Point,
     RigidRope,
     System,
     Threshold,
 )
-from heavylift.kernel.model import evaluation
-from heavylift.kernel.model.evaluation import FORCES, POSES, Evaluation, Stage, evaluate
-from heavylift.kernel.model.program import Program
+from heavylift.kernel.model import FORCES, POSES, Evaluation, Program, Stage, evaluate, evaluation
 from small_scenes import X, Y
 
 CUBE = (1.0, 1.0, 1.0)

@@ -7,10 +7,19 @@ from typing import Literal, get_args
 
 import mujoco
 import pytest
-from heavylift.kernel.description import field_types, joint_table, mechanics
-from heavylift.kernel.description.joint_table import AXIS, JOINTS, SECOND, THIRD, JointType, Motion
-from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.model.program import Program
+from heavylift.kernel.description import (
+    AXIS,
+    JOINTS,
+    SECOND,
+    THIRD,
+    JointType,
+    Motion,
+    System,
+    field_types,
+    joint_table,
+    mechanics,
+)
+from heavylift.kernel.model import Program
 from random_trees import GRAVITY, random_state
 from test_every_joint_agrees_with_others import INTO_MUJOCO, SAME, SOLID, accelerations, joint, mujoco_model, relative
 

@@ -5,12 +5,10 @@ At radius r and angle w t the acceleration is (r'' - r w^2) along the arm and r 
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, System
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.multibody.inverse_dynamics import axial_loads
+from heavylift.kernel.description import Beam, Body, Drive, Flexible, Joint, System
+from heavylift.kernel.model import Program
+from heavylift.kernel.multibody import axial_loads, cut
 from heavylift.kernel.multibody.kinematics import kinematics
-from heavylift.kernel.multibody.trees import cut
 
 EXACT = 1e-12  # relative: a few roundings
 RANDOM = np.random.default_rng(7).uniform(0.5, 2.0, (20, 6))

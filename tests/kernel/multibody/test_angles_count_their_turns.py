@@ -5,11 +5,23 @@ from math import degrees, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
+from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description.forces import Bushing, Load, Torsion
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Measured, Point, Rope, System, Threshold
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.choice import simulate
+from heavylift.kernel.description import (
+    Body,
+    Bushing,
+    Drive,
+    Joint,
+    Line,
+    Load,
+    Measured,
+    Point,
+    Rope,
+    System,
+    Threshold,
+    Torsion,
+)
+from heavylift.kernel.islands import simulate
 from small_scenes import SECOND, X, Y, Z, column, cube, hand_over, imbalance, started
 
 ROUNDING = 1.01  # [ns] events are rounded up to the next nanosecond

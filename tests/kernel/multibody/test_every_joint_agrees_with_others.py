@@ -6,10 +6,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, System
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.program import Program
+from heavylift.kernel.description import JOINTS, Body, Joint, JointSpring, System
+from heavylift.kernel.model import Program, evaluate
 from heavylift.kernel.multibody.kinematics import kinematics
 from random_trees import (
     GRAVITY,

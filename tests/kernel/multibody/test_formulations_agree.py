@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.multibody import build_graph, cut
 from heavylift.kernel.multibody.formulations import FORMULATIONS
-from heavylift.kernel.multibody.graph import build_graph
-from heavylift.kernel.multibody.trees import cut
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from random_trees import GRAVITY, KINDS, random_state, random_system

@@ -8,10 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from heavylift.kernel.analysis import inverse_dynamics
-from heavylift.kernel.multibody.dynamics import composites, dynamics, energies, joint_space_inertia
-from heavylift.kernel.multibody.graph import build_graph
+from heavylift.kernel.multibody import build_graph, composites, cut, energies, joint_space_inertia
+from heavylift.kernel.multibody.dynamics import dynamics
 from heavylift.kernel.multibody.kinematics import kinematics
-from heavylift.kernel.multibody.trees import cut
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from random_trees import GRAVITY, pinocchio_model, random_state, random_system

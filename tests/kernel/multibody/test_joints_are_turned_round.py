@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, JointSpring, Stop, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import WORLD, Body, Drive, Joint, JointSpring, Stop, System
 from linkages import poses
 from random_trees import rotation
 from scipy.spatial.transform import Rotation

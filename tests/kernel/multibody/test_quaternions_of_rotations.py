@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import permutations, product
 
 import numpy as np
-from heavylift.kernel.algebra.attitudes import quaternions
+from heavylift.kernel.algebra import quaternions
 from scipy.spatial.transform import Rotation
 
 RANDOM = np.random.default_rng(7)

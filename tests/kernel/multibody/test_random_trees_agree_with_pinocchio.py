@@ -3,9 +3,8 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.model import Program, evaluate
+from heavylift.kernel.simulation import Simulation
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from random_trees import pinocchio_model, random_state, random_system

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, System
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, System
 from small_scenes import SECOND, Y, hand_over, slider, started, times
 
 PROBLEMS = json.loads((Path(__file__).parents[2] / "data" / "tree_problems.json").read_text())["problems"]

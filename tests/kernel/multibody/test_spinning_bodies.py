@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, System
+from heavylift.kernel.description import Body, Joint, System
 from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, hand_over, started
 

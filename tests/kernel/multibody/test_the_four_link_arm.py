@@ -9,11 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, System
+from heavylift.kernel.description import WORLD, Body, Drive, Joint, System
+from heavylift.kernel.multibody import build_graph, cut
 from heavylift.kernel.multibody.dynamics import dynamics
-from heavylift.kernel.multibody.graph import build_graph
-from heavylift.kernel.multibody.trees import cut
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
 
 FORMS = json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())
 C19B = next(x for x in FORMS if x["id"] == "C19b")

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import numpy as np
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
+from heavylift.kernel.description import WORLD, Body, Joint, System
 from heavylift.kernel.equations import balance, equations
-from heavylift.kernel.multibody.graph import build_graph, children_of, path_matrix
+from heavylift.kernel.multibody import build_graph, children_of, path_matrix
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

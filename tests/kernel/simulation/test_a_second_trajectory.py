@@ -6,7 +6,7 @@ masses in space; the equations below are Newton's, the events SciPy's own.
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from scipy.integrate import solve_ivp
 from small_scenes import SECOND, G, cube, events, hand_over, started
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from contact_scenes import on_slope, rocker
 from every_law import yard
-from heavylift.kernel.description.mechanics import Body, Joint, Lock, System
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import Body, Joint, Lock, System
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from small_scenes import SECOND, G, Y, cube, hand_over, hung, started
 

@@ -5,9 +5,9 @@ from math import acos, cos, degrees, sin
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import WORLD, Body, Drive, Joint, System
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.scene import parse
 from linkages import windows
 from small_scenes import G, X, Y, cube, started

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Drive, Line, Point, Rope, System, Threshold
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Drive, Line, Point, Rope, System, Threshold
+from heavylift.kernel.islands import Islands
+from heavylift.kernel.simulation import Simulation
 from small_scenes import MASS, SECOND, X, hand_over, hung, slider, started
 
 END = 3 * SECOND

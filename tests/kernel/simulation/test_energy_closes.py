@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import (
+from heavylift.kernel.description import (
     Body,
     Brake,
     Drive,
@@ -17,7 +17,7 @@ from heavylift.kernel.description.mechanics import (
     Support,
     System,
 )
-from heavylift.kernel.forces.ropes import RopeLaw
+from heavylift.kernel.forces import RopeLaw
 from small_scenes import EA, MASS, SECOND, G, X, Y, Z, column, cube, events, hand_over, hung, imbalance, slider, started
 
 CLOSES = 1e-10  # of the energy turned over

@@ -6,20 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import (
-    WORLD,
-    Body,
-    Drive,
-    Joint,
-    JointSpring,
-    Line,
-    Point,
-    RigidRope,
-    System,
-)
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.safeguards.failures import too_slow, too_small
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import WORLD, Body, Drive, Joint, JointSpring, Line, Point, RigidRope, System
+from heavylift.kernel.model import Program
+from heavylift.kernel.simulation.safeguards import too_slow, too_small
 from small_scenes import SECOND, G, X, Z, hand_over, slider, started
 
 ACROSS = (0.0, -1.0, 0.0)

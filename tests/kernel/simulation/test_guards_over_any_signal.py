@@ -6,13 +6,12 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
 import pytest
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, System, Wind, guard_of
 from heavylift.kernel.description.forces import Signal as Driven
-from heavylift.kernel.description.forces import Wind
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, System
-from heavylift.kernel.description.signals import Signal, guard_of
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.quantities import scalar
-from heavylift.kernel.simulation.native.signals import reader
+from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.model import scalar
+from heavylift.kernel.simulation.native import reader
 from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 from small_scenes import EA, SECOND, G, X, Z, cube, hung, started

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import momentum
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from small_scenes import SECOND, G, X, Y, Z, cube, hand_over, started
 
 KEPT = 1e-9  # relative, over ten seconds at a tolerance of 1e-11

@@ -7,8 +7,8 @@ round-off: they end some picoseconds apart, which shows in the peaks and in thei
 import numpy as np
 import pytest
 from every_law import yard
-from heavylift.kernel.simulation.native.samples import channels, published
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.native import channels, published
 
 SAME = 1e-12
 PEAK = 1e-8  # of a peak, and [s] of its time

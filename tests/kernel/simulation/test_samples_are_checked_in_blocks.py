@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.forces import Load, Signal
-from heavylift.kernel.description.mechanics import Body, Joint, Point, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.recorder import Recorder
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Beam, Body, Flexible, Joint, Load, Point, System
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.simulation import Recorder
 from small_scenes import SECOND, hand_over, started
 
 L, EI = 10.0, 1e6

@@ -9,9 +9,9 @@ from math import cos, exp, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Line, Point, Rope, System
-from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Rope, System
+from heavylift.kernel.islands import Islands
+from heavylift.kernel.simulation import Simulation
 from scipy_peers import PEERS
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Y, column, hand_over, hung, slider, started
 

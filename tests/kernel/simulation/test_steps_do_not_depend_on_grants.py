@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from goliath import scene as goliath
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Line, Point, Rope, System, Threshold
-from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Rope, System, Threshold
+from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.native import FOREVER_NS
 from small_scenes import SECOND, G, cube, events, hand_over, hung, slider, started
 
 OWN_CALLS = ("run", "status", "budget", "until")  # of the last native call; everything else must be equal

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from goliath import scene
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
 
 REFERENCE = json.loads((Path(__file__).parents[2] / "data" / "goliath_reference.json").read_text())
 TENSION_ERROR = 1e-6  # of 550 kN: two orders above the reference's own error (rtol 1e-12)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from math import pi, sqrt
 
 import pytest
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, System, Threshold
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, System, Threshold
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, cube, hand_over, hung, slider, started
 
 FINE = {"tolerance": 1e-11, "h_max": 0.01}

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Measured, Point, RigidRope, System
+from heavylift.kernel.description import Body, Drive, Joint, Line, Measured, Point, RigidRope, System
 from small_scenes import SECOND, G, X, Y, Z, column, cube, hand_over, started
 
 FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}

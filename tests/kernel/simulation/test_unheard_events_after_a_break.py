@@ -10,9 +10,9 @@ from random import Random
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.participants.kernel_node import KernelConfig, KernelNode
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, Stop, System, Threshold
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.coordinator.participants import KernelConfig, KernelNode
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, Stop, System, Threshold
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Event, Tag, encode, succ
 from heavylift.nodes.models.parts import messages as m
 from small_scenes import SECOND, G, X, started

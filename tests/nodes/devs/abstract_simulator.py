@@ -18,11 +18,11 @@ from heavylift.nodes.devs import (
     Message,
     Model,
     OutPort,
+    Present,
     Tag,
     Transition,
     after,
 )
-from heavylift.nodes.devs.models import Present
 
 Bags = dict[str, list[Message]]  # by port
 Tell = Callable[[Transition], None]

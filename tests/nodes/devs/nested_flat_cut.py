@@ -5,10 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from abstract_simulator import nested
-from heavylift.coordinator.protocol.core import Coordinator
-from heavylift.coordinator.protocol.distance import Coupling
-from heavylift.coordinator.protocol.memory import run_in_memory
-from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol import Coordinator, Coupling, Node, run_in_memory
 from heavylift.nodes.devs import Coupled, Simulator, Tag, Transition
 
 sys.path.append(str(Path(__file__).parents[2] / "coordinator/protocol"))

@@ -5,11 +5,10 @@ from math import ceil, cos, exp, log, nan, pi, sin
 from random import Random
 
 import pytest
-from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Bag, Coupled, In, Message, Out, Simulator, Tag, hybrid, seconds
-from heavylift.nodes.devs.hybrid import Hybrid, State
-from heavylift.nodes.testing import drive
-from heavylift.nodes.zoo.bouncing_ball import Ball, Bounce, G
+from heavylift.kernel import ModelError
+from heavylift.nodes import drive
+from heavylift.nodes.devs import Bag, Coupled, Hybrid, In, Message, Out, Simulator, State, Tag, hybrid, seconds
+from heavylift.nodes.zoo import Ball, Bounce, G
 
 SECOND = 10**9
 

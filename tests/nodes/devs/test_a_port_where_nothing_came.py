@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
+from heavylift.nodes import drive
 from heavylift.nodes.devs import Atomic, Bag, In, InPort, Message, Out, Tag
-from heavylift.nodes.testing import drive
 
 
 class Summand(Message):

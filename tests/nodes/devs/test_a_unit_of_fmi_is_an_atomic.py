@@ -12,13 +12,11 @@ from pathlib import Path
 import fmpy
 import pytest
 from heavylift.coordinator import run_models
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.run import Watch
 from heavylift.coordinator.supervision import failover
-from heavylift.kernel.errors import ModelError
-from heavylift.kernel.trust import allowed
+from heavylift.kernel import ModelError, allowed
+from heavylift.nodes import Fmu, Signals, drive
 from heavylift.nodes.devs import Event, Simulator, Tag, ms
-from heavylift.nodes.fmi import Fmu, Signals
-from heavylift.nodes.testing import drive
 from pythonfmu import FmuBuilder
 
 HERE = Path(__file__).parent

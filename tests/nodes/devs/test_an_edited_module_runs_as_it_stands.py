@@ -10,9 +10,8 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Message
-from heavylift.nodes.devs.references import imported
+from heavylift.kernel import ModelError
+from heavylift.nodes.devs import Message, imported
 
 LIST = "import sys\nsys.__dict__.setdefault('executed', []).append(__name__)\n"
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, run
-from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.kernel import KernelError, ModelError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, In, Out, Simulator, Tag, ms, seconds
 
 

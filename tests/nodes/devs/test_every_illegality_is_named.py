@@ -9,9 +9,9 @@ from typing import Any, NoReturn
 
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, kinds, run
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Simulator, Tag, seconds
-from heavylift.nodes.devs.execution.rules import LONGER
+from heavylift.nodes.devs.execution import LONGER
 
 
 class Alien(Message):

@@ -3,7 +3,7 @@
 import pytest
 from devs_stories import coupled, run
 from heavylift.nodes.devs import Tag, seconds
-from heavylift.nodes.zoo.queue import Generator, Processor, Transducer, workshop
+from heavylift.nodes.zoo import Generator, Processor, Transducer, workshop
 
 
 @pytest.mark.parametrize("nested", [False, True])

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from devs_stories import Item, Relay, Sink, coupled
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Bag, Event, Message, Simulator, Tag, Trace, decode, encode, message_type
 
 

@@ -5,13 +5,13 @@ from typing import Any
 
 import pytest
 from devs_stories import Item, Relay, coupled
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
+from heavylift.nodes import drive
 from heavylift.nodes.devs import Coupled, Message, Tag, Transition, seconds
-from heavylift.nodes.models.assembly import build_one
-from heavylift.nodes.models.parts.messages import Done, Run, SetProfile
-from heavylift.nodes.scene.loading import load
-from heavylift.nodes.testing import drive
-from heavylift.nodes.zoo.queue import Generator, Job, Processor
+from heavylift.nodes.models import build_one
+from heavylift.nodes.models.parts import Done, Run, SetProfile
+from heavylift.nodes.scene import load
+from heavylift.nodes.zoo import Generator, Job, Processor
 
 
 def test_the_west_crane_travels_10_m_in_30_s() -> None:

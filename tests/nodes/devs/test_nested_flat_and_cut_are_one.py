@@ -10,8 +10,7 @@ from abstract_simulator import nested
 from devs_stories import Item, Relay, Sink, coupled
 from heavylift.nodes.devs import Coupled, Simulator, Tag, Trace, Transition, seconds
 from heavylift.nodes.devs.execution import bags, simulator
-from heavylift.nodes.zoo.queue import workshop
-from heavylift.nodes.zoo.token_ring import ring
+from heavylift.nodes.zoo import ring, workshop
 from nested_flat_cut import three_ways
 from random_models import END, build_deep, flat
 

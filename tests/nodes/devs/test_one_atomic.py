@@ -2,7 +2,7 @@
 
 import pytest
 from devs_stories import Generator, Item, Relay, kinds, run
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import (
     FOREVER,
     NEVER,

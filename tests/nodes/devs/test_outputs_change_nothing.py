@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from devs_stories import Item, Relay, coupled
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Out, Simulator, Tag
 from heavylift.nodes.devs.execution import purity
 

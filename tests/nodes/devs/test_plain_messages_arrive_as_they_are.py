@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Message, messages
 from heavylift.nodes.devs.travelling import travelling
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, run
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Port, Simulator, Tag, ms, seconds
 
 

@@ -4,10 +4,9 @@ import random
 
 import pytest
 from devs_stories import Generator, Relay, Sink, coupled
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Atomic, Simulator, Transition, seconds
-from heavylift.nodes.zoo.queue import Transducer, workshop
-from heavylift.nodes.zoo.token_ring import ring
+from heavylift.nodes.zoo import Transducer, ring, workshop
 
 
 def models():

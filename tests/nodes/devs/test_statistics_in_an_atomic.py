@@ -4,7 +4,7 @@ from math import isnan
 from statistics import fmean, stdev
 
 import pytest
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Tag, Tally, TimeWeighted, stream
 
 

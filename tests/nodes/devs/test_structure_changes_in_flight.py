@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
+from heavylift.nodes import drive
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, Trace, seconds
-from heavylift.nodes.testing import drive
 
 
 class Breeder(Atomic):

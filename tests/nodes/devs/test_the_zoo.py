@@ -1,10 +1,10 @@
 """The models to copy from do what their first lines say."""
 
 from devs_stories import kinds
+from heavylift.nodes import drive
 from heavylift.nodes.devs import Message, Simulator, Tag, seconds
-from heavylift.nodes.testing import drive
-from heavylift.nodes.zoo.token_ring import Station, ring
-from heavylift.nodes.zoo.traffic_light import Colour, Light, Mode, Show, Take
+from heavylift.nodes.zoo import Colour, Light, Mode, Show, Take, ring
+from heavylift.nodes.zoo.token_ring import Station
 
 
 def shown(inputs: list[tuple[int | Tag, str, Message]], until: float) -> list[tuple[float, str]]:

@@ -4,10 +4,10 @@ from random import Random
 
 import pytest
 from devs_stories import Item, Relay, Sink
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
+from heavylift.nodes import drive
 from heavylift.nodes.devs import FOREVER, NEVER, Atomic, Bag, In, Simulator, Tag, models, ms, ns, seconds, us
 from heavylift.nodes.devs.execution import schedule
-from heavylift.nodes.testing import drive
 
 
 class Sleeper(Atomic):

@@ -1,7 +1,7 @@
 """A spring, a unit in a file, and who pushes it."""
 
+from heavylift.nodes import Fmu, Signals
 from heavylift.nodes.devs import Atomic, Coupled, In, Out, ms
-from heavylift.nodes.fmi import Fmu, Signals
 
 
 class Pusher(Atomic):

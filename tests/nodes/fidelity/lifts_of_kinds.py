@@ -27,7 +27,7 @@ from math import pi, sqrt
 from random import Random
 from typing import Any
 
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import parse
 from random_lifts import TWO, awaits_lifting, random_lift
 from ruamel.yaml import YAML

@@ -2,9 +2,9 @@
 
 from dataclasses import fields, replace
 
-from heavylift.kernel.description.mechanics import Body, Joint, Lock, System
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import Body, Joint, Lock, System
+from heavylift.kernel.model import Program
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import load
 

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.commands.common.app import app
-from heavylift.coordinator.run import run
-from heavylift.coordinator.run.progress import summary
+from heavylift.coordinator.run import run, summary
 from heavylift.coordinator.verdict import verdict_of
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, report

@@ -7,9 +7,9 @@ from math import asin, cos, degrees, radians, sin
 
 import pytest
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.nodes.limits.standards import SHARING, daf_onshore, hoisting_factor, partial_factor
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.simulation import Simulation
+from heavylift.nodes.limits import SHARING, daf_onshore, hoisting_factor, partial_factor
 
 L, C, D = 25.0, 12.0, 13.0  # [m] between the hooks, from the centre of mass to each
 A, B = 10.0, 14.0  # [m] from the centre of mass up to the lift points of each

@@ -7,15 +7,11 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.coordinator.verdict import judge
-from heavylift.coordinator.verdict.conduct import Conduct
-from heavylift.coordinator.verdict.history import History
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits import Limit, Use, signals_of, uses_of, uses_on_path
-from heavylift.nodes.limits.judging import judge as judged
-from heavylift.nodes.limits.reading import READERS
-from heavylift.nodes.limits.sentences import WORDS
-from heavylift.nodes.plan.limit import Quantity
+from heavylift.coordinator.verdict import Conduct, History, judge
+from heavylift.kernel import SceneError
+from heavylift.nodes.limits import READERS, WORDS, Limit, Use, signals_of, uses_of, uses_on_path
+from heavylift.nodes.limits import judge as judged
+from heavylift.nodes.plan import Quantity
 from heavylift.nodes.scene import LoadedScene, check, load
 
 SIDE = "cranes.crane.{}=1 MN"

@@ -8,15 +8,23 @@ from math import radians
 import numpy as np
 import pytest
 from heavylift.coordinator.commands.common.app import app
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits import Finding, Limit, Signals, judge, uses_of, uses_on_path
-from heavylift.nodes.limits.sentences import percent
-from heavylift.nodes.limits.telling import likewise, rows, unjudged
-from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Use
+from heavylift.kernel import SceneError
+from heavylift.nodes.limits import (
+    Finding,
+    Limit,
+    Signals,
+    judge,
+    likewise,
+    percent,
+    rows,
+    unjudged,
+    uses_of,
+    uses_on_path,
+)
+from heavylift.nodes.plan import Use, plan
 from heavylift.nodes.scene import check, json_schema, load
-from heavylift.nodes.scene.keys.base import comments
-from heavylift.nodes.scene.keys.schema import Block, Crane, Loader, SlingType, Supports
+from heavylift.nodes.scene.keys import Block, Crane, Loader, Supports, comments
+from heavylift.nodes.scene.keys.parts import SlingType
 
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
 

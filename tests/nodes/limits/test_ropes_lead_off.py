@@ -8,9 +8,8 @@ from math import atan, degrees, radians, sin, tan
 
 import numpy as np
 import pytest
-from heavylift.nodes.limits import Finding, Signals, Use, judge, rows, uses_of, uses_on_path
-from heavylift.nodes.limits.telling import unjudged
-from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.limits import Finding, Signals, Use, judge, rows, unjudged, uses_of, uses_on_path
+from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import check, load
 from heavylift.nodes.statics import StaticState
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import verdict_of
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits.reeving import drum_end_factor, lead_factor
+from heavylift.kernel import SceneError
+from heavylift.nodes.limits import drum_end_factor, lead_factor
 from heavylift.nodes.scene import check, load
 from heavylift.recordings import Recording
 

@@ -6,10 +6,10 @@ from math import pi, sin, sqrt
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.participants.pause import paused
+from heavylift.coordinator.participants import paused
+from heavylift.kernel import ModelError, SceneError
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.errors import ModelError, SceneError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import build_one, system
 from heavylift.nodes.scene import load
 from numpy.polynomial.legendre import leggauss

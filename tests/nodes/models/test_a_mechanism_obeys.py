@@ -1,29 +1,9 @@
 """A researcher's mechanism under the commander: drives, winches, brakes, supports and ropes of its own."""
 
-from heavylift.kernel.description.mechanics import (
-    Body,
-    Brake,
-    Drive,
-    Joint,
-    Line,
-    Point,
-    Rope,
-    Support,
-    System,
-    Threshold,
-)
-from heavylift.nodes.models.parts.messages import (
-    Finished,
-    Limit,
-    Reached,
-    SetBrake,
-    SetProfile,
-    StateEvent,
-    Touched,
-    Watch,
-)
+from heavylift.kernel.description import Body, Brake, Drive, Joint, Line, Point, Rope, Support, System, Threshold
+from heavylift.nodes.models.parts import Finished, Limit, Reached, SetBrake, SetProfile, StateEvent, Touched, Watch
+from heavylift.nodes.plan import Actuator, Mechanism, Plan
 from heavylift.nodes.plan import actions as a
-from heavylift.nodes.plan.plan import Actuator, Mechanism, Plan
 from yard import Yard
 
 SYSTEM = System(

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.nodes.plan.plan import Plan
+from heavylift.coordinator.ladder import play
+from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import load
 
 STORED = Path(__file__).parents[2] / "data" / "rows_by_level.json"

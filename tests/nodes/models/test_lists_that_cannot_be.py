@@ -1,22 +1,9 @@
 """Lists that contradict themselves or wait for ever: each ends in one sentence with its line."""
 
 import pytest
-from heavylift.kernel.errors import ModelError
-from heavylift.nodes.models.parts.messages import StateEvent
-from heavylift.nodes.plan.actions import (
-    Action,
-    And,
-    Brake,
-    Hookup,
-    Lifted,
-    Move,
-    MovesDone,
-    Order,
-    Slings,
-    Turn,
-    Unhook,
-)
-from heavylift.nodes.plan.plan import Plan
+from heavylift.kernel import ModelError
+from heavylift.nodes.models.parts import StateEvent
+from heavylift.nodes.plan import Action, And, Brake, Hookup, Lifted, Move, MovesDone, Order, Plan, Slings, Turn, Unhook
 from test_the_action_list import SLINGS, events, hoist, taut, travel
 from yard import Yard, turnover
 

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from heavylift.kernel.description.mechanics import Point, Threshold
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel import ModelError
+from heavylift.kernel.description import Point, Threshold
 from heavylift.nodes.devs import seconds
-from heavylift.nodes.models.parts.drive import DriveActor
-from heavylift.nodes.models.parts.messages import (
+from heavylift.nodes.models.parts import (
     Done,
+    DriveActor,
     Follow,
     Halt,
     Limit,
@@ -20,8 +20,8 @@ from heavylift.nodes.models.parts.messages import (
     SetProfile,
     StateEvent,
     Watch,
+    WinchActor,
 )
-from heavylift.nodes.models.parts.winch import WinchActor
 from yard import Bench
 
 MIN = 1 / 60

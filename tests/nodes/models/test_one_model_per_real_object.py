@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import msgspec
-from heavylift.kernel.description.mechanics import (
+from heavylift.kernel.description import (
     Body,
     Brake,
     Drive,
@@ -19,11 +19,9 @@ from heavylift.kernel.description.mechanics import (
 )
 from heavylift.nodes.devs import Coupled, Model
 from heavylift.nodes.models import build, build_one, couplings, subscriptions, system, tree
-from heavylift.nodes.models.commander.commander import Commander
-from heavylift.nodes.models.parts.gauges import LoadCell
-from heavylift.nodes.models.parts.parts import Actor, BodyAtomic, BodyCoupled, JointAtomic, JointCoupled
-from heavylift.nodes.plan.actions import Action, Crossing, Turn
-from heavylift.nodes.plan.plan import Mechanism, Plan, decode, encode
+from heavylift.nodes.models.commander import Commander
+from heavylift.nodes.models.parts import Actor, BodyAtomic, BodyCoupled, JointAtomic, JointCoupled, LoadCell
+from heavylift.nodes.plan import Action, Crossing, Mechanism, Plan, Turn, decode, encode
 from yard import turnover
 
 TURN = Action(orders=(Turn(rate=0.0026, accel=0.00026, to=1.5),))

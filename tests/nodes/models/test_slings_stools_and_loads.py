@@ -3,7 +3,7 @@
 from math import degrees
 
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts.messages import (
+from heavylift.nodes.models.parts import (
     Attitude,
     BrakeOrder,
     BrakeState,

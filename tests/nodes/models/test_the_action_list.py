@@ -4,9 +4,9 @@ from math import pi
 from typing import Literal
 
 import pytest
-from heavylift.kernel.description.mechanics import Threshold
+from heavylift.kernel.description import Threshold
 from heavylift.nodes.devs import seconds
-from heavylift.nodes.models.parts.messages import (
+from heavylift.nodes.models.parts import (
     Finished,
     Follow,
     Halt,
@@ -21,7 +21,7 @@ from heavylift.nodes.models.parts.messages import (
     Unwatch,
     Watch,
 )
-from heavylift.nodes.plan.actions import (
+from heavylift.nodes.plan import (
     Action,
     After,
     And,
@@ -36,7 +36,7 @@ from heavylift.nodes.plan.actions import (
     Turn,
     Wait,
 )
-from heavylift.nodes.plan.actions import Unhook as UnhookAction
+from heavylift.nodes.plan import Unhook as UnhookAction
 from yard import HOOKS, Yard, turnover
 
 CRANES = ("west", "east")

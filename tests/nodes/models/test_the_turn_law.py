@@ -4,11 +4,9 @@ from math import cos, radians, sin
 
 import msgspec
 import pytest
-from heavylift.kernel.errors import ModelError
-from heavylift.nodes.models.commander.actuator_registry import first_lugs
-from heavylift.nodes.models.commander.turn_law import Follower, followers
-from heavylift.nodes.plan.goliaths import machines
-from heavylift.nodes.plan.plan import Plan
+from heavylift.kernel import ModelError
+from heavylift.nodes.models.commander import Follower, first_lugs, followers
+from heavylift.nodes.plan import Plan, machines
 from yard import turnover
 
 FIRST = [(0, 61.0, 19.4, -14.6, 12.0), (30, 53.7, 26.1, -12.64, 13.19), (60, 48.4, 32.6, -7.30, 10.85)]

@@ -10,12 +10,13 @@ from collections.abc import Sequence
 from math import radians
 from typing import Literal, TypeVar
 
-from heavylift.kernel.description.mechanics import Line, Point, Support
+from heavylift.kernel.description import Line, Point, Support
+from heavylift.nodes import drive
 from heavylift.nodes.devs import Atomic, Bag, Coupled, Message, Model, Simulator, Transition, seconds
 from heavylift.nodes.models import CommanderModel, build, couplings, subscriptions
-from heavylift.nodes.models.parts.messages import KernelInput, StateEvent
-from heavylift.nodes.plan.actions import Action
-from heavylift.nodes.plan.plan import (
+from heavylift.nodes.models.parts import KernelInput, StateEvent
+from heavylift.nodes.plan import (
+    Action,
     Axis,
     Block,
     Crane,
@@ -30,7 +31,6 @@ from heavylift.nodes.plan.plan import (
     Sling,
     Trolley,
 )
-from heavylift.nodes.testing import drive
 
 M = TypeVar("M", bound=Message)
 LUGS = {

@@ -11,12 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift import simulate
-from heavylift.coordinator.participants.pause import resting
-from heavylift.kernel.errors import SceneError
-from heavylift.kernel.multibody.flexible.modes import modes_of
-from heavylift.kernel.multibody.flexible.reduction import reduced
-from heavylift.nodes.plan.bending import block_body
-from heavylift.nodes.plan.plan import Inertia
+from heavylift.coordinator.participants import resting
+from heavylift.kernel import SceneError
+from heavylift.kernel.multibody.flexible import modes_of, reduced
+from heavylift.nodes.plan import Inertia, block_body
 from heavylift.nodes.scene import LoadedScene, load, parse
 
 L, MASS, EI, G = 40.0, 150e3, 6e9, 9.80665
@@ -177,7 +175,7 @@ def test_a_beam_without_modes_is_the_rigid_block() -> None:
 
 def test_mass_properties_are_those_of_the_block() -> None:
     """Whatever part of a block bends, and wherever its centre of mass is."""
-    from heavylift.kernel.description.flexible import Beam, Flexible
+    from heavylift.kernel.description import Beam, Flexible
 
     random = np.random.default_rng(5)
     for _ in range(10):

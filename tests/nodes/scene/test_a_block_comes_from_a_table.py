@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scenes import bundled
 

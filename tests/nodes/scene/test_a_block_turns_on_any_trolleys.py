@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.ladder import play
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load, parse
 
 SCENE = """

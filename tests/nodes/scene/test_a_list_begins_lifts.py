@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.ladder import play
 from heavylift.coordinator.run import run
-from heavylift.coordinator.transport.placement import Placement
-from heavylift.kernel.errors import ModelError, SceneError
+from heavylift.coordinator.transport import Placement
+from heavylift.kernel import ModelError, SceneError
 from heavylift.nodes.models import KERNEL, build
-from heavylift.nodes.models.parts.messages import Begun, Ended, Stage
+from heavylift.nodes.models.parts import Begun, Ended, Stage
 from heavylift.nodes.scene import load, parse
 from heavylift.recordings import Recording
 

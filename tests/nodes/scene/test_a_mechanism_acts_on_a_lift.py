@@ -3,10 +3,10 @@
 from math import hypot
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.models import build, system
 from heavylift.nodes.scene import LoadedScene, parse
-from heavylift.nodes.statics.static_state import world
+from heavylift.nodes.statics import world
 
 G = 9.80665
 BLOCK, HANGING = 300e3, 3 * (25e3 + 10e3 + 10e3)  # the block; hook blocks and loaders [kg]

@@ -1,8 +1,8 @@
 """A joint whose child another joint carries already, or is the world, closes a loop: nothing else is written."""
 
 import pytest
-from heavylift.kernel.errors import SceneError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import SceneError
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.scene import parse
 
 FOUR_BAR = """\

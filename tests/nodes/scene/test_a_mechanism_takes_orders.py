@@ -2,8 +2,8 @@
 
 import math
 
-from heavylift.kernel.description.mechanics import Point, Threshold
-from heavylift.nodes.plan.actions import And, Brake, Crossing, Lifted, Move, Slings, Wait
+from heavylift.kernel.description import Point, Threshold
+from heavylift.nodes.plan import And, Brake, Crossing, Lifted, Move, Slings, Wait
 from heavylift.nodes.scene import parse
 
 SCENE = """\

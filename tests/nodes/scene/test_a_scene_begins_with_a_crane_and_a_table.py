@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.commands import app
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import begun_with, load
-from heavylift.nodes.scene.text.machine_types import library
+from heavylift.nodes.scene.text import library
 from typer.testing import CliRunner
 
 TABLE = """\

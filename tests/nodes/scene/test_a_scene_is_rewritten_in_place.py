@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.text.rewriting import rewritten
-from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.scene.text import Path, rewritten
 
 TEXT = """\
 # a lift

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load, parse
+from heavylift.nodes.scene.text import MOST_DIGITS, MOST_VALUES
 from heavylift.nodes.scene.text.files import LARGEST
-from heavylift.nodes.scene.text.source import DEEPEST, MOST_DIGITS, MOST_VALUES
+from heavylift.nodes.scene.text.source import DEEPEST
 
 SECRET = "password: correct horse\n"
 

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.run.scene import run
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan import actions
-from heavylift.nodes.plan.verbs import MOTIONS, VERBS, Verb
+from heavylift.coordinator.run import run
+from heavylift.kernel import SceneError
+from heavylift.nodes.plan import MOTIONS, VERBS, Verb, actions
 from heavylift.nodes.scene import parse
 from heavylift.nodes.scene.language import phrases
 from heavylift.recordings import Recording

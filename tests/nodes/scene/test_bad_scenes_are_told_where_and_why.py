@@ -11,11 +11,11 @@ from bad_orders import ORDERS
 from bad_references import REFERENCES
 from bad_words import WORDS
 from bad_yards import YARDS
-from heavylift.coordinator.transport.keys import OBSERVER, check_names
-from heavylift.kernel.errors import ProtocolError, SceneError
+from heavylift.coordinator.transport import OBSERVER, check_names
+from heavylift.kernel import ProtocolError, SceneError
 from heavylift.nodes.models import COMMANDER, KERNEL
 from heavylift.nodes.scene import bundled, load, parse
-from heavylift.nodes.scene.keys.schema import RESERVED
+from heavylift.nodes.scene.keys import RESERVED
 
 TEXTS = {name: path.read_text(encoding="utf-8") for name, path in bundled().items()}
 HEAD = re.compile(r"(?P<file>[^:]+):(?P<line>\d+):(?P<column>\d+): error: (?P<told>.*)")

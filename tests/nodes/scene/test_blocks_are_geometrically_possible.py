@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits.geometry import geometry_findings, outside, passes_through
+from heavylift.kernel import SceneError
+from heavylift.nodes.limits import geometry_findings, outside, passes_through
 from heavylift.nodes.scene import bundled, load, parse
 
 LIFT = bundled()["lift"].read_text()

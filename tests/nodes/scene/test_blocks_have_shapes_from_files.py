@@ -12,11 +12,11 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.models import system
-from heavylift.nodes.plan.shapes import Shapes, around
+from heavylift.nodes.plan import Shapes, around
 from heavylift.nodes.scene import LoadedScene, load
-from heavylift.nodes.scene.text.meshes import slices, solid
+from heavylift.nodes.scene.text import slices, solid
 
 trimesh = pytest.importorskip("trimesh")
 

@@ -9,13 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import SceneError
-from heavylift.kernel.model.quantities import points, scalar
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import System
+from heavylift.kernel.model import points, scalar
 from heavylift.nodes.scene import parse
-from heavylift.nodes.statics import rehearsal
-from heavylift.nodes.statics.action_preview import at_rest
-from heavylift.nodes.statics.rehearsal import Rehearsal
+from heavylift.nodes.statics import Rehearsal, at_rest, rehearsal
 from heavylift.recordings import Recording
 from scipy.spatial.transform import Rotation
 

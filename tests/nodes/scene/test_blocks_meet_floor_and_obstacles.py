@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.description.contacts import Ball, Box, Plane
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import Ball, Box, Plane
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 from heavylift import simulate
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import parse
 
 SCENE = """\

@@ -7,7 +7,7 @@ import sys
 import pytest
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import bundled, check, load, parse
-from heavylift.nodes.scene.keys.parts.kinematics import place, poses
+from heavylift.nodes.scene.keys.parts import place, poses
 
 SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "arm": (4, 4, 0, 0, 2, 0),

@@ -6,13 +6,12 @@ import random
 from collections.abc import Iterator
 
 import pytest
-from heavylift.coordinator.sweeps.axes import axes_of
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.inputs import inputs, settings
-from heavylift.nodes.scene.keys.quantities import below, quantity
-from heavylift.nodes.scene.text.overlay import made, path_in
-from heavylift.nodes.scene.text.source import Path, read, shown
+from heavylift.coordinator.sweeps import axes_of
+from heavylift.kernel import SceneError
+from heavylift.nodes.scene import load, parse, settings
+from heavylift.nodes.scene.inputs import inputs
+from heavylift.nodes.scene.keys import below, quantity
+from heavylift.nodes.scene.text import Path, made, path_in, read, shown
 from heavylift.nodes.scenes import bundled
 
 SCENES = ("jib", "crawler")

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.errors import SceneError
-from heavylift.kernel.multibody.flexible.beam import beam_matrices, nodes_of
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import Beam, Flexible
+from heavylift.kernel.multibody.flexible import beam_matrices, nodes_of
 from heavylift.nodes.scene import load, parse
 
 SCENE = """\

@@ -4,10 +4,10 @@ from math import radians
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.description.forces import Bushing, Characteristic, Load, Signal, Spring, Torsion, UserLaw, Wind
-from heavylift.kernel.description.mechanics import Point
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.plan import decode, encode
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import Bushing, Characteristic, Load, Point, Spring, Torsion, UserLaw, Wind
+from heavylift.kernel.description.forces import Signal
+from heavylift.nodes.plan import decode, encode
 from heavylift.nodes.scene import load, parse
 
 SCENE = """\

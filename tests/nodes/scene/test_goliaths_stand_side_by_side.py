@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.coordinator.transport.placement import Placement
+from heavylift.coordinator.transport import Placement
 from heavylift.nodes.models import KERNEL, build, couplings
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import LoadedScene, check, load, parse

@@ -1,9 +1,9 @@
 """Each wrong mass or inertia of a scene is one sentence at its line, with the cause and what to write instead."""
 
 import pytest
-from heavylift.kernel.description.mechanics import Body
-from heavylift.kernel.errors import KernelError, SceneError
-from heavylift.kernel.model.checks import check_inertia
+from heavylift.kernel import KernelError, SceneError
+from heavylift.kernel.description import Body
+from heavylift.kernel.model import check_inertia
 from heavylift.nodes.scene import parse
 
 SCENE = """\

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.plan import encode
-from heavylift.nodes.scene import load
-from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, varied
+from heavylift.kernel import SceneError
+from heavylift.nodes.plan import encode
+from heavylift.nodes.scene import load, uncertain_inputs, varied
+from heavylift.nodes.scene.inputs import inputs
 
 MASS = "block.mass"
 TOLD = [

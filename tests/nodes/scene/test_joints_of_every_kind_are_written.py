@@ -3,10 +3,9 @@
 import math
 
 import pytest
-from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import Brake, Drive, JointSpring, Lock, Stop
-from heavylift.kernel.errors import SceneError
-from heavylift.kernel.model.program import Program
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import JOINTS, Brake, Drive, JointSpring, Lock, Stop
+from heavylift.kernel.model import Program
 from heavylift.nodes.plan import actions as a
 from heavylift.nodes.scene import parse
 

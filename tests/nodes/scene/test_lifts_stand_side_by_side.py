@@ -6,18 +6,16 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.coordinator.live.command_queue import STOP
-from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.ladder import play
+from heavylift.coordinator.live import STOP, Given
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.verify import verify
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.devs import Tag, encode, seconds
-from heavylift.nodes.models.parts.messages import OperatorCommand
+from heavylift.nodes.models.parts import OperatorCommand
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene import check, load, parse
-from heavylift.nodes.scene.operator_command import spoken
+from heavylift.nodes.scene import check, load, parse, spoken
 from heavylift.recordings import Recording, Signal
 
 TEXT = """\

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.text.source import read
+from heavylift.nodes.scene.text import read
 
 HEAVIER = """\
 heavylift: 1

@@ -6,13 +6,11 @@ from math import acos, atan2, cos, pi, sqrt
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.keys.base import written
-from heavylift.nodes.scene.keys.schema import Crane
-from heavylift.nodes.scene.text.expressions import ExpressionError, Value, evaluated, shown_as, value_of
-from heavylift.nodes.scene.text.machine_types import library, machine_type
+from heavylift.nodes.scene.keys import Crane, written
+from heavylift.nodes.scene.text import ExpressionError, Value, evaluated, library, machine_type, shown_as, value_of
 
 PARAMETERS = {"boom": "42 m", "radius": "12 m", "counterweight": "80 t", "upper exit": "102 m", "at.x": "-3 m"}
 EXACT = [

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import HeavyliftError, SceneError
-from heavylift.nodes.plan.plan import decode, encode
+from heavylift.kernel import HeavyliftError, SceneError
+from heavylift.nodes.plan import decode, encode
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 

@@ -6,8 +6,8 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.coordinator.ladder import play
+from heavylift.kernel import HeavyliftError
 from heavylift.nodes.scene import parse
 
 TURNS, SLIDES = ("revolute", "screw"), ("prismatic",)

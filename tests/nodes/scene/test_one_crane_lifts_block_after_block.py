@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.actions import Hookup, Lifted, Unhook
+from heavylift.kernel import SceneError
+from heavylift.nodes.plan import Hookup, Lifted, Unhook
 from heavylift.nodes.scene import LoadedScene, check, parse
 from heavylift.recordings import Recording
 

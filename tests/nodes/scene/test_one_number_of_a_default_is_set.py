@@ -7,14 +7,12 @@ from collections.abc import Iterator
 from copy import deepcopy
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load, parse
 from heavylift.nodes.scene.inputs import inputs
-from heavylift.nodes.scene.keys.defaults import listed, override
-from heavylift.nodes.scene.keys.quantities import below
+from heavylift.nodes.scene.keys import below, listed, override
 from heavylift.nodes.scene.keys.validate import validate
-from heavylift.nodes.scene.text.machine_types import gather
-from heavylift.nodes.scene.text.source import Path, Source, read
+from heavylift.nodes.scene.text import Path, Source, gather, read
 from heavylift.nodes.scenes import bundled
 
 SCENES = ("lift", "turnover", "spreader", "jib", "wind-tandem", "arm")

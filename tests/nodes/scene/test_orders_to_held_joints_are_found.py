@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
 
 LIKEWISE = "; likewise crane.lower-slide"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import parse
 from heavylift.nodes.scenes import bundled
 

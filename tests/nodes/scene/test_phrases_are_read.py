@@ -4,9 +4,16 @@ import math
 from fractions import Fraction
 
 import pytest
-from heavylift.nodes.plan.actions import After, MovesDone
-from heavylift.nodes.scene.language.grammar import read_condition, read_order
-from heavylift.nodes.scene.language.phrases import CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest
+from heavylift.nodes.plan import After, MovesDone
+from heavylift.nodes.scene.language import (
+    CrossTest,
+    GroundTest,
+    OrderPhrase,
+    PhraseError,
+    SlingTest,
+    read_condition,
+    read_order,
+)
 
 RATE = float(Fraction("0.15") * Fraction(math.radians(1)))
 ORDERS = {

@@ -7,10 +7,11 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, System
-from heavylift.kernel.errors import KernelError, SceneError
+from heavylift.kernel import KernelError, SceneError
+from heavylift.kernel.description import Body, Joint, System
 from heavylift.nodes.scene import loading
-from heavylift.nodes.scene.text.units import DIMENSIONS, Dimension
+from heavylift.nodes.scene.text import Dimension
+from heavylift.nodes.scene.text.units import DIMENSIONS
 from heavylift.nodes.scenes import bundled
 
 UNITS = [

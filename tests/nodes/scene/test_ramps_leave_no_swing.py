@@ -7,14 +7,12 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder.in_memory import play
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.models.parts.messages import Done
-from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.pulses import profile, ramp, residual, way
-from heavylift.nodes.scene import LoadedScene, check, load, parse
+from heavylift.coordinator.ladder import play
+from heavylift.kernel import SceneError
+from heavylift.nodes.models.parts import Done
+from heavylift.nodes.plan import Move, profile, ramp, residual, way
+from heavylift.nodes.scene import LoadedScene, check, load, parse, spoken
 from heavylift.nodes.scene.inputs import inputs
-from heavylift.nodes.scene.operator_command import spoken
 
 G = 9.80665
 PENDULUM = """

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, bundled, load, parse
 from heavylift.recordings import Recording, report
 

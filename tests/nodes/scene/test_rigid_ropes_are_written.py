@@ -3,9 +3,9 @@
 import re
 
 import pytest
-from heavylift.kernel.description.mechanics import Line, Point, RigidRope
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.actions import Crossing
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import Line, Point, RigidRope
+from heavylift.nodes.plan import Crossing
 from heavylift.nodes.scene import parse
 
 SCENE = """\

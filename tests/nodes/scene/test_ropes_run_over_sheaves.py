@@ -1,10 +1,10 @@
 """`over` in a rope of a scene: points make lines of one tension, sheaves with radius or friction make a reeving."""
 
 import pytest
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import Line, Point, Rope
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.actions import Crossing, Move, Slings
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import Line, Point, Reeving, Rope, Sheave
+from heavylift.kernel.description.forces import Signal
+from heavylift.nodes.plan import Crossing, Move, Slings
 from heavylift.nodes.scene import parse
 
 SCENE = """\

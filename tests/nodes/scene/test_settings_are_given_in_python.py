@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from heavylift import load
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 
 SAME: list[tuple[tuple[Any, ...], dict[str, Any]]] = [
     (("block.mass=280 t",), {}),

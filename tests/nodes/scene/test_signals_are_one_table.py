@@ -1,14 +1,12 @@
 """Every quantity of the table is a signal of what has it: in conditions, and in the models that listen."""
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.construction.machines import build_machines
+from heavylift.nodes.scene.construction import build_machines
 from heavylift.nodes.scene.construction.signals import Conditions
-from heavylift.nodes.scene.language.grammar import read_condition
-from heavylift.nodes.scene.language.phrases import PhraseError
-from heavylift.nodes.scene.language.quantities import QUANTITIES
-from heavylift.nodes.scene.text.source import Mark, Source
+from heavylift.nodes.scene.language import QUANTITIES, PhraseError, read_condition
+from heavylift.nodes.scene.text import Mark, Source
 
 JIB = {  # words -> model that watches, quantity of the kernel
     "radius of jib main >= 25 m": ("jib", "radius"),

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import bundled, parse
-from heavylift.nodes.statics.static_state import loads_of
+from heavylift.nodes.statics import loads_of
 from heavylift.recordings import Recording
 
 G = 9.80665

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run.scene import run
-from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.actions import Hookup, Unhook
+from heavylift.coordinator.run import run
+from heavylift.kernel import SceneError
+from heavylift.nodes.plan import Hookup, Unhook
 from heavylift.nodes.scene import LoadedScene, parse
 from heavylift.recordings import Recording
 

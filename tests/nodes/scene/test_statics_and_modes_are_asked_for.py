@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.participants.pause import paused
+from heavylift.coordinator.participants import paused
 from heavylift.kernel.analysis import equilibrium
 from heavylift.nodes.scene import load
 

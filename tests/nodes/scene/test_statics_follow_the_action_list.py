@@ -1,7 +1,7 @@
 """What `check` follows at rest: hooks that move alone, tilt, landing, ends that come too soon, stages of no length."""
 
 import pytest
-from heavylift.coordinator.participants.pause import paused
+from heavylift.coordinator.participants import paused
 from heavylift.kernel.analysis import equilibrium
 from heavylift.nodes.scene import check, load, parse
 from heavylift.nodes.scenes import bundled

@@ -8,7 +8,7 @@ are compared at the angle that was found.
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import load
 from scipy.spatial.transform import Rotation

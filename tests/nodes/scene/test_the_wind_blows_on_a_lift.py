@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from heavylift import simulate
-from heavylift.kernel.description.forces import Wind
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
+from heavylift.kernel.description import Wind
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.keys.environment import turbulent
+from heavylift.nodes.scene.keys import turbulent
 from scipy.signal import welch
 
 ALONG = "wind={speed: 15 m/s, direction: [1, 0, 0]}"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import acos, cos, degrees, radians
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, load, parse
-from heavylift.nodes.scene.keys.parts.mechanics import Hook
-from heavylift.nodes.scene.text.machine_types import library, machine_type
+from heavylift.nodes.scene.keys.parts import Hook
+from heavylift.nodes.scene.text import library, machine_type
 
 FOOT, POUND = 0.3048, 0.45359237
 ANGLES = {  # [deg] of the boom at radii of the chart [ft], by boom length [ft]; Terex, RT665

@@ -6,9 +6,9 @@ import cmath
 from pathlib import Path
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.keys.environment import Responses
+from heavylift.nodes.scene.keys import Responses
 
 HEAD = "draught,heading [deg],period [s],surge [m/m],surge phase [deg],roll [deg/m],roll phase [deg],from\n"
 ROWS = {  # by heading [deg] and period [s]: surge and roll

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.analysis.modes import modes
-from heavylift.kernel.errors import SceneError
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import SceneError
+from heavylift.kernel.analysis import modes
+from heavylift.kernel.model import Program, evaluate
+from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import load, parse
 

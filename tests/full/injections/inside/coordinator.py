@@ -13,9 +13,8 @@ from typing import Any
 
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.run import conversation
-from heavylift.coordinator.supervision.failover import Succession
-from heavylift.coordinator.supervision.processes import Processes
-from heavylift.coordinator.transport.local_hub import LocalHub
+from heavylift.coordinator.supervision import Processes, Succession
+from heavylift.coordinator.transport import LocalHub
 
 from injections.inside.nodes import compiles
 from injections.inside.striking import ACT, NUMBERS, PHASE, PLAN, WHO, once, strike

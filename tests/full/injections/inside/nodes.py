@@ -20,8 +20,7 @@ if WHO == "keeper" and PHASE == "import" and sys.argv[0] == "-c":  # not in the 
 from heavylift.coordinator.participants import node_process, participant
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.supervision import keeper
-from heavylift.coordinator.transport.frame import Writer
-from heavylift.coordinator.transport.session import Ticket
+from heavylift.coordinator.transport import Ticket, Writer
 
 
 class Counted:
@@ -46,7 +45,7 @@ def take() -> Ticket:
 
 def compiles(then: Any) -> None:
     """Do something when this process makes machine code."""
-    from heavylift.kernel.compiler.machine_code import Library
+    from heavylift.kernel.compiler import Library
 
     original = Library._compile
 

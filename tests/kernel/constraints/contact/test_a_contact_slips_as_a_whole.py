@@ -6,10 +6,9 @@ from math import atan, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
-from heavylift.kernel.description.forces import Load, Signal
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, System
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import WORLD, Ball, Body, Box, Contact, Joint, Load, Plane, Point, System
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.simulation import Simulation
 from scipy.optimize import linprog
 from small_scenes import SECOND, G, events, hand_over, started, times
 

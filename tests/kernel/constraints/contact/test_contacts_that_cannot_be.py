@@ -9,9 +9,8 @@ from contact_scenes import (
     floating,
     on_slope,
 )  # fmt: skip
-from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
-from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Ball, Box, Contact, Plane, System
 from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, G, started
 

@@ -5,8 +5,20 @@ from math import cos, radians, sin, sqrt, tan
 
 import pytest
 from contact_scenes import brick, floating
-from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Lock, Point, RigidRope, System
+from heavylift.kernel.description import (
+    WORLD,
+    Ball,
+    Body,
+    Box,
+    Contact,
+    Joint,
+    Line,
+    Lock,
+    Plane,
+    Point,
+    RigidRope,
+    System,
+)
 from small_scenes import SECOND, G, X, Z, column, events, hand_over, imbalance, started, times
 
 FINE = {"tolerance": 1e-10, "sample_ns": 20_000_000}

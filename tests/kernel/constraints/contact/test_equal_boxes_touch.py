@@ -4,8 +4,7 @@ from math import sqrt
 
 import pytest
 from contact_scenes import STILL, brick, floating
-from heavylift.kernel.description.contacts import Box, Contact
-from heavylift.kernel.description.mechanics import Joint, System
+from heavylift.kernel.description import Box, Contact, Joint, System
 from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, G, events, started, times
 

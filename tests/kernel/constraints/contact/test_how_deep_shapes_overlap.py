@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from heavylift.kernel.constraints.contact.pairs import gap
-from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
+from heavylift.kernel.constraints.contact import gap
+from heavylift.kernel.description import Ball, Box, Contact, Plane
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.spatial import ConvexHull

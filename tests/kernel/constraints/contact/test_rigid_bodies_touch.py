@@ -18,8 +18,7 @@ from contact_scenes import (
     tumbling,
     way,
 )  # fmt: skip
-from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
-from heavylift.kernel.description.mechanics import Body, Joint, System
+from heavylift.kernel.description import Ball, Body, Box, Contact, Joint, Plane, System
 from small_scenes import SECOND, G, column, events, imbalance, started, times
 
 FINE = {"tolerance": 1e-10}

@@ -4,9 +4,9 @@ from math import acos, atan2, cos, exp, hypot, pi, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Point, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Drive, Joint, Point, Reeving, Sheave, System
+from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.forces.reeving import ReevingLaw
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize

@@ -4,9 +4,9 @@ from math import hypot, pi
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Line, Point, Rope, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Reeving, Rope, Sheave, System
+from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.forces.reeving import ReevingLaw
 from scipy.spatial import ConvexHull
 from small_scenes import SECOND, G, X, Y, Z, column, cube, hand_over, imbalance, started

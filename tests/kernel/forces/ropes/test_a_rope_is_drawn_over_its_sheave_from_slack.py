@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import exp, pi
 
 import pytest
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, System
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import WORLD, Body, Joint, Point, Reeving, Sheave, System
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, Y, Z, column, hand_over, imbalance, started
 
 DRUM, DOWN = 0.5, 10.0

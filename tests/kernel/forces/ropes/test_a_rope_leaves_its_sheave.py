@@ -6,10 +6,10 @@ from math import acos, atan2, dist, exp, hypot, pi, sqrt
 import mujoco
 import numpy as np
 import pytest
+from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description.forces import Load, Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Point, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel.description import Body, Drive, Joint, Load, Point, Reeving, Sheave, System
+from heavylift.kernel.description.forces import Signal
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 from small_scenes import SECOND, G, X, Y, Z, column, cube, events, hand_over, imbalance, started, times

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, Stop, System
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, Stop, System
+from heavylift.kernel.simulation import Simulation
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Y, Z, column, hand_over, hung, started
 
 FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[3] / "data" / "closed_forms.json").read_text())}

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import pytest
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, Y, Z, cube, slider, started
 
 WORLD, LOAD = Point("world"), Point("load")

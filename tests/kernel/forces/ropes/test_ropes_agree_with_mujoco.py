@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from goliath import HINGE_DAMPING, KP, KV, G, scene
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation import Simulation
 
 SAME = 1e-9  # relative to the largest acceleration
 N_ROPES = 6

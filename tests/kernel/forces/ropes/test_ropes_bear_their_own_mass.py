@@ -5,10 +5,10 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, RigidRope, Rope, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import WORLD, Body, Joint, Line, Point, RigidRope, Rope, System
+from heavylift.kernel.simulation import Simulation
 from scipy.optimize import brentq
 from small_scenes import G, X, Z, column, hand_over, imbalance, started
 

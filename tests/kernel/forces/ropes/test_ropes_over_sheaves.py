@@ -8,9 +8,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, Y, Z, column, cube, events, imbalance, slider, started
 
 STRAIN = 1e-4  # of these ropes

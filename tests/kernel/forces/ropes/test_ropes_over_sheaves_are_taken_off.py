@@ -5,10 +5,10 @@ from math import hypot, sqrt
 
 import numpy as np
 import pytest
+from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
-from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, System
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Reeving, Rope, Sheave, System
+from heavylift.kernel.description.forces import Signal
 from small_scenes import SECOND, G, Y, Z, column, cube, events, hand_over, imbalance, started
 
 MASS, EA, R = 1000.0, 2e6, 0.2

@@ -4,8 +4,8 @@ from dataclasses import replace
 from math import atan2, pi, sqrt
 
 import pytest
-from heavylift.kernel.description.mechanics import Point, Stop, Threshold
-from heavylift.kernel.errors import KernelError
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import Point, Stop, Threshold
 from small_scenes import EA, LENGTH, MASS, SECOND, G, events, hand_over, hung, started, times
 
 FINE = {"tolerance": 1e-11, "h_max": 0.01}

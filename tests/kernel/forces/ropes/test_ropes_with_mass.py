@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.analysis.modes import Mode
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.analysis import Mode, equilibrium, modes
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from small_scenes import G, X, Z, started
 
 FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[3] / "data" / "closed_forms.json").read_text())}

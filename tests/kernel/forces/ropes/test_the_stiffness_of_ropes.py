@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, System
 from small_scenes import SECOND, G, Y, hand_over, started
 
 MASS, LENGTH, ANGLE = 3.0e5, 20.0, 0.3

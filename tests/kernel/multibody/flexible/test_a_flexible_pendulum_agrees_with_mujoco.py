@@ -2,8 +2,7 @@
 
 import mujoco
 import numpy as np
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.mechanics import Body, Joint, System
+from heavylift.kernel.description import Beam, Body, Flexible, Joint, System
 from small_scenes import SECOND, G, Y, column, hand_over, imbalance, started
 
 LENGTH, PER_LENGTH, EI = 5.0, 20.0, 2.4e4

@@ -6,12 +6,10 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description.flexible import Beam, Flexible, Nodal
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.multibody.flexible.beam import beam_matrices, nodes_of
-from heavylift.kernel.simulation.native.samples import channels
+from heavylift.kernel.description import Beam, Body, Flexible, Joint, Line, Nodal, Point, Rope, System
+from heavylift.kernel.model import Program, evaluate
+from heavylift.kernel.multibody.flexible import beam_matrices, nodes_of
+from heavylift.kernel.simulation.native import channels
 from scipy.optimize import fsolve
 from small_scenes import SECOND, G, Z, column, hand_over, imbalance, started
 

@@ -5,12 +5,11 @@ from math import pi
 
 import numpy as np
 import pytest
+from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.description.flexible import Beam, Flexible, Nodal
-from heavylift.kernel.description.forces import Load, Signal
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.multibody.flexible.beam import beam_matrices, nodes_of
+from heavylift.kernel.description import Beam, Body, Flexible, Joint, Line, Load, Nodal, Point, Rope, System
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.multibody.flexible import beam_matrices, nodes_of
 from small_scenes import SECOND, Y, hand_over, started
 
 L, EI, PER_LENGTH = 10.0, 1e6, 100.0

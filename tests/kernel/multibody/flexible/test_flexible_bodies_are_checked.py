@@ -3,10 +3,21 @@
 from dataclasses import replace
 
 import pytest
-from heavylift.kernel.description.flexible import Beam, Flexible, Nodal
-from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, RigidRope, Rope, Support, System
-from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.program import Program
+from heavylift.kernel import KernelError
+from heavylift.kernel.description import (
+    Beam,
+    Body,
+    Flexible,
+    Joint,
+    Line,
+    Nodal,
+    Point,
+    RigidRope,
+    Rope,
+    Support,
+    System,
+)
+from heavylift.kernel.model import Program
 from small_scenes import started
 
 BEAM = Beam(10.0, 100.0, EI_y=1e6, elements=8)

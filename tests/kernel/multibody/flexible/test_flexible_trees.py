@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from flexible_trees import flexible_tree
 from heavylift.kernel.analysis import inverse_dynamics, momentum
-from heavylift.kernel.description.mechanics import Body
-from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.description import Body
+from heavylift.kernel.model import Program, evaluate
+from heavylift.kernel.simulation import Simulation
 from random_trees import random_state
 from small_scenes import SECOND, G, hand_over, imbalance
 
