@@ -6,9 +6,9 @@ Lowest layer first
     supervision             start, watch, replace, end processes
     live                    a run while it runs: observers, an operator's orders
     verdict, record         what was found in a run; what it puts on record
-    replay, run             a recording runs again; one run
-    trace, tradeoff         where the time of a run went; speed against accuracy, measured
-    measured, uncertainty   a run beside the log of a real crane; how sure its figures are
+    replay, ladder          a recording runs again; what a run is wrong by, measured, and what is modelled for it
+    run                     one run
+    trace, measured         where the time of a run went; a run beside the log of a real crane
     sweeps                  many runs of one scene on any engine
     commands, cli           the command `heavylift`; stopping: by signals
     face                    what `import heavylift` gives

@@ -13,7 +13,7 @@ from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
 
 if TYPE_CHECKING:
-    from heavylift.coordinator.uncertainty.certificate import Certificate
+    from heavylift.coordinator.ladder.certificate import Certificate
 
 
 @app.command()
@@ -92,8 +92,8 @@ def plan(
 
 def _certified(path: Path) -> Certificate:
     """Of a scene's run, whose recording is not kept."""
+    from heavylift.coordinator.ladder.certificate import certifying
     from heavylift.coordinator.run.scene import run
-    from heavylift.coordinator.uncertainty.certificate import certifying
     from heavylift.nodes.scene import load
 
     loaded = load(path)

@@ -22,7 +22,7 @@ def sensitivities(scene: o.Scene, inputs: Inputs = None, sets: o.Sets = None, as
     Inputs are uncertain as the scene states (mass: 480 t +- 3 %, 480 t sd 5 t, 460..500 t) or --input does. Each takes
     two runs, four where events switch; bars are at a level of 95 %, shares are those of their squares.
     """
-    from heavylift.coordinator.uncertainty.sensitivities import sensitivities as find
+    from heavylift.coordinator.ladder.sensitivities import sensitivities as find
 
     found = find(o.scene_of(scene, sets), inputs or [], say=lambda x: typer.echo(f"  {x}", err=True))
     typer.echo(json.dumps(found.data()) if as_json else str(found))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,9 +17,9 @@ from heavylift.coordinator.commands.common.app import app
 from .hosts import open_door
 
 if TYPE_CHECKING:
+    from heavylift.coordinator.ladder.certificate import Certifying
     from heavylift.coordinator.record.scene import Result
     from heavylift.coordinator.run.watch import Watch
-    from heavylift.coordinator.uncertainty.certificate import Certifying
     from heavylift.nodes.scene import LoadedScene
     from heavylift.recordings import Spectator
 
@@ -58,6 +57,9 @@ def run(
     within: Annotated[
         str, typer.Option("--within", help="as accurate as this machine can be in this time, start included: '10 s'")
     ] = "",
+    accuracy: Annotated[
+        str, typer.Option("--accuracy", help="of what the scene asks, else of tensions, swing, places, stages: '1 %'")
+    ] = "",
     real_time: Annotated[
         float | None, typer.Option("--real-time", help="the same, so many times as fast as real time")
     ] = None,
@@ -72,27 +74,33 @@ def run(
     here = o.one_process(in_process, processes, places)
     crew = None if here else Processes(PRELOAD_SCENE)  # starts while the rest is imported
     try:
+        from heavylift.coordinator.ladder.choosing import chosen
         from heavylift.coordinator.live.keyboard import Keyboard
         from heavylift.coordinator.live.pace import RealTime
         from heavylift.coordinator.run import run as simulate
         from heavylift.coordinator.run.progress import Progress, summary
         from heavylift.coordinator.transport.placement import Placement, place
         from heavylift.nodes.models import node_names
+        from heavylift.nodes.plan.fidelity import MEANT
         from heavylift.nodes.scene import load
 
         pace = None if rate is None else RealTime(rate)
-        given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
+        keys_given = ("method", method), ("step", step), ("accuracy", accuracy)
+        given = [f"{key}={text}" for key, text in keys_given if text]
         patience = o.deadline_s(deadline)
         fitted = None
         if within or real_time is not None:
-            from heavylift.coordinator.run.time_budget import budget
+            from heavylift.coordinator.ladder.within import within as best
 
-            fitted = budget(scene, [*(sets or []), *given], within, real_time, rate, in_process)
+            fitted = best(scene, [*(sets or []), *given], MEANT, within, real_time, rate)
         loaded = fitted.scene if fitted else load(scene, [*(sets or []), *given])
+        if accuracy and not loaded.facts.ask:
+            loaded = load(scene, [*(sets or []), *given, f"ask=[{', '.join(MEANT)}]"])
         if drive:
             from heavylift.coordinator.measured.driving import driven
 
             loaded = driven(loaded, drive)
+        loaded = chosen(loaded, lambda told: typer.echo(f"  {told}", err=True))
         nodes = node_names(loaded.plan)
 
         def tried(count: int, watch: Watch) -> object:
@@ -122,7 +130,6 @@ def run(
         ):
             if fitted:
                 watch.say(fitted.told)
-            began = time.perf_counter()
             result = simulate(
                 loaded,
                 path,
@@ -138,13 +145,11 @@ def run(
                 force=force,
                 publish_hz=publish,
             )
-            if fitted:
-                fitted.took(time.perf_counter() - began, result.budget.kernel)
             certificate = certifying.written(result.recording) if certifying else None
     finally:
         if crew is not None:
             crew.end()
-    summary(loaded.plan, result, as_json, certificate)
+    summary(loaded.plan, result, as_json, certificate, loaded.answer)
     _exit(result, strict, fail_on)
 
 
@@ -218,7 +223,7 @@ def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
     if not wanted:
         yield None
         return
-    from heavylift.coordinator.uncertainty.certificate import certifying
+    from heavylift.coordinator.ladder.certificate import certifying
 
     with certifying(scene) as found:
         typer.echo(found.price, err=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from pathlib import Path
 from typing import Annotated
 
@@ -27,22 +26,26 @@ def check(
 
     Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders.
     """
+    from heavylift.coordinator.ladder.choosing import known
     from heavylift.coordinator.participants.pause import check_steps
     from heavylift.coordinator.transport.placement import Placement
     from heavylift.coordinator.verdict.judging import near_at_rest
     from heavylift.nodes.models import node_names
+    from heavylift.nodes.plan.fidelity import percent
     from heavylift.nodes.scene import check as examine
 
     loaded = o.scene_of(scene, sets)
     check_steps(loaded)
-    found = examine(loaded, near_at_rest(loaded.plan, loaded.statics))
+    found, answer = examine(loaded, near_at_rest(loaded.plan, loaded.statics)), known(loaded)
     if as_json:
         told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
-        told |= {"modelled": loaded.verdict.data() if loaded.verdict else None}
+        told |= {"modelled": msgspec.to_builtins(answer) | {"told": str(answer)} if answer else None}
         typer.echo(msgspec.json.encode(told).decode())
     else:
         crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
-        typer.echo("\n".join([str(found), *([f"\n  {crowd}"] if crowd else [])]))
+        asks = f"asked: {', '.join(loaded.facts.ask)}, to {percent(loaded.facts.accuracy)} of each"
+        measured = [f"\n{asks}\n  {answer or 'no error was measured yet; the first run measures it'}"]
+        typer.echo("\n".join([str(found), *(measured * bool(loaded.facts.ask)), *([f"\n  {crowd}"] if crowd else [])]))
     if o.fails(found.state, strict, fail_on or "red"):
         raise typer.Exit(1)
 
@@ -120,29 +123,26 @@ def tradeoff(
     sets: o.Sets = None,
     as_json: o.Json = False,
 ) -> None:
-    """Measure speed against accuracy: which rung, method and step to use.    heavylift tradeoff lift --ask swing"""
-    from heavylift.coordinator.tradeoff import measure, write
-    from heavylift.coordinator.tradeoff.communication import hanging
-    from heavylift.coordinator.tradeoff.files import checked, data
-    from heavylift.coordinator.tradeoff.measuring import communicating
+    """Measure speed against accuracy: every level and its steps.    heavylift tradeoff lift --ask swing"""
+    from heavylift.coordinator.ladder.page import checked, data, write
+    from heavylift.coordinator.ladder.tradeoff import measure
+    from heavylift.coordinator.trace.communication import communicating, hanging
     from heavylift.nodes.scene.text.units import ACCURACY
 
     loaded = o.scene_of(scene, sets)
-    start = time.process_time()
     outputs = [checked(path) for path in output or ([] if as_json else [Path(f"{loaded.plan.name}-tradeoff.html")])]
     limit = o.quantity("--accuracy", accuracy, ACCURACY) if accuracy else None
     seconds = o.wall_s("--budget", budget)
     if coupling:
         hanging(loaded)
-    measured = measure(loaded, ask, limit, seconds, lambda told: typer.echo(f"  {told}", err=True), start)
+    measured = measure(loaded, ask, limit, seconds, lambda told: typer.echo(f"  {told}", err=True))
     if coupling:
         measured = communicating(loaded, measured)
     outputs = [write(measured, path, force) for path in outputs]
     if as_json:
         typer.echo(json.dumps(data(measured)))
         return
-    verdict = measured.verdict
-    for line in (verdict.sentence, *([f"  {measured.words(verdict.pick)}"] if verdict.pick else []), verdict.more):
+    for line in (measured.advice, *([f"  {measured.pick.command}"] if measured.pick else [])):
         typer.echo(line)
     for path in outputs:
         typer.echo(f"wrote {path}")
@@ -238,9 +238,11 @@ def export_fmu(
 
     Commands in; tensions, peaks and poses out. Its master loads this heavylift.
     """
+    from heavylift.coordinator.ladder.choosing import chosen
+
     loaded = o.scene_of(scene, sets)
     try:
         from heavylift.coordinator.run.unit import export
     except ImportError:
         raise SceneError("a unit of FMI is made with pythonfmu: pip install 'heavylift[fmi]'") from None
-    typer.echo(f"wrote {export(loaded, output or Path(f'{loaded.plan.name}.fmu'), force)}")
+    typer.echo(f"wrote {export(chosen(loaded), output or Path(f'{loaded.plan.name}.fmu'), force)}")

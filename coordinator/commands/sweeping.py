@@ -52,7 +52,7 @@ def sweep(
     from heavylift.coordinator.run.arguments import whole
     from heavylift.coordinator.sweeps.dask_workers import dask_workers
     from heavylift.coordinator.sweeps.page import page, told
-    from heavylift.coordinator.sweeps.summary import summary
+    from heavylift.coordinator.sweeps.summary import measured_error, summary
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all
     from heavylift.coordinator.sweeps.sweeping import verified
 
@@ -75,9 +75,11 @@ def sweep(
     found, again = summary(study), verified(study, verify)
     differing = [number for number, equal in again if not equal]
     if as_json:
-        typer.echo(json.dumps({"study": str(output), **found.counts, "verified": len(again), "differing": differing}))
+        more = {"error": error} if (error := measured_error(study)) else {}
+        counted = {"study": str(output), **found.counts, "verified": len(again), "differing": differing}
+        typer.echo(json.dumps(counted | more))
     else:
-        typer.echo(told(study, found))
+        typer.echo("\n".join([told(study, found), *([error] if (error := measured_error(study)) else [])]))
         for number, equal in again:
             typer.echo(f"variant {number}: {'the same digest again' if equal else 'ANOTHER DIGEST'}")
         typer.echo(f"wrote {output / 'summary.html'} and {output / 'rows.parquet'}")

@@ -12,6 +12,9 @@ from heavylift.nodes.plan.plan import Plan
 
 from .parts import KernelConfig, Listening
 
+PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
+# that swings undamped never comes to rest, and a run must not go on for ever
+
 OPERATOR, COMMAND = "operator", "command"  # source and port of the events that commands are
 
 

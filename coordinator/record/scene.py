@@ -18,16 +18,14 @@ from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
-from heavylift.kernel.cache import remembered
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError, path_text
 from heavylift.nodes.devs import Event, OutPort
-from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
+from heavylift.nodes.models.levels.listing import left_out
 from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, StateEvent
 from heavylift.nodes.plan.plan import Plan, encode
 from heavylift.nodes.plan.spellings import BEAMS
-from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.format.samples import Batch, decode_batch
 from heavylift.recordings.read.verdict import Judged
@@ -68,7 +66,7 @@ class Result:
     notes: tuple[str, ...] = ()
     verdict: Judged | None = None
     recording: Path = Path()
-    promised: dict[str, object] = field(default_factory=dict)  # asked (nothing: tensions), accuracy, predicted errors
+    promised: dict[str, object] = field(default_factory=dict)  # asked (nothing: tensions), accuracy, measured errors
 
 
 class Record(FileTape):
@@ -95,14 +93,14 @@ class Record(FileTape):
             "scene": plan.name,
             "seed": plan.seed,
             **_asked(scene),
-            "modelled": remembered(f"{plan_key(plan)}.modelled", str, lambda: str(modelled_as(plan, scene.followed))),
+            "modelled": told_of(plan),
             "errors": self._errors,
             "tolerance": f"{plan.tolerance:.6g}",
             "method": plan.method,
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
             "samples_hz": plan.samples_hz,
             "fidelity": {key: getattr(plan.fidelity, key) for key in plan.fidelity.__struct_fields__ if key != "where"},
-            **({"predicted_errors": dict(scene.verdict.errors)} if scene.verdict and scene.verdict.errors else {}),
+            **({"answer": msgspec.to_builtins(scene.answer) | {"told": str(scene.answer)}} if scene.answer else {}),
             "nodes": [*models, KERNEL],
             "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
             "rated": rated(plan),
@@ -115,8 +113,8 @@ class Record(FileTape):
         attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}
         attachments[LAYOUT] = layout([r.name for r in system(plan, models).all_ropes], *surroundings(plan))
         self._facts: dict[str, object] = facts
-        errors = dict(scene.verdict.errors) if scene.verdict else {}
-        self._promised = {"asked": list(scene.facts.ask), "accuracy": scene.facts.accuracy, "predicted": errors}
+        measured = dict(scene.answer.errors) if scene.answer else {}
+        self._promised = {"asked": list(scene.facts.ask), "accuracy": scene.facts.accuracy, "measured": measured}
         self._conduct = Conduct()
         self._collector = Collector(self._layout)
         self._seen, self._seen_at = 0, time.monotonic()  # samples, and when the last of them came [s]
@@ -272,6 +270,12 @@ class Record(FileTape):
             for name, p in self.recorder.peaks.items()
         ]
         self._page.end(status, told, peaks, str(self.recorder.path))
+
+
+def told_of(plan: Plan) -> str:
+    """What its fidelity leaves out."""
+    out = left_out(plan)
+    return f"left out: {', '.join(out)}" if out else "as it is written"
 
 
 def _asked(scene: LoadedScene) -> dict[str, object]:

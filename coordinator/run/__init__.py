@@ -5,11 +5,10 @@ verify              a recorded run once more, compared with its recording in all
 branch              a recorded run, otherwise from some time on and equal before
 replications        a model for many seeds, and what its results estimate
 unit                a scene as a unit of FMI that another program steps
-in_memory           the same without a file, a process or the bus; simulate: for Python, in seconds and arrays
-arguments           what people call from Python, checked; pool: processes of our own that run several side by side
+simulate            the same for Python, in seconds and arrays
+arguments           what people call from Python, checked
 conversation        with the nodes of one run, whatever they model, and how they come to their hub
 watch, progress     what a run tells while it runs, and what a user sees of it
-time_budget         the settings with which a run is as accurate as it can be in a given time
 """
 
 from heavylift.coordinator.record.scene import Result

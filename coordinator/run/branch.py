@@ -211,7 +211,7 @@ def _new(begun: Beginning, rec: Recording, settings: Sequence[str], scene: str |
     if any(setting.split("=")[0].split(".")[0].strip() in CHOOSING for setting in settings):
         return found
     kept = {name: getattr(old.plan, name) for name in CHOSEN}
-    return replace(found, plan=msgspec.structs.replace(found.plan, **kept))
+    return replace(found, plan=msgspec.structs.replace(found.plan, **kept), chosen=True)
 
 
 def _past(what: Branch) -> Past:

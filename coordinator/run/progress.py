@@ -20,6 +20,7 @@ from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.checks import ASSUMED, UNKNOWN, WARNED
 from heavylift.nodes.limits.telling import likewise
+from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.format.text import clock
@@ -115,13 +116,20 @@ class Certified(Protocol):
         """As plain data."""
 
 
-def summary(plan: Plan, result: Result, as_json: bool = False, certificate: Certified | None = None) -> None:
+def summary(
+    plan: Plan,
+    result: Result,
+    as_json: bool = False,
+    certificate: Certified | None = None,
+    answer: Answer | None = None,
+) -> None:
     """Print how the run ended and what each rope saw; as JSON, in SI units."""
     if as_json:
         verdict = msgspec.to_builtins(result.verdict)
         told = asdict(replace(result, verdict=None)) | {"recording": str(result.recording), "verdict": verdict}
         limits = rated(plan)
         told |= {"rated": limits, "use": {x: T / limits[x] for x, (T, _) in result.peaks.items() if limits.get(x)}}
+        told |= {"answer": msgspec.to_builtins(answer) | {"told": str(answer)}} if answer else {}
         told |= {"certified": certificate.data()} if certificate else {}
         print(json.dumps(told))
         return
@@ -138,6 +146,8 @@ def summary(plan: Plan, result: Result, as_json: bool = False, certificate: Cert
             style = "bold red" if i and name in red else None if i else "bold"
             right = (figure.rjust(width) for figure, width in zip(figures, others, strict=True))
             _tell("  ".join((name.ljust(first), *right)), style)
+    if answer is not None:
+        _tell(f"\n{answer}")
     if certificate is not None:
         _tell("\n" + "\n".join(certificate.told))
     factor = result.sim_s / result.wall_s if result.wall_s else 0.0

@@ -18,13 +18,13 @@ from statistics import fmean, stdev
 
 import msgspec
 from heavylift.coordinator.participants.building import seeded
+from heavylift.coordinator.supervision.pool import Pool, cores, submits
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, Stopped
 from heavylift.nodes.devs import Coupled, Message
 from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .arguments import end_ns, whole
 from .models import referred, run_models
-from .pool import Pool, cores, submits
 
 
 @dataclass(frozen=True)

@@ -94,7 +94,7 @@ def rebuilt(plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene,
         told = parse(merged or text, name, followed=False)
     except HeavyliftError as error:
         return scene, error
-    return replace(told, plan=plan, text=text, merged=merged, path=Path(name)), told.plan
+    return replace(told, plan=plan, text=text, merged=merged, path=Path(name), chosen=True), told.plan
 
 
 class Checked(Relay):

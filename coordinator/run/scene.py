@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.ladder.choosing import chosen
 from heavylift.coordinator.live.audience import Audience
 from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.commands import Given
@@ -23,7 +24,7 @@ from heavylift.coordinator.live.pace import Pace
 from heavylift.coordinator.live.publishing import OnTheBus
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.live.show import shown
-from heavylift.coordinator.participants.configuration import kernel_config, wiring
+from heavylift.coordinator.participants.configuration import PATIENCE_ns, kernel_config, wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, fingerprint
 from heavylift.coordinator.participants.parts import encode as part
@@ -51,7 +52,7 @@ from heavylift.recordings.write.broadcast import Broadcast
 from heavylift.recordings.write.spectator import Spectators
 
 from .conversation import Conversation, joined
-from .watch import PATIENCE_ns, Relay, Watch
+from .watch import Relay, Watch
 
 if TYPE_CHECKING:
     from heavylift.coordinator.participants.recalled import Past
@@ -97,7 +98,8 @@ def run(
     """
     from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
 
-    lift, file = loaded(scene), file_path(output)
+    watch = watch or Watch()
+    lift, file = chosen(loaded(scene), watch.say), file_path(output)
     models = build(lift.plan)
     angles = [name for model in models.values() for name in turning(model.declare())]
     names = order or [*models, KERNEL]
@@ -120,12 +122,11 @@ def run(
         if isinstance(hub, Hub):
             desk.open(hub)
             bus.open(hub)
-        played = _Run(lift, models, hub, record, watch or Watch(), audience, tempo, desk)
+        played = _Run(lift, models, hub, record, watch, audience, tempo, desk)
         played.talk.written_to(file, record.recorder.path)
         desk.repeat(commands, played.talk.core)
         record.worthless = lambda: past is not None and not past.over
-        for sentence in lift.verdict.notes if lift.verdict else ():
-            record.note(0, sentence)
+        for sentence in lift.answer.notes if lift.answer else ():
             played.say(sentence)
         try:
             if isinstance(hub, Hub):

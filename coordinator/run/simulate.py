@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import msgspec
 import numpy as np
+from heavylift.coordinator.ladder.choosing import chosen
+from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
@@ -42,7 +44,6 @@ from heavylift.recordings.write.rows import Peak
 from numpy.typing import NDArray
 
 from .arguments import DENSEST, PERIOD, Order, patterns, time_s, timed
-from .in_memory import Played, play
 
 if TYPE_CHECKING:
     import pandas
@@ -184,7 +185,7 @@ def simulate(
     if options:
         raise SceneError(f"{', '.join(options)}: a scene says that itself; load it with --set, such as method=radau5")
     words: list[Order[str]] = timed(orders, "an operator's words", lambda said: isinstance(said, str))
-    return _of_scene(loaded(model), until, every, words, keep)
+    return _of_scene(chosen(loaded(model)), until, every, words, keep)
 
 
 def _of_scene(

@@ -34,7 +34,7 @@ from .resume import rebuilt
 from .scene import run as run_scene
 from .watch import Watch
 
-LATER = ("certified", "measured", "branch")  # facts that are put into a recording beside those of its run
+LATER = ("certified", "measured", "branch", "answer")  # facts beside those that a run determines
 GONE = ("No such file", "there is no file")  # in sentences about files that a scene names, which may be gone
 LOG = "/measured"  # topic of the log of a real lift beside a run
 
@@ -141,7 +141,7 @@ class _Again:
 
     def _different(self, told: Plan, plan: Plan) -> list[str]:
         """Where the plan of the text is not what was simulated; a branch keeps what its recording had chosen."""
-        kept = CHOSEN if "branch" in self._old.run else ("driven",)
+        kept = CHOSEN if "branch" in self._old.run or "answer" in self._old.run else ("driven",)
         return different(msgspec.structs.replace(told, **{name: getattr(plan, name) for name in kept}), plan)
 
     def _compared(self, new: Recording) -> str:
@@ -152,7 +152,7 @@ class _Again:
         if "measured" in old.result:
             but |= {LOG, *(old.attachments.keys() - new.attachments.keys())}
         if self._untold:
-            but |= {"asked", "accuracy", "predicted_errors", "modelled"}
+            but |= {"asked", "accuracy", "modelled"}
         found = compare(old.path, new.path, but)
         self._others += [*found.wrong, *(x.replace(new.path.name, "the new run") for x in (*found.rows, *found.others))]
         if not found.equal and not self._others:

@@ -4,9 +4,6 @@ import logging
 
 from heavylift.nodes.devs import Event
 
-PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
-# that swings undamped never comes to rest, and a run must not go on for ever
-
 LOG = logging.getLogger("heavylift.run")
 
 

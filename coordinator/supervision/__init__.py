@@ -7,6 +7,7 @@ failover                replaces a lost process; replay_log: what its successor 
 journal                 a file that a killed process leaves readable
 ticket_file             by which a program of another kind joins
 hash_seed               one seed for the hashes of all processes
+pool                    processes of our own that run things side by side
 
 What a run survives stands in CRASHES.md.
 """

@@ -11,12 +11,14 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import count, pairwise
+from itertools import count
 from math import hypot, isfinite, nan
 
-from heavylift.coordinator.run.in_memory import play
-from heavylift.coordinator.run.pool import Pool, cores
-from heavylift.coordinator.uncertainty.certificate import TWICE, richer, tighter
+from heavylift.coordinator.ladder.certificate import richer, tighter
+from heavylift.coordinator.ladder.choosing import level_of
+from heavylift.coordinator.ladder.in_memory import play
+from heavylift.coordinator.ladder.measuring import WITNESSED
+from heavylift.coordinator.supervision.pool import Pool, cores
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, unstated
@@ -137,6 +139,7 @@ def limits_of_all(
     def told(name: str, value: str, row: Row) -> None:
         say(f"  {name.partition('=')[0]} {value}: {row['status']}")
 
+    scene = level_of(scene, say)
     if len(asked) == 1:
         return [limits_of(scene, asked[0], limit_s, partial(told, asked[0]))]
     found = []
@@ -205,19 +208,23 @@ def _guess(good: Row, bad: Row, low: float, high: float, near: float, turn: int)
 
 
 def _bar(task: Task, settings: tuple[str, ...], good: Row, bad: Row) -> float | None:
-    """Of the use that turns the verdict red: twice what tighter steps and the next richer rung change."""
+    """Of the use that turns the verdict red: twice what tighter steps change, and the level that leaves nothing out."""
     name = bad.get("limit")
     if not name or not bad["use"] > 1.0 or f"use/{name}" not in good:
         return None
     plan = parse(task.text, task.name, (*task.settings, *settings), passing=True).plan
-    rich, tight = richer(plan), tighter(plan)[-1:]
     try:
-        uses = [judged_uses(play(one, task.limit_s).uses)[name].use for one in (*tight, *([rich] if rich else []))]
+        tight, *levels = (
+            judged_uses(play(one, task.limit_s).uses)[name].use for one in (tighter(plan)[-1], *(richer(plan) or ()))
+        )
     except (HeavyliftError, KeyError):
         return None
-    steps = [good[f"use/{name}"], *uses]
-    parts = [abs(a - b) for a, b in pairwise(steps) if a is not None and b is not None]
-    return TWICE * hypot(*parts) if len(parts) == len(uses) > 0 else None
+    parts = (
+        [abs(a - b) for a, b in ((good[f"use/{name}"], tight), levels) if a is not None and b is not None]
+        if levels
+        else [abs(good[f"use/{name}"] - (tight or 0.0))]
+    )
+    return WITNESSED * hypot(*parts)
 
 
 def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:

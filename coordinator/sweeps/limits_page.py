@@ -8,8 +8,7 @@ from math import ceil, isfinite, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
-from heavylift.coordinator.tradeoff.figure import COLOURS, LIMIT, in_page
-from heavylift.coordinator.tradeoff.page import STYLE, wide
+from heavylift.coordinator.ladder.pictures import COLOURS, LIMIT, STYLE, in_page, wide
 from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings.format import text
 from heavylift.recordings.format.html import Cell, bullets, document, table

@@ -11,8 +11,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from heavylift.coordinator.tradeoff.figure import COLOURS, INK, LIMIT, PAPER, QUIET, in_page, styled
-from heavylift.coordinator.tradeoff.page import STYLE, wide
+from heavylift.coordinator.ladder.pictures import COLOURS, INK, LIMIT, PAPER, QUIET, STYLE, in_page, styled, wide
 from heavylift.recordings.format.html import Cell, bullets, document, table
 
 from .axes import Axis

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
-from heavylift.coordinator.run.in_memory import CUT, Played, play
+from heavylift.coordinator.ladder.in_memory import CUT, Played, play
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.keys.defaults import override

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from heavylift.nodes.plan.fidelity import percent
 from numpy.typing import NDArray
 
 from .designs import Index, base_rows, drawn, indices
@@ -74,6 +75,22 @@ def summary(study: Study) -> Summary:
         sorted(chances, key=lambda x: -x.most),
         {name: listed for name, listed in found.items() if listed},
     )
+
+
+def measured_error(study: Study) -> str:
+    """What the level of a study that asks something is wrong by, on the variants on which that was measured."""
+    known = {n: float(row["error"]) for n, row in sorted(study.rows.items()) if row.get("error") is not None}
+    if not known:
+        return ""
+    facts = study.plan.scene.facts
+    named = f"variant{'s' * (len(known) > 1)} {', '.join(map(str, known))}"
+    told = f"error measured on {named}: within {percent(max(known.values()))} of {', '.join(facts.ask)}"
+    beyond = [
+        f"variant {n} disagrees, {percent(e)} in {study.rows[n]['error in']}"
+        for n, e in known.items()
+        if e > facts.accuracy
+    ]
+    return "; ".join([told, *beyond])
 
 
 def _chance(name: str, uses: Floats) -> Chance:

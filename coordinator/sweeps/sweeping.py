@@ -13,8 +13,9 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
 from pathlib import Path
 
+from heavylift.coordinator.ladder.choosing import level_of
 from heavylift.coordinator.run.arguments import texts, time_s, whole
-from heavylift.coordinator.run.pool import Pool, cores, finished, submits
+from heavylift.coordinator.supervision.pool import Pool, cores, finished, submits
 from heavylift.kernel.errors import ProtocolError, SceneError, Stopped
 from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.text.units import DURATION
@@ -34,7 +35,7 @@ def planned(
     scene: LoadedScene | str | Path, vary: Sequence[str] = (), sample: int = 0, design: str = DESIGNS[0], seed: int = 1
 ) -> Planned:
     """What a study of a scene would run; raises SceneError for what cannot be varied."""
-    scene = loaded(scene)
+    scene = level_of(loaded(scene))
     sample, seed, said = whole("--sample", sample), whole("--seed", seed), texts(vary)
     if said is None:
         raise SceneError(f"--vary {vary!r}: give texts PATH=VALUES, such as 'block.mass=200..400 t by 25 t'")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from heavylift.coordinator.run.in_memory import Played
+from heavylift.coordinator.ladder.in_memory import Played
 from heavylift.nodes.models.parts.messages import Done
 from heavylift.nodes.plan.actions import Action, Wait
 from heavylift.nodes.scene import LoadedScene

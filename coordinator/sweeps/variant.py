@@ -19,10 +19,13 @@ from typing import Any, Literal
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.run.in_memory import CUT, Played, play
+from heavylift.coordinator.ladder.choosing import error_of
+from heavylift.coordinator.ladder.in_memory import CUT, Played, play
+from heavylift.coordinator.ladder.rungs import Rung
 from heavylift.coordinator.verdict.limits import signals_of_run
 from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
 from heavylift.nodes.limits.rope_signals import rope_direction, rope_of
+from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.loading import parse
@@ -46,8 +49,10 @@ TEXTS = (
     "unfinished",
     "limit",
     "limit stage",
+    "error in",
     "host",
 )  # other columns: numbers
+EACH = 20  # variants, of which one is measured
 MOST_COLUMNS, MOST_TEXT, MOST_BYTES = 20_000, 100_000, 1 << 30  # of an answer
 Row = dict[str, Any]
 
@@ -63,14 +68,16 @@ class Task:
     limit_s: float
     keep: Keep
     judged: bool
+    ask: tuple[Asked, ...] = ()  # whose error is measured on one variant in `EACH`
 
     @classmethod
     def of(cls, scene: LoadedScene, limit_s: float, keep: Keep, judged: bool) -> Task:
         """Of a scene; what it extends is in its text."""
         name = scene.path.name if scene.path in bundled().values() else str(scene.path)
         if "extends" in read(scene.text, name).data:  # files that a worker elsewhere has not
-            return cls(scene.merged, name, (), limit_s, keep, judged)
-        return cls(scene.text, name, scene.settings, limit_s, keep, judged)
+            own = tuple(Rung(scene.plan).settings) if scene.chosen else ()
+            return cls(scene.merged, name, own, limit_s, keep, judged, scene.facts.ask)
+        return cls(scene.text, name, scene.settings, limit_s, keep, judged, scene.facts.ask)
 
 
 def answered(task: Task, variant: Variant) -> bytes:
@@ -122,6 +129,8 @@ def played(task: Task, variant: Variant) -> Row:
                 parse(task.text, task.name, settings, passing=True)  # which may know better why
             raise
         row |= _numbers(run, task.judged)
+        if task.ask and variant.number % EACH == 0:
+            row["error"], row["error in"] = error_of(scene.plan, task.ask)
     except SceneError as error:
         row |= {"status": "refused", "sentence": str(error)}
     except HeavyliftError as error:

@@ -1,11 +1,16 @@
 """Where the wall time of a recorded run went: who worked, who waited for whom, and what lookahead could change.
 
+communication  what processes would cost a scene, measured
 timeline    from the protocol messages of a recording; who was held back by whom, in chains
 text        tables for people, the same as plain data           perfetto    Chrome trace-event JSON for a viewer
 """
+
+from heavylift.kernel.on_demand import face
 
 from .perfetto import trace_events
 from .text import data, text
 from .timeline import Chain, Grant, Held, Lane, Timeline, chains
 
 __all__ = ["Chain", "Grant", "Held", "Lane", "Timeline", "chains", "data", "text", "trace_events"]
+
+face(__name__)

@@ -1,20 +1,26 @@
-"""How much of a yard is modelled, from a rigid pendulum to heavy ropes on an elastic girder.
+"""How much of the machines is modelled; what a scene can ask of its run, and the answer that was measured.
 
-Named in a scene under `fidelity:`, or chosen for what the scene asks.  The models follow it when they declare
-themselves, so that what is left out never reaches the kernel.
+A fidelity is named in a scene under `fidelity:`, or chosen for what the scene asks.  The models follow it when they
+declare themselves, so that what is left out never reaches the kernel.
 
-What a scene can ask, and how the error of each answer is measured:
+What a scene can ask, and what the error of each answer is relative to:
 
-rope tension    |peak - true peak| / true peak at the hook, of every hook rope
-swing           of the block about what it hangs from: largest excursion, and frequency after the last move, relative;
-                the frequency only if a tenth of the excursion is left
-position        of the block as stages begin and at the end, relative to the longest way between two of them
-lift-off time   |t - true t| / duration of the stage, or half a second if that is shorter
+rope tension    largest tension of every rope that hangs from a machine      itself
+sling tension   the same of every sling                                      itself
+swing           amplitude and period in each stage that only waits           itself, or a tenth of the largest amplitude
+position        of what is lifted, else of every joint, as stages end        the longest way between two of them
+lift-off time   how long each stage takes that lifts something off           itself, or half a second if that is more
+stage ends      how long each stage takes                                    the same
+support load    largest force of every support                               itself
+clearance       the smallest distance of the run                             itself, or 0.1 m if that is more
+limits          the largest use of every limit, signals of a user among them the limit
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, Decimal
+from math import inf
 from typing import Annotated, Literal, get_args
 
 import msgspec
@@ -25,8 +31,18 @@ from .actions import Item
 ACROSS, ALONG = "across", "along"
 NORMAL: dict[str, Vector] = {ACROSS: (1.0, 0.0, 0.0), ALONG: (0.0, 1.0, 0.0)}  # motion -> the normal of its plane
 GROUPS = ("hinges", "gantries", "trolleys")  # what turns about y, slides along x, slides along y
-Asked = Literal["rope tension", "swing", "position", "lift-off time"]
+Asked = Literal[
+    "rope tension", "sling tension", "swing", "position", "lift-off time", "stage ends", "support load", "clearance",
+    "limits",
+]  # fmt: skip
 ASKABLE: tuple[Asked, ...] = get_args(Asked)
+MEANT: tuple[Asked, ...] = (
+    "rope tension",
+    "sling tension",
+    "swing",
+    "position",
+    "stage ends",
+)  # where nothing is asked
 USUAL = 1e-2  # accuracy of what is asked without one
 ASKEW = 1e-9  # of an axis' part that is beside its direction
 SHORTEST = 0.5  # [s] so long counts a stage in which the block comes off sooner, or at once
@@ -77,3 +93,33 @@ class Question:
 
     ask: tuple[Asked, ...]
     accuracy: float
+
+
+class Answer(msgspec.Struct, frozen=True, kw_only=True):
+    """How a question is answered: what is modelled, by which method and tolerance; the largest relative error of each
+    quantity, measured, and in which figure; what is left out; which rungs were run; why an error is not below what was
+    asked, or not measured: nothing if it is."""
+
+    fidelity: Fidelity
+    method: str
+    tolerance: float
+    errors: dict[str, float] = {}
+    worst: dict[str, str] = {}
+    left_out: tuple[str, ...] = ()
+    rungs: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        told = ", ".join(f"{quantity} within {percent(e)}" for quantity, e in self.errors.items())
+        out = ", ".join(self.left_out) or "nothing"
+        return "; ".join([told + " (measured)" if told else "no error measured", f"left out: {out}", *self.notes])
+
+
+def percent(error: float) -> str:
+    """A relative error in percent, rounded up to two digits."""
+    if not 0.0 < error < inf:
+        return "0 %" if error == 0.0 else "nothing known"
+    part = Decimal(f"{100.0 * error:.12g}")
+    unit = Decimal(1).scaleb(part.adjusted() - 1)
+    up = (part / unit).to_integral_value(ROUND_CEILING) * unit
+    return f"{float(up):.10g} %"

@@ -14,7 +14,6 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.fidelity import Question
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
@@ -46,12 +45,15 @@ from heavylift.nodes.statics.swinging import swing_free
 from .instances import several
 from .loaded_scene import Facts, LoadedScene
 
+STEPS = {"method", "tolerance", "step"}  # keys that name how steps are taken
+
 
 def facts(scene: schema.Scene) -> Facts:
     """What a run asks of the keys of a scene."""
     return Facts(
         ask=scene.ask,
         accuracy=scene.wanted_accuracy,
+        named=tuple(sorted({*scene.fidelity.model_fields_set, *(scene.model_fields_set & STEPS)})),
         placement={node: process for process, hosting in scene.placement.items() for node in hosting.nodes},
         remote=[process for process, hosting in scene.placement.items() if hosting.host == "remote"],
         tandem={name: crane.tandem for name, crane in scene.cranes.items() if len(scene.cranes) > 1},
@@ -133,7 +135,6 @@ def _built(
     shaped, more = swing_free(shaped, keep=not passing) if not unknown else (shaped, [])
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
-    followed = followed or bool(scene.ask)  # what is modelled depends on it
     raise_faults(source, _impossible(source, loaded, followed))
     bent = any(block.flexible for block in scene.all_blocks.values())
     hung = bent or any(machine.ties and not machine.hooks for machine in loaded.plan.mechanisms)
@@ -145,7 +146,7 @@ def _built(
         if bent:
             rests = replace(rests, plan=settled(rests.plan))
         loaded = rests
-    return _pruned(replace(loaded, plan=weighed(loaded.plan)))
+    return replace(loaded, plan=weighed(loaded.plan))
 
 
 def _side_by_side(
@@ -182,14 +183,6 @@ def _common(scene: schema.Scene) -> dict[str, Any]:
         "samples_hz": scene.samples,
         "end": scene.end,
     }
-
-
-def _pruned(loaded: LoadedScene) -> LoadedScene:
-    """With the fidelity and the integration steps that the scene's question requires."""
-    if not loaded.scene.ask:
-        return loaded
-    verdict = loaded.answering(Question(loaded.scene.ask, loaded.scene.wanted_accuracy))
-    return replace(loaded, plan=loaded.modelled(verdict), verdict=verdict, whole=loaded.plan)
 
 
 def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:

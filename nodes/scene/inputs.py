@@ -147,7 +147,8 @@ def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]
     """The scene with other values, modelled and integrated as it was; SceneError if it is none."""
     texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(changed, values, strict=True)]
     other = parse(scene.merged or scene.text, scene.path.name, settings(changed, texts))
-    return replace(other, plan=msgspec.structs.replace(other.plan, **{x: getattr(scene.plan, x) for x in KEPT}))
+    kept = {x: getattr(scene.plan, x) for x in KEPT}
+    return replace(other, plan=msgspec.structs.replace(other.plan, **kept), chosen=True)
 
 
 def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:

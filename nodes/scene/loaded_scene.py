@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.kernel.cache import remembered
-from heavylift.nodes.fidelity import Following, Question, Verdict, choose, following, lift_of, unpromised
-from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.limits.checks import Errors, checks_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.fidelity import Asked
+from heavylift.nodes.plan.fidelity import Answer, Asked, Question
 from heavylift.nodes.plan.limit import Check, Finding, Use
-from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.statics import Followed, StaticState, follow, goal_states
-from heavylift.nodes.statics.action_preview import plan_key
 from heavylift.nodes.statics.findings import path_findings
 
 if TYPE_CHECKING:
@@ -32,12 +25,14 @@ if TYPE_CHECKING:
 
 
 class Facts(msgspec.Struct, frozen=True):
-    """What a run asks of the keys of a scene besides its plan; `placement`: node -> process, for the nodes that the
+    """What a run asks of the keys of a scene besides its plan; `named`: keys of its fidelity and of its steps that it
+    names itself, and that are never chosen otherwise; `placement`: node -> process, for the nodes that the
     scene places; `remote`: processes that it places on other hosts; `tandem`: what each crane may carry beside another.
     """
 
     ask: tuple[Asked, ...]
     accuracy: float
+    named: tuple[str, ...]
     placement: dict[str, str]
     remote: list[str]
     tandem: dict[str, float]
@@ -54,12 +49,12 @@ class LoadedScene:
     text: str
     path: Path
     facts: Facts
-    verdict: Verdict | None = None  # what is modelled, where the scene asks for something
     merged: str = ""  # text of the whole scene as JSON where it extends another one or has settings laid over it
     typed: str = ""  # its path or the name of a bundled scene, as it was given
     settings: tuple[str, ...] = ()  # laid over it
     passing: bool = False  # one of many that nobody loads again
-    whole: Plan | None = None  # the plan before what is asked left anything out
+    chosen: bool = False  # its plan is that of a run: nothing is to be chosen for what it asks
+    answer: Answer | None = None  # how its plan was chosen
     apart: Followed | None = None  # the paths at rest of several lifts, each followed as if it were alone
     keys: schema.Scene | None = field(default=None, compare=False, repr=False)  # where they have been read already
 
@@ -77,11 +72,6 @@ class LoadedScene:
             return self.apart or Followed((), (), (), "", None, "")  # of a recording, which has no scenes of each
         return follow(self.plan, keep=not self.passing)
 
-    @cached_property
-    def followed(self) -> Following | None:
-        """The same as the rules of a lift see it; None where they do not hold."""
-        return following(self.plan, self.statics) if lift_of(self.plan).lift else None
-
     @property
     def states(self) -> Sequence[StaticState]:
         """The points of the path at rest along the action list; none where nothing is lifted."""
@@ -93,40 +83,10 @@ class LoadedScene:
         machines = self.plan.machines
         return any(machine.hooks for machine in machines) and any(machine.cargo for machine in machines)
 
-    @cached_property
-    def _as_written(self) -> LoadedScene:
-        if self.whole is None:
-            return self
-        scene = replace(self, plan=self.whole, whole=None)
-        scene.__dict__["statics"] = self.statics
-        return scene
-
-    def answering(self, question: Question) -> Verdict:
-        """What would be modelled if that were asked."""
-        scene, followed = self.scene, self._as_written.followed
-        if followed is None or self.plan.models:
-            what = "a scene with models of its own" if self.plan.models else "what is made of parts"
-            return unpromised(question, self.plan.fidelity, f"{what} is modelled as it is written")
-        built = self._as_written.plan
-        named, steps = frozenset(scene.fidelity.model_fields_set), frozenset(scene.model_fields_set)
-
-        def chosen() -> Verdict:
-            return choose(built, followed, question, named, steps)
-
-        asked = repr((plan_key(built), question, sorted(named), sorted(steps)))
-        name = f"{hashlib.sha256(asked.encode()).hexdigest()}.verdict"
-        return chosen() if self.passing else remembered(name, Verdict, chosen)
-
-    def modelled(self, verdict: Verdict) -> Plan:
-        """The plan with what a question requires."""
-        built = self._as_written.plan
-        if self._as_written.followed is None or built.models:
-            return built
-        built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.machines))
-        if verdict.steps:
-            steps = verdict.steps[0]
-            built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance)
-        return built
+    @property
+    def question(self) -> Question | None:
+        """What it asks and how accurately, while nothing is chosen for it."""
+        return Question(self.facts.ask, self.facts.accuracy) if self.facts.ask and not self.chosen else None
 
     @cached_property
     def uses(self) -> list[Use]:
@@ -140,11 +100,11 @@ class LoadedScene:
         """What is beyond a limit on that path, or should be reported."""
         return sorted_findings([*self._others, *judge(self.plan, self.uses, dynamic=False)])
 
-    @cached_property
+    @property
     def errors(self) -> Errors:
-        """By how much the figures of a run may be wrong, as far as that is known."""
-        found = modelled_as(self.plan, self.followed).errors
-        return {name: found[asked] for asked, name in FAMILIES if asked in found}
+        """By how much the figures of a run may be wrong, as far as that was measured."""
+        found = self.answer.errors if self.answer else {}
+        return {family: found[asked] for asked, family in FAMILIES if asked in found}
 
     @cached_property
     def _others(self) -> list[Finding]:

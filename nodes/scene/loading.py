@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, sources, write_cached
 from heavylift.kernel.errors import SceneError, path_text
-from heavylift.nodes.fidelity import Verdict
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
@@ -95,7 +94,7 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
     from .keys.validate import validated
 
     scene = validated(merged or text, name)
-    return LoadedScene(built, text, Path(name), facts(scene), merged=merged, keys=scene)
+    return LoadedScene(built, text, Path(name), facts(scene), merged=merged, keys=scene, chosen=True)
 
 
 def check(scene: LoadedScene | str | Path, near: Sequence[Finding] = ()) -> Report:
@@ -104,8 +103,7 @@ def check(scene: LoadedScene | str | Path, near: Sequence[Finding] = ()) -> Repo
 
     scene = loaded(scene)
     found = sorted_findings([*scene.findings, *near])
-    answer = str(scene.verdict or "")
-    return report(scene.plan, scene.statics, scene.uses, found, scene.checked(near), answer)
+    return report(scene.plan, scene.statics, scene.uses, found, scene.checked(near))
 
 
 class _Kept(msgspec.Struct):
@@ -113,9 +111,7 @@ class _Kept(msgspec.Struct):
 
     plan: Plan
     facts: Facts
-    verdict: Verdict | None
     merged: str
-    whole: Plan | None
 
 
 def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
@@ -125,15 +121,13 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
     if data := read_cached(file):
         with suppress(msgspec.MsgspecError):
             x = msgspec.msgpack.decode(data, type=_Kept)
-            return LoadedScene(
-                x.plan, text, path, x.facts, x.verdict, x.merged, settings=tuple(overrides), whole=x.whole
-            )
+            return LoadedScene(x.plan, text, path, x.facts, x.merged, settings=tuple(overrides))
     from .building import build
 
     before = named_so_far()
     loaded = build(path, name, text, overrides)
     if named_so_far() == before and all(machine.levels for machine in loaded.plan.machines) and not loaded.plan.models:
-        kept = _Kept(loaded.plan, loaded.facts, loaded.verdict, loaded.merged, loaded.whole)
+        kept = _Kept(loaded.plan, loaded.facts, loaded.merged)
         write_cached(file, msgspec.msgpack.encode(kept))
     return loaded
 

@@ -75,9 +75,8 @@ def report(
     uses: Sequence[Use],
     findings: Sequence[Finding],
     checks: Sequence[Check] = (),
-    pruning: str = "",
 ) -> Report:
-    """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
+    """The report of a scene whose action list was followed."""
     mobility = _mobility(built)
     every: list[Rope | Reeving] = []
     for m in built.machines:
@@ -100,21 +99,10 @@ def report(
         lines += _ropes_at_rest(statics)
     lines += _limits(built, checks, findings) if checks else _lines(findings)
     lines += _swing_free(built)
-    lines += ["", pruning] if pruning else []
     line = line_of(checks)
     lines += ["", f"checks at rest: {line}"]
-    return Report(
-        built.name,
-        *counts,
-        mobility,
-        tuple(rows),
-        tuple(lines),
-        tuple(uses),
-        tuple(findings),
-        tuple(checks),
-        line,
-        state_of(checks),
-    )
+    judged = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
+    return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged)
 
 
 def _mobility(built: plan.Plan) -> Mobility:

@@ -20,7 +20,8 @@ from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
-from heavylift.coordinator.run import play, run
+from heavylift.coordinator.ladder import play
+from heavylift.coordinator.run import run
 from heavylift.coordinator.sweeps import Study, Task, Variant, played, sweep
 from heavylift.nodes.scene import load
 from shared.rows import SHORT, options, row

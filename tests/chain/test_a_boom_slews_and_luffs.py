@@ -145,8 +145,3 @@ def test_the_hall_is_crossed_without_a_swing(tmp_path: Path) -> None:
     moves, still = ((pose.t > begun[a]) & (pose.t < begun[b]) for a, b in (MOVE, STILL))
     assert np.ptp(pose.values[moves, :2], axis=0) == pytest.approx([40.0, 12.0], abs=0.01)
     assert np.ptp(pose.values[still, :2], axis=0).max() < STOPPED
-
-
-def test_what_is_asked_of_such_a_scene_is_not_promised() -> None:
-    told = check(jib("wait: 1 s", more="ask: [rope tension]\n"))
-    assert "modelled as it is written" in str(told)

@@ -1,6 +1,6 @@
 """What processes, fewer samples and a lookahead of models cost and buy: every row of the table is a run."""
 
-from heavylift.coordinator.tradeoff import distributed
+from heavylift.coordinator.trace import distributed
 from heavylift.nodes.scene import load
 
 

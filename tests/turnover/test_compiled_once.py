@@ -9,7 +9,7 @@ from the_run import Lift
 
 
 def test_the_whole_lift_leaves_its_code_and_that_of_its_statics(lift: Lift) -> None:
-    assert sorted(path.suffix for path in lift.code.iterdir()) == [".modelled", ".o", ".o", ".path", ".scene"]
+    assert sorted(path.suffix for path in lift.code.iterdir()) == [".o", ".o", ".path", ".scene"]
 
 
 @pytest.mark.parametrize("change", ["accuracy=0.001 %", "block.mass=899 t", "rig.slack=51 mm"])

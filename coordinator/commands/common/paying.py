@@ -10,8 +10,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from heavylift.coordinator.run.pool import cores
 from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import NEVER, Event
 

@@ -5,7 +5,7 @@ girders   a beam that bends, with what slides on it
 beams     booms that bend, with what hangs on them
 ropes     hook ropes rigid, with mass at their ends or in lumps (`lumps`); rigid slings
 supports  only those that bear at the start
-listing   the levels of a plan, and what each leaves out
+listing   how a machine of a plan is modelled, and what its fidelity leaves out
 A pass reads what the plan tells of hooks, ties and girders and has no knowledge of machines; where a fidelity asks
 nothing of it, it returns the machine itself.
 """

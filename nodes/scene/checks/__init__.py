@@ -5,3 +5,7 @@ orders           orders that cannot be carried out in the state in which they ar
 overloads        limits that are exceeded at rest
 findings         what was found, reported once per subject
 """
+
+from heavylift.kernel.on_demand import face
+
+face(__name__)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from heavylift.coordinator.ladder import Played, play
 from heavylift.coordinator.live import Given
-from heavylift.coordinator.run import Played, play, run
+from heavylift.coordinator.run import run
 from heavylift.kernel import ModelError, SceneError
 from heavylift.nodes import drive
 from heavylift.nodes.devs import Simulator, Tag, encode, ms, seconds

@@ -9,8 +9,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from heavylift.coordinator.ladder import play
 from heavylift.coordinator.replay import RecordedRun, single
-from heavylift.coordinator.run import Beginning, Watch, play, run
+from heavylift.coordinator.run import Beginning, Watch, run
 from heavylift.coordinator.run.resume import resume
 from heavylift.coordinator.run.verify import verify
 from heavylift.coordinator.supervision import failover

@@ -186,7 +186,6 @@ FORGED = [
     ("result", "energy_error", "0.0"),
     ("run", "scene", "another"),
     ("run", "tolerance", "1e-12"),
-    ("run", "predicted_errors", '{"rope tension":0.001}'),
     ("run", "rated", '{"crane.H1":9e9}'),
     ("run", "modelled", "everything"),
 ]

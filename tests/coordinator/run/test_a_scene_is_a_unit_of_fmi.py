@@ -11,8 +11,9 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import fmi2LastSuccessfulTime
 from fmpy.validation import validate_fmu
 from heavylift.coordinator.commands import app
+from heavylift.coordinator.ladder import Played, play
 from heavylift.coordinator.live import Given
-from heavylift.coordinator.run import Played, Stepped, export, play
+from heavylift.coordinator.run import Stepped, export
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Tag, encode, seconds
 from heavylift.nodes.models.parts import OperatorCommand

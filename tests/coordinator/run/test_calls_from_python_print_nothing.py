@@ -11,7 +11,7 @@ from heavylift import Recording, load, replicate, run, run_models, simulate, swe
 from heavylift.coordinator.run.branch import Branch, branch
 from heavylift.coordinator.sweeps.limiting import limits_of_all
 from heavylift.coordinator.sweeps.planning import planned
-from heavylift.coordinator.uncertainty.sensitivities import sensitivities
+from heavylift.coordinator.ladder.sensitivities import sensitivities
 from heavylift.kernel.errors import HeavyliftError
 
 if __name__ == "__main__":
@@ -51,4 +51,4 @@ def test_a_script_that_listens_hears_it(tmp_path: Path) -> None:
     heard = said(tmp_path, LISTENING + CALLS).splitlines()
     assert "heavylift.run: run.mcap is there already and stays; this run writes run-2.mcap" in heard
     assert any(line.startswith("heavylift.sweeps:   mechanism.bodies.load.mass ") for line in heard)
-    assert any(line.startswith("heavylift.uncertainty: 2 runs of about ") for line in heard)
+    assert any(line.startswith("heavylift.ladder: 2 runs of about ") for line in heard)

@@ -8,7 +8,7 @@ from math import asin, atan2, degrees, hypot
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run import Played, play
+from heavylift.coordinator.ladder import Played, play
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import NOT_CHECKED
 from heavylift.nodes.plan import Shapes

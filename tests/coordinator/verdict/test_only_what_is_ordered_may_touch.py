@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 from heavylift.coordinator.commands.common.app import app
-from heavylift.coordinator.run import play
+from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
 from heavylift.nodes.models.commander import Machines, first_lugs, first_picture

@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import pi, sqrt
 
 import numpy as np
-from heavylift.nodes.fidelity import lift_of
 from numpy.polynomial.legendre import leggauss
+from rail_lifts import lift_of
 from vectors import rotation
 
 

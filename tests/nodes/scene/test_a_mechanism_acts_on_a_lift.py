@@ -5,7 +5,7 @@ from math import hypot
 import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.models import build, system
-from heavylift.nodes.scene import LoadedScene, check, parse
+from heavylift.nodes.scene import LoadedScene, parse
 from heavylift.nodes.statics import world
 from lifting import hook_ropes
 
@@ -82,14 +82,6 @@ def test_what_touches_the_block_is_not_a_stool() -> None:
     assert scene.plan.mechanisms[0].closed == ("wall",)
     assert scene.statics.known
     assert [scene.states[i].grounded for i in (0, -1)] == [True, False]
-
-
-def test_nothing_is_promised_of_such_a_lift() -> None:
-    load = "{type: load, body: block, force: [1 kN, 0, 0]}"
-    scene = lift(f"  forces: {{push: {load}}}\n", f"ask: [rope tension]\n{WAIT}")
-    assert scene.verdict is not None
-    assert scene.verdict.unknown == "its mechanism acts on the lift, which no rule looks at"
-    assert "nothing is chosen or promised" in str(check(scene))
 
 
 @pytest.mark.parametrize(

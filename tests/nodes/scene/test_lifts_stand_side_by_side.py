@@ -6,9 +6,10 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from heavylift.coordinator.ladder import play
 from heavylift.coordinator.live import STOP, Given
 from heavylift.coordinator.replay import RecordedRun
-from heavylift.coordinator.run import play, run
+from heavylift.coordinator.run import run
 from heavylift.coordinator.run.verify import verify
 from heavylift.kernel import SceneError
 from heavylift.nodes.devs import Tag, encode, seconds

@@ -41,11 +41,6 @@ def test_a_turn_needs_the_trolleys_that_carry():
     assert told == f"actions[5].block: west.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}"
 
 
-def test_what_scenes_ask_never_holds_what_they_order():
-    for quantity in ("rope tension", "swing", "position", "lift-off time"):
-        assert load("lift", [f"ask=[{quantity}]", "accuracy=5 %"]).verdict
-
-
 def test_joints_that_nothing_orders_may_be_held():
     assert load("lift", ["fidelity.motion=across"]).plan.fidelity.locked[-1] == "crane.gantry"
     assert load("lift", ["fidelity.locked=[trolleys]", "actions=[{wait: 10 s}]"]).plan

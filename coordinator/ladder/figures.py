@@ -1,0 +1,299 @@
+"""What a run shows, as figures: one number each, comparable between runs of a scene (`nodes.plan.fidelity`).
+
+Peaks are those of the dense output, stages begin at events.  What is read from samples (swings, places, forces of
+supports) is read from every second one as well: by as much as that differs, a figure may be misread.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from math import atan2, cos, hypot, inf, pi, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.nodes.plan.actions import Lifted, Move, Wait
+from heavylift.nodes.plan.fidelity import ASKABLE, SHORTEST, Asked
+from heavylift.nodes.plan.plan import Plan
+from numpy.typing import NDArray
+
+from .in_memory import Played
+
+Floats = NDArray[np.float64]
+WHOLE = "the whole run"
+LOADED = 1.0  # [N] a peak below it is that of what never carries
+SMALL = 0.01  # [m or rad] of ways: errors of smaller ones are relative to it, and of swings of coordinates
+SWUNG = 0.1  # [m] the same of swings of what is lifted
+NEAR = 0.1  # [m] the same of clearances
+PART = 0.1  # of the largest swing, and of forces a tenth of that: what is smaller is relative to that
+THIRD = 3.0  # of what twice the distance of samples changes, they leave open: errors fall with its square, at least
+FEWEST = 8  # samples of a stage in which a swing is looked for
+
+
+class Figure(NamedTuple):
+    """What it is, of which quantity, its unit and value, what its errors are relative to, and by how much it may be
+    misread."""
+
+    name: str
+    quantity: Asked
+    unit: str
+    value: float
+    scale: float
+    misread: float = 0.0
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stage: when it begins and ends [s]; whether all is left to itself in it, and whether something takes off."""
+
+    name: str
+    start: float
+    end: float
+    free: bool
+    lifts: bool
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A run as figures are read from it: stages; peaks of ropes [N]; times (n,) [s], each once; by name what moves,
+    (n, 3) [m] of bodies that are lifted or (n, 1) of coordinates, with its unit; forces of supports (n,) [N]."""
+
+    spans: list[Span]
+    peaks: dict[str, float]
+    t: Floats = field(default_factory=lambda: np.zeros(0))
+    places: dict[str, tuple[Floats, str]] = field(default_factory=dict)
+    supports: dict[str, Floats] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, run: Played) -> Shown:
+        """All that a run has shown."""
+        plan, layout = run.plan, run.layout
+        t, first = np.unique(run.t, return_index=True)
+        forces = layout.find("support/force")
+        channels = [(c.body, layout.find(f"pose/{c.body}")) for m in plan.machines for c in m.cargo]
+        places = {name: (run.rows[first, x.start : x.start + 3], "m") for name, x in channels if x}
+        if not places and (joints := layout.find("joint/position")):
+            units = _units(plan)
+            places = {
+                name: (run.rows[first, joints.start + i, None], units.get(name.rpartition(".")[0] or name, "m or rad"))
+                for i, name in enumerate(joints.names)
+            }
+        borne = {name: run.rows[first, forces.start + i] for i, name in enumerate(forces.names)} if forces else {}
+        peaks = {name: peak.tension for name, peak in run.peaks.items() if "~" not in name}
+        return cls(spans(plan, run.conduct.stages, run.end_ns * 1e-9), peaks, t, places, borne)
+
+    def halved(self) -> Shown:
+        """With every second sample alone."""
+        places = {name: (x[::2], unit) for name, (x, unit) in self.places.items()}
+        return Shown(self.spans, self.peaks, self.t[::2], places, {name: x[::2] for name, x in self.supports.items()})
+
+    @property
+    def stages(self) -> list[tuple[str, float]]:
+        """How long each stage took [s], where there are any."""
+        return [(x.name, x.end - x.start) for x in self.spans if x.name != WHOLE]
+
+
+def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
+    """One for each action; the whole run where there are none."""
+    if not stages or plan.lists:
+        return [Span(WHOLE, 0.0, last, not plan.lists, False)]
+    ends = [t for t, _, _ in stages[1:]] + [last]
+    out = []
+    for (t, index, name), end in zip(stages, ends, strict=True):
+        orders = plan.actions[index].orders
+        free = all(isinstance(order, Wait) for order in orders)
+        lifts = any(isinstance(order, Move) and isinstance(order.until, Lifted) for order in orders)
+        out.append(Span(name or f"action {index + 1}", t, end, free, lifts))
+    return out
+
+
+def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[Figure]:
+    """The figures of a run of these quantities; names that come again, such as those of stages, have numbers."""
+    shown = Shown.of(run)
+    half = shown.halved()
+    found = list[Figure]()
+    for quantity in ask:
+        if quantity in READ:
+            read, again = _told_apart(READ[quantity](run.plan, shown)), _told_apart(READ[quantity](run.plan, half))
+            coarse = {f.name: f.value for f in again}
+            found += [f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in read]
+        else:
+            found += _told_apart(_judged(run, quantity))
+    return found
+
+
+def _tensions(slings: bool) -> Callable[[Plan, Shown], Iterator[Figure]]:
+    def tensions(plan: Plan, shown: Shown) -> Iterator[Figure]:
+        ties = {tie.rope for machine in plan.machines for tie in machine.ties}
+        own = {name: peak for name, peak in shown.peaks.items() if (name in ties) == slings}
+        least = PART * PART * max(own.values(), default=0.0)
+        for name, peak in own.items():
+            if peak > LOADED:
+                yield Figure(f"peak tension {name}", QUANTITY[slings], "N", peak, max(peak, least))
+
+    return tensions
+
+
+def _durations(quantity: Asked) -> Callable[[Plan, Shown], Iterator[Figure]]:
+    def durations(plan: Plan, shown: Shown) -> Iterator[Figure]:
+        for span in shown.spans:
+            lasts = span.end - span.start
+            if span.lifts and quantity == "lift-off time":
+                yield Figure(f"duration of '{span.name}', which lifts off", quantity, "s", lasts, max(SHORTEST, lasts))
+            elif quantity == "stage ends" and span.name != WHOLE:
+                yield Figure(f"duration of '{span.name}'", quantity, "s", lasts, max(SHORTEST, lasts))
+
+    return durations
+
+
+def _swings(plan: Plan, shown: Shown) -> Iterator[Figure]:
+    for name, (x, unit) in shown.places.items():
+        found = [(span, swing(shown.t, x, span)) for span in shown.spans if span.free]
+        seen = [(span, s) for span, s in found if s is not None]
+        scale = max([SWUNG if unit == "m" else SMALL, *(PART * s.amplitude for _, s in seen)])
+        for span, s in seen:
+            told = f"swing of {name} in '{span.name}'"
+            yield Figure(f"{told}, amplitude", "swing", unit, s.amplitude, max(scale, s.amplitude))
+            if s.period and s.amplitude >= scale:
+                yield Figure(f"{told}, period", "swing", "s", s.period, s.period)
+
+
+class Swing(NamedTuple):
+    """Half of the way there and back [m or rad]; the period of the sinusoid that fits best [s], 0 if none does."""
+
+    amplitude: float
+    period: float
+
+
+def swing(t: Floats, x: Floats, span: Span) -> Swing | None:
+    """How something (n, 3) or (n, 1) swings in a stage, along the level direction in which it goes farthest."""
+    inside = (t >= span.start) & (t <= span.end)
+    since, across = t[inside] - span.start, x[inside]
+    if len(since) < FEWEST:
+        return None
+    y = across[:, 0] - across[:, 0].mean()
+    if across.shape[1] == 3:  # level
+        z = across[:, 1] - across[:, 1].mean()
+        turned = 0.5 * atan2(2.0 * float((y * z).sum()), float((y * y).sum() - (z * z).sum()))
+        y = y * cos(turned) + z * sin(turned)
+    amplitude = 0.5 * (_top(since, y) + _top(since, -y))
+    return Swing(amplitude, _period(since, y) if amplitude > SMALL * SMALL else 0.0)
+
+
+def _top(t: Floats, y: Floats) -> float:
+    """The largest value, of the parabola through the largest sample and those beside it."""
+    k = int(np.argmax(y))
+    if not 0 < k < len(y) - 1:
+        return float(y[k])
+    a, b = t[k - 1] - t[k], t[k + 1] - t[k]
+    left, right = y[k - 1] - y[k], y[k + 1] - y[k]
+    bent, slope = (left / a - right / b) / (a - b), (left * b / a - right * a / b) / (b - a)
+    return float(y[k] - slope * slope / (4.0 * bent)) if bent < 0.0 else float(y[k])
+
+
+def _period(t: Floats, y: Floats) -> float:
+    """Of the sinusoid on a line that fits best [s]; 0 if that is less than half of what is seen, or is not seen
+    twice."""
+    even = np.linspace(t[0], t[-1], len(t))
+    spectrum = np.abs(np.fft.rfft(np.interp(even, t, y) * np.hanning(len(t))))
+    k, lasts = int(np.argmax(spectrum[1:])) + 1, float(t[-1])
+    line = [np.ones_like(t), t]
+
+    def left(f: float) -> float:
+        A = np.column_stack([*line, np.cos(2 * pi * f * t), np.sin(2 * pi * f * t)])
+        x, *_ = np.linalg.lstsq(A, y, rcond=None)
+        return float(((A @ x - y) ** 2).sum())
+
+    low, high, part = max(0.4, k - 1.0) / lasts, (max(0.4, k - 1.0) + 2.2) / lasts, (sqrt(5.0) - 1.0) / 2.0
+    a, b = high - part * (high - low), low + part * (high - low)
+    at_a, at_b = left(a), left(b)
+    while high - low > 1e-9 * high:  # by the golden section
+        if at_a < at_b:
+            high, b, at_b = b, a, at_a
+            a = high - part * (high - low)
+            at_a = left(a)
+        else:
+            low, a, at_a = a, b, at_b
+            b = low + part * (high - low)
+            at_b = left(b)
+    f = 0.5 * (low + high)
+    return 1.0 / f if f * lasts >= 2.0 and left(f) < 0.5 * float((y * y).sum()) else 0.0
+
+
+def _positions(plan: Plan, shown: Shown) -> Iterator[Figure]:
+    ends = [*(span.start for span in shown.spans[1:]), shown.spans[-1].end]
+    names = [f"as '{span.name}' begins" for span in shown.spans[1:]] + ["at the end"]
+    for name, (x, unit) in shown.places.items():
+        at = _at(shown.t, x, [0.0, *ends])
+        way = max(hypot(*(a - b)) for a in at for b in at)
+        if way < SMALL:
+            continue
+        for told, place in zip(names, at[1:], strict=True):
+            for axis, value in zip("xyz" if len(place) == 3 else [""], place, strict=True):
+                what = f"{axis} of {name}" if axis else name
+                yield Figure(f"{what} {told}", "position", unit, float(value), way)
+
+
+def _at(t: Floats, x: Floats, times: Sequence[float]) -> Floats:
+    """Values (m, columns) at times, by the cubics through four samples."""
+    out = []
+    for at in times:
+        i = min(max(int(np.searchsorted(t, at)) - 2, 0), max(0, len(t) - 4))
+        s = t[i : i + 4]
+        weights = [np.prod([(at - b) / (a - b) for b in s if b != a]) for a in s]
+        out.append(np.array(weights) @ x[i : i + 4])
+    return np.array(out)
+
+
+def _supports(plan: Plan, shown: Shown) -> Iterator[Figure]:
+    tops = {name: _top(shown.t, force) for name, force in shown.supports.items()}
+    least = PART * PART * max(tops.values(), default=0.0)
+    for name, force in tops.items():
+        if force > LOADED:
+            yield Figure(f"largest force on {name}", "support load", "N", force, max(force, least))
+
+
+def _judged(run: Played, quantity: Asked) -> Iterator[Figure]:
+    verdict, uses = run.judged
+    if quantity == "clearance" and verdict.clearances:
+        least = min(verdict.clearances, key=lambda x: x.distance)
+        yield Figure("smallest clearance", quantity, "m", least.distance, max(NEAR, abs(least.distance)))
+    for use in uses if quantity == "limits" else ():
+        if use.use is not None:
+            yield Figure(f"use of {use.limit.subject} {use.limit.quantity}", quantity, "", use.use, max(1.0, use.use))
+
+
+def _units(plan: Plan) -> dict[str, str]:
+    """Of the coordinates of joints that have but one kind."""
+    found = {}
+    for joint in (j for machine in plan.machines for j in machine.system.joints):
+        kind = JOINTS[joint.kind]
+        turns = {
+            kind.turns(i) or i >= (kind.n_q if kind.quaternion is None else kind.quaternion) for i in range(kind.n_q)
+        }
+        found[joint.name] = "m or rad" if len(turns) > 1 else "rad" if True in turns else "m"
+    return found
+
+
+def _told_apart(found: Iterator[Figure]) -> list[Figure]:
+    seen = Counter[str]()
+    out = []
+    for figure in found:
+        seen[figure.name] += 1
+        n = seen[figure.name]
+        out.append(figure._replace(name=f"{figure.name} ({n})") if n > 1 else figure)
+    return out
+
+
+QUANTITY: tuple[Asked, Asked] = ("rope tension", "sling tension")
+READ: dict[Asked, Callable[[Plan, Shown], Iterator[Figure]]] = {
+    "rope tension": _tensions(slings=False),
+    "sling tension": _tensions(slings=True),
+    "swing": _swings,
+    "position": _positions,
+    "lift-off time": _durations("lift-off time"),
+    "stage ends": _durations("stage ends"),
+    "support load": _supports,
+}

@@ -1,0 +1,173 @@
+"""Rungs of the ladder of a plan: what is modelled (a level), by which method, to which tolerance of a step.
+
+A level that puts back all that the others leave out is the witness of each of them: two that leave out the same say
+nothing of it.  What a scene names itself stays in its own runs, and is put back in witnesses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import msgspec
+from heavylift.kernel.description.mechanics import System
+from heavylift.nodes.models import system
+from heavylift.nodes.models.levels.listing import left_out
+from heavylift.nodes.plan.plan import Fidelity, Plan
+from heavylift.nodes.plan.planar import planar
+
+LADDER = (
+    Fidelity(),
+    Fidelity(girder="elastic", rope_mass="lumped"),
+    Fidelity(ropes="massive", lumps=2, rope_mass="lumped", girder="elastic"),
+    Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic"),
+)
+TOLERANCES = {"radau5": tuple(10.0**-k for k in range(3, 9)), "dop853": tuple(10.0**-k for k in range(6, 12))}
+FINEST = 1e-12  # tolerance of a step
+
+
+def levels(plan: Plan) -> list[Fidelity]:
+    """The levels of a plan, poorest first, each of which is another system."""
+    found: dict[str, Fidelity] = {}
+    for each in LADDER:
+        fidelity = msgspec.structs.replace(planar(each, plan.machines), islands=plan.fidelity.islands)
+        found.setdefault(repr(system(at_level(plan, fidelity))), fidelity)
+    return list(found.values())
+
+
+def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
+    """The plan on a level, its islands as they were; of several lifts those that name no fidelity of their own."""
+    own = msgspec.structs.replace(fidelity, islands=plan.fidelity.islands)
+    lists = tuple(
+        msgspec.structs.replace(each, fidelity=own) if each.fidelity == plan.fidelity else each for each in plan.lists
+    )
+    return msgspec.structs.replace(plan, fidelity=own, lists=lists)
+
+
+def stiff(mechanics: System) -> bool:
+    """Whether something in it is soft: ropes, pads, springs, servos, laws of force, of which some are hard to follow in
+    explicit steps."""
+    soft = (mechanics.laws, mechanics.rigid_ropes, mechanics.contacts, mechanics.drives)
+    return any(soft) or any(body.flexible for body in mechanics.bodies)
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One way to run a plan."""
+
+    plan: Plan
+
+    @property
+    def key(self) -> tuple[Fidelity, str, float, float | None]:
+        """What tells it from the other rungs of its plan."""
+        return self.plan.fidelity, self.plan.method, self.plan.tolerance, self.plan.step
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return f"{self.level}, {self.how}"
+
+    @property
+    def level(self) -> str:
+        """What is modelled."""
+        at = self.plan.fidelity
+        if not left_out(at_level(self.plan, LADDER[0])):
+            return "as it is written"
+        ropes = f"ropes of {at.lumps} lumps" if at.ropes == "massive" else f"{at.ropes} ropes"
+        mass = ", their mass at the ends" if at.ropes != "massive" and at.rope_mass == "lumped" else ""
+        return f"{ropes}{mass}, {at.girder} girder"
+
+    @property
+    def how(self) -> str:
+        """By which steps."""
+        steps = (
+            f"steps of {self.plan.step:g} s" if self.plan.step else f"{self.plan.tolerance:.0e}".replace("e-0", "e-")
+        )
+        return f"{self.plan.method} at {steps}" if not self.plan.step else f"{self.plan.method}, {steps}"
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """In words."""
+        return left_out(self.plan)
+
+    @property
+    def tighter(self) -> Rung:
+        """The same with steps a tenth as tolerant, or half as long."""
+        if self.plan.step is not None:
+            return Rung(msgspec.structs.replace(self.plan, step=0.5 * self.plan.step))
+        return Rung(msgspec.structs.replace(self.plan, tolerance=max(FINEST, 0.1 * self.plan.tolerance)))
+
+    def on(self, level: Fidelity) -> Rung:
+        """The same steps on another level."""
+        return Rung(at_level(self.plan, level))
+
+    @property
+    def settings(self) -> list[str]:
+        """What a scene says to be run so."""
+        fields = (f for f in msgspec.structs.fields(Fidelity) if f.name != "where")
+        values = ((f, getattr(self.plan.fidelity, f.name)) for f in fields)
+        written = [f"{f.name.replace('_', ' ')}: {_written(x)}" for f, x in values if x != f.default]
+        steps = [f"step={1e3 * self.plan.step!r} ms"] if self.plan.step else [f"tolerance={self.plan.tolerance!r}"]
+        return ["ask=[]", f"fidelity={{{', '.join(written)}}}", f"method={self.plan.method}", *steps]
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """The rungs of a plan; `named`: keys of its fidelity and steps that stay as they are."""
+
+    plan: Plan
+    named: Sequence[str] = ()
+
+    @cached_property
+    def full(self) -> list[Fidelity]:
+        """The levels of witnesses."""
+        return levels(self.plan)
+
+    @cached_property
+    def levels(self) -> list[Fidelity]:
+        """The levels that may be chosen: with what is named."""
+        keep = {key: getattr(self.plan.fidelity, key) for key in Fidelity.__struct_fields__ if key in self.named}
+        parts = self.plan.machines
+        own = [planar(msgspec.structs.replace(each, **keep), parts) for each in self.full] if keep else self.full
+        return list(dict.fromkeys(own))
+
+    @cached_property
+    def whole(self) -> list[Fidelity]:
+        """The levels that leave nothing out but that ropes have more than so many lumps, the finest last."""
+        finest = self.full[-1]
+        return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
+
+    def witness(self, level: Fidelity) -> Fidelity | None:
+        """The cheapest level that puts back all that a level leaves out; None of the finest."""
+        if len(self.full) == 1 and level in self.levels:
+            return None
+        finer = self.whole[self.whole.index(level) + 1 :] if level in self.whole else self.whole
+        return finer[0] if finer else None
+
+    @property
+    def poorer(self) -> Fidelity | None:
+        """What tells the error of the finest level: the one before it; None where there is but one."""
+        return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
+
+    @cached_property
+    def method(self) -> str:
+        """The method by which it is run, unless one is named."""
+        if {"method", "step"} & {*self.named}:
+            return self.plan.method
+        return "radau5" if stiff(system(self.plan)) else "dop853"
+
+    def rungs(self, level: Fidelity) -> list[Rung]:
+        """Those of a level, cheapest first: with fixed or named steps but one."""
+        tolerances = TOLERANCES.get(self.method, tuple(10.0**-k for k in range(5, 11)))
+        if {"tolerance", "step"} & {*self.named}:
+            tolerances = (self.plan.tolerance,)
+        step = self.plan.step if "step" in self.named else None
+        at = at_level(self.plan, level)
+        steps = ({"method": self.method, "tolerance": x, "step": step} for x in tolerances)
+        return [Rung(msgspec.structs.replace(at, **each)) for each in steps]
+
+
+def _written(value: object) -> str:
+    """A value of the fidelity as a scene file has it."""
+    return f"[{', '.join(map(str, value))}]" if isinstance(value, tuple) else str(value)

@@ -1,0 +1,216 @@
+"""Which input moves which figure of a run by how much: central differences, or a small design where events switch.
+
+Each uncertain input is moved by one standard uncertainty to either side.  Where the two differences are not nearly
+opposite, or a figure is missing in one of the runs, something switches in between: then two more runs, at the ends of
+what the input can be (of 95 % of it), and the largest deviation counts.  Contributions add up as squares, for inputs
+are taken to be independent (GUM, JCGM 100:2008, 5.1.2); bars are two standard uncertainties.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from math import hypot, sqrt
+
+from heavylift.coordinator.supervision.pool import cores
+from heavylift.kernel.errors import HeavyliftError, ModelError
+from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated, varied
+from heavylift.recordings.format.text import table
+from heavylift.recordings.render.curves import larger
+
+from .beside import Ran, Start, result, starting
+from .figures import Figure
+
+LOG = logging.getLogger("heavylift.ladder")
+LEVEL = 2.0  # standard uncertainties of a bar
+STEPS = (-1.0, 1.0)  # standard uncertainties by which an input is moved
+BENT = 0.5  # of the difference of two runs: as much as their mean may be off the nominal one where nothing switches
+SHOWN = 12  # inputs that are named
+NOISE = 1e-4  # of a figure: what is less is that of the steps
+
+
+@dataclass(frozen=True)
+class Effect:
+    """By what an input moves a figure [SI]: signed, for two standard uncertainties more; `switches`: not in proportion,
+    so that it is the largest deviation of a few runs."""
+
+    input: str
+    moves: float
+    switches: bool = False
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Figures of the nominal run; by figure the effects of the inputs, largest first; inputs with their uncertainty, of
+    which some made no run (why, by name), and those that state none; what else is to be said; CPU time of the runs
+    [s]."""
+
+    figures: list[Figure]
+    effects: dict[str, list[Effect]]
+    inputs: list[UncertainInput]
+    failed: dict[str, str]
+    unstated: list[str]
+    notes: list[str]
+    cpu_s: float = 0.0
+
+    def bar(self, figure: str) -> float:
+        """Half-width of a figure's bar, of all inputs together [SI]."""
+        return hypot(*(effect.moves for effect in self.effects[figure]))
+
+    def __str__(self) -> str:
+        parts = [self._table(figure) for figure in sorted(self.figures, key=self._relative, reverse=True)]
+        if self.unstated:
+            parts.append(of_unstated(self.unstated))
+        return "\n\n".join([*parts, *self.notes])
+
+    def data(self) -> dict[str, object]:
+        """As plain data, SI units; bars and moves are half-widths at 95 %."""
+        return {
+            "figures": [
+                {"name": f.name, "quantity": f.quantity, "unit": f.unit, "value": f.value, "bar": self.bar(f.name),
+                 "effects": [{"input": e.input, "moves": e.moves, "share": self._share(f.name, e),
+                              "switches": e.switches} for e in self.effects[f.name]]}
+                for f in self.figures
+            ],
+            "inputs": [{"name": x.name, "value": x.value, "kind": x.kind, "sd": x.sd} for x in self.inputs],
+            "failed": self.failed, "unstated": self.unstated, "notes": self.notes,
+        }  # fmt: skip
+
+    def _relative(self, figure: Figure) -> float:
+        return self.bar(figure.name) / (abs(figure.scale) or 1.0)
+
+    def _share(self, figure: str, effect: Effect) -> float:
+        return effect.moves**2 / (self.bar(figure) ** 2 or 1.0)
+
+    def _table(self, figure: Figure) -> str:
+        factor, unit = larger(figure.unit)
+        known = {each.name: str(each) for each in self.inputs}
+        bar = factor * self.bar(figure.name)
+        part = f" ({100.0 * self._relative(figure):.2g} %)" if figure.value == figure.scale else ""
+        rows = [
+            [f"  {known[e.input]}", f"{factor * e.moves:+.2g} {unit}", f"{100.0 * self._share(figure.name, e):.0f} %",
+             "switches" if e.switches else ""]
+            for e in self.effects[figure.name]
+        ]  # fmt: skip
+        head = f"{figure.name}: {factor * figure.value:.5g} +- {bar:.2g} {unit}{part} by its inputs"
+        return "\n".join([head, table(["  input", "moves it by", "share", ""], rows)])
+
+
+@dataclass(frozen=True)
+class Moved:
+    """Runs begun with an input so many standard uncertainties off, or why there is none."""
+
+    input: UncertainInput
+    runs: dict[float, Future[Ran] | str]
+
+
+def sensitivities(
+    scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None,
+    say: Callable[[str], None] = LOG.info,
+) -> Sensitivities:  # fmt: skip
+    """Find them, `at_once` runs in processes of their own (default: as many as there are cores; 0: none, in this one).
+
+    `given`: uncertainties besides those that the scene states, such as `block.mass +- 3 %`.  Raises HeavyliftError.
+    """
+    inputs = uncertain_inputs(scene, given)
+    if not inputs:
+        raise ModelError(
+            f"{scene.path.name}: states no uncertainty; write one behind a value, such as 'mass: 480 t +- 3 %', "
+            "or give --input 'block.mass +- 3 %'"
+        )
+    at_once = min(cores(), 2 * len(inputs)) if at_once is None else at_once
+    with starting(at_once) as start:
+        nominal = result(start(scene.plan))
+        if isinstance(nominal, str):
+            raise ModelError(nominal)
+        each, n = f"{nominal[1]:.2g} s each", max(at_once, 1)
+        say(f"{2 * len(inputs)} runs of about {each}, {n} at a time; two more for an input that makes events switch")
+        return effects(scene, [moved(scene, one, STEPS, start) for one in inputs], nominal[0], start)
+
+
+def of_unstated(names: Sequence[str]) -> str:
+    """That inputs state no uncertainty, some of them by name."""
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return f"no uncertainty is stated of, and so none counted: {', '.join(names[:SHOWN])}{more}"
+
+
+def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start: Start) -> Moved:
+    """Begin runs with an input so many standard uncertainties off; none of one that is exact."""
+    runs: dict[float, Future[Ran] | str] = {}
+    for step in steps if one.sd else ():
+        try:
+            runs[step] = start(varied(scene, [one], [one.value + step * one.sd]).plan)
+        except HeavyliftError as error:
+            runs[step] = " ".join(str(error).split())
+    return Moved(one, runs)
+
+
+def effects(scene: LoadedScene, begun: Sequence[Moved], nominal: list[Figure], start: Start) -> Sensitivities:
+    """What inputs do to the figures of the nominal run, once the runs begun with them have ended."""
+    seen = [_Seen(each) for each in begun]
+    for one in [x for x in seen if not x.failed and any(x.switches(figure) for figure in nominal)]:
+        one.more(moved(scene, one.input, (-one.end, one.end), start))
+    counted = [x for x in seen if not x.failed]
+    found = {f.name: sorted((x.effect(f) for x in counted), key=lambda e: -abs(e.moves)) for f in nominal}
+    inputs, failed = [x.input for x in seen], {x.input.name: x.failed for x in seen if x.failed}
+    notes = [f"{name} is missing in all bars: {why}" for name, why in failed.items()]
+    spent = sum(x.cpu_s for x in seen)
+    known = Sensitivities(nominal, found, inputs, failed, unstated(scene, inputs), notes, spent)
+    known.notes.extend(_finer(scene, known))
+    return known
+
+
+class _Seen:
+    """What the runs with one input off have shown: by step, value by figure."""
+
+    def __init__(self, begun: Moved) -> None:
+        self.input, self.failed, self.cpu_s = begun.input, "", 0.0
+        self.values: dict[float, dict[str, float]] = {}
+        self.end = sqrt(3.0) if self.input.kind == "uniform" else LEVEL
+        self.more(begun)
+
+    def more(self, begun: Moved) -> None:
+        """Take in further runs, once they have ended."""
+        for step, run in begun.runs.items():
+            ended = run if isinstance(run, str) else result(run)
+            if isinstance(ended, str):
+                value = self.input.rounded(self.input.value + step * self.input.sd, self.input.sd)[0]
+                self.failed = f"with {value} there is no run: {ended}"
+            else:
+                self.cpu_s += ended[1]
+                self.values[step] = {figure.name: figure.value for figure in ended[0]}
+
+    def switches(self, figure: Figure) -> bool:
+        """Whether a figure does not follow the input in proportion."""
+        if not self.input.sd:
+            return False
+        down, up = (self.values[step].get(figure.name) for step in STEPS)
+        if down is None or up is None:
+            return True
+        bend = abs(0.5 * (up + down) - figure.value)
+        return bend > BENT * 0.5 * abs(up - down) and bend > NOISE * abs(figure.scale)
+
+    def effect(self, figure: Figure) -> Effect:
+        """On a figure: of the half-width of the input's bar."""
+        if not self.input.sd:
+            return Effect(self.input.name, 0.0)
+        if not self.switches(figure):
+            half = 0.5 * (self.values[1.0][figure.name] - self.values[-1.0][figure.name])
+            return Effect(self.input.name, LEVEL * half)
+        off = (values.get(figure.name, figure.value) - figure.value for values in self.values.values())
+        return Effect(self.input.name, max(off, key=abs), switches=True)
+
+
+def _finer(scene: LoadedScene, found: Sensitivities) -> list[str]:
+    """What the scene asks more exactly than its inputs carry."""
+    wanted, notes = scene.scene.wanted_accuracy, []
+    for quantity in scene.scene.ask:
+        parts = [(found.bar(f.name) / (abs(f.scale) or 1.0), f.name) for f in found.figures if f.quantity == quantity]
+        part, name = max(parts, default=(0.0, ""))
+        if part > wanted:
+            asked = f"{quantity} is asked to {100.0 * wanted:.3g} %"
+            notes.append(f"{asked}, finer than the inputs carry: they leave {name} uncertain by {100.0 * part:.2g} %")
+    return notes

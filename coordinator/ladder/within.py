@@ -1,0 +1,111 @@
+"""The best accuracy that this machine reaches in a given time, as ordinary settings of the scene.
+
+What a run costs is what it has just cost in this process: from a coarse accuracy to finer ones, as long as what is
+measured and a run of it fit.  The clock chooses the settings alone: a run that repeats them gives the same
+digest anywhere, however long it takes.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil, inf, log10
+from pathlib import Path
+
+from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.plan.fidelity import Answer, Question
+from heavylift.nodes.scene import LoadedScene, load
+from heavylift.nodes.scene.text.units import DURATION
+
+from .choosing import answered, choose
+from .in_memory import CUT
+from .measuring import Measuring, largest
+from .rungs import Ladder, Rung
+
+IMPORTED = time.perf_counter()
+ACCURACIES = (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003)
+AROUND = 1.0  # [s] of a run besides its kernel: processes, recording, verdict
+SPARE = 0.93  # of the time, for what nobody foresees
+
+
+@dataclass(frozen=True)
+class Within:
+    """A scene with the settings that fit, and what is to be told before it runs."""
+
+    scene: LoadedScene
+    told: str
+
+
+def within(
+    name: str | Path, settings: Sequence[str], ask: Sequence[str], seconds: str = "", factor: float | None = None,
+    rate: float | None = None,
+) -> Within:  # fmt: skip
+    """The scene at the best accuracy for a time from the start of this process to its end, or for `factor` simulated
+    seconds in each of them; `ask`: what is meant where it asks nothing.  Raises SceneError for too short a time."""
+    option = f"--within '{seconds}'" if seconds else f"--real-time {factor:g}"
+    if (seconds and factor is not None) or rate is not None:
+        raise SceneError(f"{option}: give one of --within, --real-time and --rate")
+    if any(setting.partition("=")[0].strip() == "accuracy" for setting in settings):
+        raise SceneError(f"{option}: it chooses the accuracy; leave the setting 'accuracy' out")
+    if factor is not None and not 0.0 < factor < inf:
+        raise SceneError(f"{option}: give a number above 0, such as 1000")
+    try:
+        allowed = DURATION.read(seconds) if seconds else 0.0
+    except ValueError as error:
+        raise SceneError(f"{option}: {error}") from None
+    scene = load(name, settings)
+    if not scene.facts.ask:
+        scene = load(name, [*settings, f"ask=[{', '.join(ask)}]"])
+    if scene.plan.models:
+        raise SceneError(f"{option}: nothing is measured of a scene with models of its own; leave it out")
+    if factor is not None:
+        allowed = lasts(scene) / factor
+        option = f"{option}, that is {allowed:.3g} s"
+    found, needed = _best(scene, allowed)
+    if found is None:
+        unit = 10.0 ** (ceil(log10(needed)) - 2)
+        raise SceneError(
+            f"{option}: too short, this machine needs about {ceil(needed / unit) * unit:.3g} s; give it more"
+        )
+    chosen = answered(scene, found)
+    same = " ".join(f"--set '{x}'" for x in Rung(chosen.plan).settings[1:])
+    return Within(chosen, f"{option}: {found}; the same run: {same}")
+
+
+def _best(scene: LoadedScene, allowed: float) -> tuple[Answer | None, float]:
+    """The finest answer whose run fits, and what the coarsest needs [s]."""
+    ladder, ask, takes, needed = Ladder(scene.plan, scene.facts.named), scene.facts.ask, 0.0, 2.0 * allowed
+    found: Answer | None = None
+    measuring = Measuring(ask, lambda: SPARE * allowed - AROUND - takes - elapsed() if found else inf)
+    for accuracy in ACCURACIES:
+        try:
+            answer = choose(ladder, Question(ask, accuracy), measuring)
+        except HeavyliftError as error:
+            if CUT not in str(error):
+                raise
+            break
+        spent = measuring.spent.get(Rung(answered(scene, answer).plan).key)
+        run = spent.wall_s if spent else 0.0
+        if elapsed() + AROUND + run > SPARE * allowed:
+            needed = (elapsed() + AROUND + run) / SPARE if found is None else needed
+            break
+        found, takes = answer, run
+        if answer.notes or largest(answer.errors) <= ACCURACIES[-1]:
+            break
+    return found, needed
+
+
+def lasts(scene: LoadedScene) -> float:
+    """Simulated seconds of a run, about."""
+    return scene.plan.end if scene.plan.end is not None else max((state.t for state in scene.states), default=0.0)
+
+
+def elapsed() -> float:
+    """Seconds since this process was started, whatever it was before it became this program."""
+    try:
+        stat = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()
+        return time.clock_gettime(time.CLOCK_BOOTTIME) - int(stat[19]) / os.sysconf("SC_CLK_TCK")
+    except (OSError, AttributeError, IndexError):  # not Linux
+        return time.perf_counter() - IMPORTED

@@ -1,0 +1,116 @@
+"""A certified run tells each figure with three bars, and what has none; its recording has them, its digest stays."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator.ladder import Certificate, certifying, play, richer, tighter
+from heavylift.coordinator.measured import accuracy
+from heavylift.coordinator.run import run
+from heavylift.nodes.plan import ASKABLE, Fidelity
+from heavylift.nodes.scene import load, parse
+from heavylift.recordings import Recording
+from heavylift.recordings.read.info import info
+
+MASS = "mechanism.bodies.load.mass"
+
+
+def certified(scene: str, sets: list[str], folder: Path) -> tuple[Certificate, Path, str]:
+    """The certificate of a run, its recording, and the digest that the run had before."""
+    loaded = load(scene, sets)
+    with certifying(loaded, at_once=0) as runs:
+        result = run(loaded, folder / "run.mcap", in_process=True)
+        return runs.written(result.recording), result.recording, result.digest
+
+
+def test_a_snatch_has_bars_of_its_steps_and_inputs(tmp_path: Path) -> None:
+    found, path, digest = certified("snatch", ["end=2 s", "tolerance=1e-4", f"{MASS}=10 t +- 6 %"], tmp_path)
+    peak = found.bars[0]
+    exact = play(msgspec.structs.replace(load("snatch", ["end=2 s"]).plan, tolerance=1e-11)).peaks["fall"].tension
+    assert (peak.name, peak.unit, peak.model) == ("peak tension fall", "N", None)
+    assert peak.numerical is not None
+    assert abs(peak.value - exact) <= peak.numerical < 1e-2 * exact
+    assert peak.inputs == pytest.approx(0.036 * exact, rel=0.1)
+    assert found.missing == {"model": "it is modelled as it is written, there is no richer level"}
+    line = found.told[0]
+    assert line.startswith("peak tension fall: ")
+    assert line.endswith(" kN (inputs: mechanism.bodies.load.mass 6 %), no bar (model)")
+    rec = Recording(path)
+    assert rec.result["digest"] == digest
+    assert rec.told("certified") == found.told
+    assert json.loads(rec.result["certified"])["bars"][0]["whole"] == peak.whole
+    assert f"certified {line}" in info(path)
+    assert accuracy(rec) == peak.numerical / peak.value
+
+
+def test_a_lift_has_bars_of_ropes_slings_pads_places_and_stages(tmp_path: Path) -> None:
+    found, _, _ = certified("lift", ["end=40 s"], tmp_path)
+    assert {bar.quantity for bar in found.bars} >= {*ASKABLE} - {"swing"}
+    assert all(bar.numerical is not None and bar.model is not None for bar in found.bars)
+    assert sum(line.startswith("use of ") for line in found.told) == 1  # the largest; all are in its data
+
+
+def test_a_scene_that_states_nothing_says_so(tmp_path: Path) -> None:
+    found, _, _ = certified("snatch", ["end=1 s"], tmp_path)
+    assert found.told[0].endswith(" kN (numerical), no bar (model, inputs)")
+    assert "no uncertainty is stated; write one behind a value" in found.missing["inputs"]
+    assert MASS in found.unstated
+
+
+def test_every_level_is_judged_by_one_that_puts_back_what_it_leaves_out() -> None:
+    plan = load("lift").plan
+    for given, lumps in (
+        (Fidelity(ropes="rigid", slings="rigid"), 2),
+        (Fidelity(motion="across", locked=("crane.gantry",), pads="standing"), 2),
+        (Fidelity(ropes="massive", lumps=2, rope_mass="lumped", girder="elastic"), 4),
+    ):
+        own, witness = richer(msgspec.structs.replace(plan, fidelity=given)) or (None, None)
+        assert own is not None
+        assert witness is not None
+        assert own.fidelity == given
+        at = witness.fidelity
+        assert (at.ropes, at.lumps, at.slings, at.girder) == ("massive", lumps, "elastic", "elastic")
+        assert (at.motion, at.locked, at.pads) == ("spatial", (), "all")
+        assert (own.method, own.tolerance) == (witness.method, witness.tolerance)
+    assert richer(load("tackle").plan) is None
+
+
+def test_steps_are_judged_by_tighter_ones_of_their_method() -> None:
+    plan = load("lift", ["method=radau5", "tolerance=1e-3"]).plan
+    (tight,) = tighter(plan)
+    assert (tight.method, tight.tolerance, tight.step) == ("radau5", pytest.approx(1e-4), None)
+    rigid = msgspec.structs.replace(plan, fidelity=Fidelity(ropes="rigid", slings="rigid"))
+    assert [x.tolerance for x in tighter(rigid)] == pytest.approx([1e-4, 1e-5])
+    assert [x.step for x in tighter(load("lift", ["method=rk4", "step=5 ms"]).plan)] == [0.0025]
+
+
+RIGID = """
+heavylift: 1
+name: snatched
+end: 2 s
+samples: 50 Hz
+mechanism:
+  bodies:
+    load: {mass: 10 t}
+  joints:
+    guide: {type: prismatic, child: load, axis: [0, 0, 1], start: -29.5 m}
+  ropes:
+    fall: {start: {body: world}, end: {body: load}, length: 30 m, rigid: true}
+"""
+
+
+def test_rigid_ropes_are_judged_by_two_runs() -> None:
+    scene = parse(RIGID)
+    assert len(tighter(scene.plan)) == 2
+    with certifying(scene, at_once=0) as runs:
+        assert all(bar.numerical is not None for bar in runs.certificate().bars)
+
+
+def test_the_price_is_told_with_the_richer_level() -> None:
+    with certifying(load("lift", ["block.mass=300 t +- 3 %"]), at_once=0) as runs:
+        told = runs.price
+    assert "2 for the steps, 2 for the model, one with ropes of 2 lumps, elastic girder" in told
+    assert "2 for 1 uncertain input" in told

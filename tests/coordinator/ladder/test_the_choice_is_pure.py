@@ -1,0 +1,123 @@
+"""What is chosen depends on plan and question alone: with a cold, warm or damaged cache, one digest everywhere."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.cli import main
+from heavylift.coordinator.ladder import Rung, choosing, chosen, known, level_of
+from heavylift.coordinator.replay import RecordedRun
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.simulate import simulate
+from heavylift.coordinator.run.verify import verify
+from heavylift.coordinator.sweeps import Task, measured_error, sweep
+from heavylift.kernel import cache
+from heavylift.nodes.scene import load, parse
+from heavylift.recordings import Recording
+
+ASKED = ["end=40 s", "ask=[rope tension, sling tension]", "accuracy=1 %"]
+
+
+@pytest.fixture
+def kept(monkeypatch: pytest.MonkeyPatch) -> dict[str, bytes]:
+    """Answers that are remembered, none of another test."""
+    files: dict[str, bytes] = {}
+    read, write = cache.read_cached, cache.write_cached
+
+    def mine(name: str) -> bytes:
+        return files.get(name, b"") if name.endswith(".answer") else read(name)
+
+    def write_mine(name: str, content: bytes) -> None:
+        if name.endswith(".answer"):
+            files[name] = content
+        else:
+            write(name, content)
+
+    for module in (cache, choosing):
+        monkeypatch.setattr(module, "read_cached", mine)
+    monkeypatch.setattr(cache, "write_cached", write_mine)
+    return files
+
+
+def test_cold_warm_and_damaged_caches_give_one_digest(kept: dict[str, bytes], tmp_path: Path) -> None:
+    scene = load("lift", ASKED)
+    assert known(scene) is None
+    digests = [run(scene, tmp_path / "cold.mcap", in_process=True).digest]
+    assert len(kept) == 1
+    said: list[str] = []
+    assert chosen(scene, said.append).answer == known(scene)
+    assert not said, "nothing is run again"
+    digests.append(run(scene, tmp_path / "processes.mcap").digest)
+    kept.update(dict.fromkeys(kept, b"not what it was"))
+    digests.append(simulate(scene).digest)
+    assert len(set(digests)) == 1
+    assert digests[0] != simulate(load("lift", ASKED[:1])).digest
+    answer = chosen(scene).answer
+    assert answer is not None
+    assert all(0.0 < e <= 0.01 for e in answer.errors.values())
+    rec = Recording(tmp_path / "cold.mcap")
+    assert json.loads(rec.run["answer"])["told"] == str(answer)
+    assert not verify(RecordedRun(tmp_path / "cold.mcap")).others
+
+
+@pytest.mark.parametrize(
+    "setting", ["accuracy=10 %", "fidelity.girder=elastic", "ask=[sling tension]", "gravity=9.8 m/s2"]
+)
+def test_another_question_or_scene_has_an_answer_of_its_own(setting: str, kept: dict[str, bytes]) -> None:
+    chosen(load("lift", ASKED))
+    chosen(load("lift", [*ASKED, setting]))
+    assert len(kept) == 2
+
+
+def test_what_is_named_stays_as_named_and_its_error_is_told(kept: dict[str, bytes]) -> None:
+    scene = chosen(load("lift", [*ASKED, "fidelity.girder=rigid", "method=dopri5", "accuracy=0.3 %"]))
+    assert (scene.plan.fidelity.girder, scene.plan.method) == ("rigid", "dopri5")
+    assert scene.answer is not None
+    assert "not converged: asked to 0.3 %" in scene.answer.notes[0]
+    assert max(scene.answer.errors.values()) > 0.003
+
+
+def test_models_of_a_user_are_not_run_to_measure() -> None:
+    scene = load("damper", ["ask=[position]"])
+    assert chosen(scene).answer is not None
+    assert "models of its own" in str(chosen(scene).answer)
+    assert chosen(scene).plan.fidelity == scene.plan.fidelity
+
+
+def test_a_study_takes_the_level_of_its_base_scene(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    scene = load("lift", ASKED)
+    base = chosen(scene).plan
+    study = sweep(scene, ["block.mass=280..300 t by 10 t"], into=tmp_path / "study")
+    commands = {row["command"] for row in study.rows.values()}
+    assert all(f"--set method={base.method}" in x and "ask=[]" in x for x in commands)
+    (spot,) = (n for n, row in study.rows.items() if "error" in row)
+    assert measured_error(study).startswith(f"error measured on variant {spot}: within ")
+    row = next(row for row in study.rows.values() if row["input/block.mass [t]"] == 300.0)
+    sets = [*ASKED, *row["settings"]]
+    again = simulate(load("lift", [*sets, *Rung(base).settings]))
+    assert row["digest"] == again.digest
+
+
+def test_a_study_of_a_scene_that_extends_another_does_so_too(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("heavylift: 1\nname: mine\nextends: lift\nask: [rope tension]\nend: 40 s\n")
+    scene = level_of(load(path))
+    task = Task.of(scene, 60.0, "none", False)
+    again = parse(task.text, task.name, task.settings)
+    assert (again.plan.method, again.plan.tolerance) == (scene.plan.method, scene.plan.tolerance)
+    assert again.plan.fidelity == scene.plan.fidelity
+    assert again.question is None
+
+
+def test_check_tells_what_is_remembered(
+    kept: dict[str, bytes], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.argv", ["heavylift", "check", "lift", *(x for s in ASKED for x in ("--set", s))])
+    main()
+    assert "no error was measured yet" in capsys.readouterr().out
+    answer = chosen(load("lift", ASKED)).answer
+    main()
+    assert str(answer) in capsys.readouterr().out

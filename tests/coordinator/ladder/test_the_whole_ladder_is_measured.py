@@ -1,0 +1,93 @@
+"""`tradeoff`, `--within` and `--accuracy` are views of one ladder: a table, its page, settings that repeat a run."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shlex
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.cli import main
+from heavylift.coordinator.ladder import Measured, measure, write
+from heavylift.coordinator.ladder.within import within
+from heavylift.coordinator.run.simulate import simulate
+from heavylift.kernel import SceneError
+from heavylift.nodes.plan import MEANT
+from heavylift.nodes.scene import load
+
+SCENE = ["end=20 s"]
+
+
+@pytest.fixture(scope="module")
+def measured() -> Measured:
+    return measure(load("hall", SCENE), "rope tension", limit=1e-3, budget=120.0)
+
+
+def test_tighter_steps_are_righter_and_the_advice_is_the_cheapest_that_keeps_the_limit(measured: Measured) -> None:
+    errors = [row.worst for row in measured.rows]
+    assert errors[-1] < errors[0]
+    passing = [row for row in measured.rows if row.worst <= 1e-3]
+    assert measured.pick is min(passing, key=lambda row: row.run_s)
+    assert measured.advice.startswith(f"Use {measured.pick}: ")
+
+
+def test_page_table_and_figure_tell_the_same(measured: Measured, tmp_path: Path) -> None:
+    for kind in (".html", ".csv", ".json", ".png", ".svg"):
+        write(measured, tmp_path / f"out{kind}")
+    html, data = (tmp_path / "out.html").read_text(), json.loads((tmp_path / "out.json").read_text())
+    assert measured.advice in html
+    assert data["advice"] == measured.advice
+    rows = list(csv.reader((tmp_path / "out.csv").read_text().splitlines()))
+    assert len(rows) == 1 + len(data["rows"]) == 1 + len(measured.rows)
+    assert "<script" not in html
+
+
+def test_the_command_of_a_rung_runs_it(measured: Measured) -> None:
+    assert measured.pick is not None
+    words = shlex.split(measured.pick.command)
+    scene = load("hall", [word for before, word in pairwise(words) if before == "--set"])
+    assert scene.question is None
+    assert f"{scene.plan.method} at {scene.plan.tolerance:.0e}".replace("e-0", "e-") == measured.pick.how
+
+
+@pytest.mark.parametrize(
+    ("ask", "budget", "told"),
+    [
+        ("swng", 60.0, "a scene cannot be asked this"),
+        ("lift-off time", 60.0, "the run shows none"),
+        ("", 1e-3, "too small"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused_in_a_sentence(ask: str, budget: float, told: str) -> None:
+    with pytest.raises(SceneError, match=told):
+        measure(load("pendulum", SCENE), ask, budget=budget)
+
+
+def test_within_a_time_the_settings_are_told_that_give_the_same_digest() -> None:
+    found = within("pendulum", SCENE, MEANT, "10 min")
+    same = [word for word in shlex.split(found.told.partition("the same run: ")[2]) if word != "--set"]
+    assert simulate(found.scene).digest == simulate(load("pendulum", [*SCENE, *same])).digest
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [({"seconds": "1 ms"}, "too short, this machine needs about"), ({"factor": -1.0}, "give a number above 0"),
+     ({"seconds": "1 s", "rate": 1.0}, "give one of --within"), ({"seconds": "soon"}, "--within 'soon'")],
+)  # fmt: skip
+def test_a_time_that_cannot_be_kept_is_refused(given: dict[str, object], told: str) -> None:
+    with pytest.raises(SceneError, match=told):
+        within("pendulum", SCENE, MEANT, **given)  # type: ignore[arg-type]
+
+
+def test_an_accuracy_asks_what_is_usual(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["heavylift", "run", "pendulum", "--in-process", "--accuracy", "1 %", "--set", SCENE[0], "--json"]
+    monkeypatch.setattr("sys.argv", words)
+    main()
+    answer = json.loads(capsys.readouterr().out)["answer"]
+    assert {"swing", "position"} <= {*answer["errors"]}
+    assert answer["told"].startswith("swing within ")
