@@ -103,7 +103,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
         if look is None:  # with denser samples
             continue
         if largest(look.error) <= question.accuracy:
-            return _answer(look, question, measuring)
+            return _answer(look, question, measuring, ladder)
         last = look if not look.why or last.why else last
         steps, model = WITNESSED * largest(look.steps), largest(look.model)
         stuck = stuck + 1 if steps > 0.5 * before else 0
@@ -134,6 +134,18 @@ def _look(ladder: Ladder, rung: Rung, accuracy: float, measuring: Measuring, fir
         return _Look(rung, why=str(error).splitlines()[0])
 
 
+def _of_limits(ladder: Ladder, rung: Rung, measuring: Measuring) -> Errors:
+    """The same of the uses of limits, as far as the runs that were needed tell; nothing decides on them."""
+    level = ladder.witness(rung.plan.fidelity) or ladder.poorer
+    others = [rung.tighter, *([rung.on(level)] if level else [])]
+    own, *known = (measuring.limits.get(each.key, {}) for each in (rung, *others))
+    return {
+        name: WITNESSED * sum(abs(f.value - other[name].value) for other in known) / f.scale
+        for name, f in own.items()
+        if all(name in other for other in known)
+    }
+
+
 def error_of_level(ladder: Ladder, rung: Rung, measuring: Measuring) -> Errors:
     """What the level of a rung leaves out, by its witness; of the finest level by the one before it."""
     if witness := ladder.witness(rung.plan.fidelity):
@@ -141,7 +153,8 @@ def error_of_level(ladder: Ladder, rung: Rung, measuring: Measuring) -> Errors:
     return measuring.apart(rung, rung.on(ladder.poorer)) if ladder.poorer else {}
 
 
-def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) -> Answer:
+def _answer(look: _Look, question: Question, measuring: Measuring, ladder: Ladder, *notes: str) -> Answer:
+    limits = _of_limits(ladder, look.rung, measuring)
     plan, quantity = look.rung.plan, {f.name: f.quantity for f in measuring.seen.values()}
     by = {q: {name: e for name, e in look.error.items() if quantity.get(name) == q} for q in question.ask}
     worst = {q: max(errors, key=lambda name: (errors[name], name)) for q, errors in by.items() if errors}
@@ -149,6 +162,7 @@ def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) 
         notes = (f"the run shows nothing of what is asked: {', '.join(question.ask)}",)
     return Answer(
         fidelity=plan.fidelity, method=plan.method, tolerance=plan.tolerance,
+        figures={name: e for name, e in (look.error | limits).items() if e < inf},
         errors={q: by[q][name] for q, name in worst.items()}, worst={q: name for q, name in worst.items()},
         left_out=look.rung.left_out, rungs=tuple(measuring.names), notes=notes,
     )  # fmt: skip
@@ -159,7 +173,7 @@ def _unconverged(look: _Look, question: Question, measuring: Measuring, ladder: 
         return _unmeasured(ladder.plan, f"nothing is measured for what it asks, since it makes no run: {look.why}")
     name = max(look.error, key=lambda x: (look.error[x], x))
     told = f"not converged: asked to {percent(question.accuracy)}, what was run differs by {percent(look.error[name])}"
-    return _answer(look, question, measuring, f"{told} in {name}")
+    return _answer(look, question, measuring, ladder, f"{told} in {name}")
 
 
 def _unmeasured(plan: Plan, why: str) -> Answer:

@@ -45,6 +45,7 @@ class Measuring:
         self._names: list[str] = []
         self._failed: dict[Key, HeavyliftError] = {}
         self._read: dict[Key, dict[str, Figure]] = {}
+        self.limits: dict[Key, dict[str, Figure]] = {}  # uses of limits, of each rung that was run
 
     @property
     def names(self) -> list[str]:
@@ -70,6 +71,9 @@ class Measuring:
                 raise
             self.spent[rung.key] = Spent(run.start_s, run.cpu_s, run.prepared_s + run.wall_s)
             self._read[rung.key] = {f.name: f for f in figures(run, self.ask)}
+            self.limits[rung.key] = (
+                {f.name: f for f in figures(run, ["limits", "clearance"])} if rung.plan.limits else {}
+            )
             self._samples = len(run.t)
             self._names.append(rung.name)
             self._say(f"{rung.name}: {run.cpu_s:.2g} s")

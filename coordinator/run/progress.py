@@ -168,7 +168,7 @@ def summary(
 
 
 REMEDY = {
-    UNKNOWN: ": nobody has measured how wrong these values may be",
+    UNKNOWN: ": nobody has measured how wrong these values may be; `--accuracy 1%` does",
     ASSUMED: ": limits that heavylift assumes; give your own, or confirm them with 'assumed: accept'",
 }
 

@@ -20,13 +20,9 @@ from heavylift.nodes.plan.plan import Plan
 from .sentences import NOISE, bound, percent, shown
 from .telling import SAME, clock, finding_of
 
-Errors = Mapping[str, float]  # of a family, or of one rope or signal: relative; of "position" in m
+Errors = Mapping[str, float]  # relative: of "peak tension ROPE", "smallest clearance", "use of SUBJECT QUANTITY"
+NEAR = 0.1  # [m] errors of smaller clearances are relative to it
 STATES: tuple[State, ...] = ("red", "undecided", "amber", "green", "none")
-FAMILIES = {
-    **dict.fromkeys(("off-lead", "off-lead along", "off-lead across", "bridle angle"), "swing"),
-    **dict.fromkeys(("hook height", "rope length", "rails", "girder", "clearance"), "position"),
-    **dict.fromkeys(("wind", "signal", "side force"), ""),
-}  # of what a quantity follows; of all others the tensions of ropes
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
 NOT_CHECKED, ASSUMED, UNKNOWN, WARNED = "not checked", "assumed", "error unknown", "warning"
 IN_A_RUN = "in a run"  # of what nothing is known at rest
@@ -90,13 +86,22 @@ def _judged(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> 
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """By how much a value may be wrong [its unit]; None if nobody knows."""
-    limit, family = use.limit, FAMILIES.get(use.limit.quantity, "tension")
-    own = [errors[name] for name in (limit.subject, *limit.elements) if name in errors]
-    if not own and family not in errors:
-        return None
-    error = max(own, default=errors.get(family, 0.0))
-    return error if family == "position" else error * abs(use.value or 0.0)
+    """By how much a value may be wrong [its unit]; None if nobody knows.
+
+    What was measured of the use counts; else, of a load that ropes carry, what was of their tensions.
+    """
+    limit, value = use.limit, abs(use.value or 0.0)
+    if limit.quantity == "clearance" and "smallest clearance" in errors:
+        return errors["smallest clearance"] * max(NEAR, value)
+    measured = errors.get(f"use of {limit.subject} {limit.quantity}")
+    if measured is None or use.use is None:
+        ropes = [errors.get(f"peak tension {name}") for name in limit.elements]
+        known = [e for e in ropes if e is not None]
+        return max(known) * value if known and len(known) == len(ropes) and limit.unit in ("N", "kg") else None
+    share = measured * max(1.0, use.use)
+    if limit.between is not None:
+        return share * (limit.between[1] - limit.between[0]) / 2.0
+    return share * value / use.use if use.use else share * abs(bound(use))
 
 
 def _of_finding(f: Finding) -> Check:

@@ -38,9 +38,6 @@ class Facts(msgspec.Struct, frozen=True):
     tandem: dict[str, float]
 
 
-FAMILIES: tuple[tuple[Asked, str], ...] = (("rope tension", "tension"), ("swing", "swing"))  # of what can be asked
-
-
 @dataclass(frozen=True)
 class LoadedScene:
     """A scene that can be run: its plan, its text as it stands in the file, its path, what a run asks of its keys."""
@@ -103,8 +100,7 @@ class LoadedScene:
     @property
     def errors(self) -> Errors:
         """By how much the figures of a run may be wrong, as far as that was measured."""
-        found = self.answer.errors if self.answer else {}
-        return {family: found[asked] for asked, family in FAMILIES if asked in found}
+        return self.answer.figures if self.answer else {}
 
     @cached_property
     def _others(self) -> list[Finding]:
