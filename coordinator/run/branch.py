@@ -254,7 +254,7 @@ def different(old: Plan, new: Plan) -> list[str]:
 def _apart(path: str, a: object, b: object) -> Iterator[str]:
     if isinstance(a, msgspec.Struct) and type(a) is type(b):
         for key in a.__struct_fields__:
-            if not key.endswith("where") and key != "text":
+            if not key.endswith("where") and key not in ("text", "marks"):
                 yield from _apart(f"{path}.{key}" if path else key, getattr(a, key), getattr(b, key))
     elif isinstance(a, list | tuple) and isinstance(b, list | tuple) and len(a) == len(b):
         for i, (x, y) in enumerate(zip(a, b, strict=True)):

@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import msgspec
 from heavylift.coordinator.live.commands import Given, journaled
 from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.participants.pause import configured
@@ -27,9 +28,10 @@ from heavylift.kernel.trust import demand
 from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import FOREVER, Event, Tag
 from heavylift.nodes.models import build
+from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan, decode, functions
 from heavylift.nodes.scene import LoadedScene, parse, restored
-from heavylift.recordings import file_path, recover
+from heavylift.recordings import Recording, file_path, recover
 from heavylift.recordings.format.failures import BROKEN
 from heavylift.recordings.write.outputs import PART, beside
 
@@ -74,7 +76,7 @@ class Beginning:
         try:
             plan = decode(files[RESOLVED])
             demand(functions(plan), f"{part}")
-            scene, _ = rebuilt(plan, files[name].decode(), files.get(MERGED, b"").decode(), name)
+            scene, _ = rebuilt(left.recording, plan, files[name].decode(), files.get(MERGED, b"").decode(), name)
             configured(plan, build(plan))  # a plan may be readable and yet make no sense
         except BROKEN as error:
             made = left.recording.version
@@ -86,15 +88,17 @@ class Beginning:
         return cls(scene, left.events, sorted(commands), left.recording.version)
 
 
-def rebuilt(plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """The scene of a plan that was simulated before, with what is promised of it; and the plan that its text gives now,
-    or why it gives none: files beside the scene may be gone."""
-    scene = restored(plan, text, merged, name)
+def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
+    """The scene of a plan that was simulated before, with what was measured for it; and the plan that its text gives
+    now, or why it gives none: files beside the scene may be gone."""
+    found = {key: x for key, x in rec.fact("answer", {}).items() if key != "told"}
+    answer = msgspec.convert(found, Answer) if found else None
+    scene = replace(restored(plan, text, merged, name), answer=answer)
     try:
         told = parse(merged or text, name, followed=False)
     except HeavyliftError as error:
         return scene, error
-    return replace(told, plan=plan, text=text, merged=merged, path=Path(name), chosen=True), told.plan
+    return replace(told, plan=plan, text=text, merged=merged, path=Path(name), chosen=True, answer=answer), told.plan
 
 
 class Checked(Relay):

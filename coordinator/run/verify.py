@@ -128,7 +128,7 @@ class _Again:
         plan, name = decode(files[RESOLVED]), next((name for name in files if name != RESOLVED), "")
         text, merged = files.get(name, b"").decode(errors="replace"), files.get(MERGED, b"").decode(errors="replace")
         try:
-            scene, told = rebuilt(plan, text, merged, name)
+            scene, told = rebuilt(self._old, plan, text, merged, name)
         except HeavyliftError as error:
             raise RecordingError(f"{self._old.path}: the attached text of its scene is no scene ({error})") from None
         if isinstance(told, HeavyliftError):

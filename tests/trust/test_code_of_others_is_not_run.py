@@ -123,7 +123,7 @@ def test_a_coordinator_is_data(heavylift: Command, tmp_path: Path) -> None:
 
 
 TOOLS = (
-    "heavylift.kernel.on_demand:import_module('mine')",
+    "heavylift.kernel.errors:import_module('mine')",
     "heavylift.coordinator.participants.building:built('mine.py:push')",
     "heavylift.coordinator.run.models:run_models('mine.py:push')",
     "os:system('true')",

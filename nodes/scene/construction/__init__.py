@@ -8,7 +8,7 @@ mechanisms, mechanism, ropes, laws, checking   `mechanism:`, machines: bodies, j
 weighing                     how machines hang at the start, for the passes of their levels
 environment                  vessels in waves; floor and obstacles
 rigging                      hooks of machines made of parts, and what hangs on them
-targets, resolve, levelling, level_luffing, touching  the action list with its names resolved; what may touch
+targets, resolve, levelling, level_luffing  the action list with its names resolved
 """
 
 from heavylift.kernel.on_demand import face

@@ -17,12 +17,12 @@ from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
+from .environment.touching import landings, touches
 from .level_luffing import follow
 from .levelling import Levelling
 from .rigging.slings import Sling, key_of, lugs_of, slings_of
 from .signals import Conditions, wrong_units
 from .targets import Actor, targets
-from .touching import landings, touches
 from .yard import Yard, by_beam, ramp_of
 
 ROUNDING = 1e-9  # relative, of a speed

@@ -102,7 +102,7 @@ def test_a_branch_can_be_branched(lift: Path, tmp_path: Path) -> None:
 def test_what_acts_before_the_branch_is_refused_by_what_would_have_been_other(lift: Path) -> None:
     told = refusal(lift, "stage up", "block.mass=310 t")
     assert "the past before 23.680 s (stage up) would have been another, at (0 s, 0) on " in told
-    assert "in the scene that is block.body.mass 300000.0 -> 310000.0" in told
+    assert "300000.0 -> 310000.0" in told
     told = refusal(lift, "stage sideways", SLOWER)
     assert "at (23.68011994 s, " in told
     assert "on /commander/order_crane: recorded " in told

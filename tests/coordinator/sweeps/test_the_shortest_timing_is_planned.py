@@ -37,8 +37,8 @@ def test_it_is_quicker_and_green(found) -> None:
 def test_where_a_run_was_red_it_went_back_half_way(found, told: list[str]) -> None:
     runs = [line for line in told if line.startswith("run ")]
     assert len(runs) == 5
-    assert all("red: the hook crane.H3 carried 172." in run for run in runs[1:3])
-    assert "green" in runs[3]
+    assert all("worst: the hook crane.H3 carried 172." in run for run in runs[1:3])
+    assert " 0 red, 0 undecided" in runs[3]
     rows = {name: (before, after, why) for name, before, after, why in found.rows}
     for stage in ("take up slack", "lift off"):  # with creep speed already
         assert rows[stage][0] == rows[stage][1]
@@ -65,7 +65,7 @@ def test_what_is_written_runs_so(found) -> None:
 
 
 def test_what_cannot_be_planned_is_said(tmp_path: Path) -> None:
-    assert "red at the start, red: " in planned(load("lift", ["end=50 s"]), 60.0).wrong
+    assert "red at the start, RED: " in planned(load("lift", ["end=50 s"]), 60.0).wrong
     assert planned(load("lift"), 1e-9).wrong.startswith("the scene as it is written makes no run: cut after")
     slow = load("lift", ["actions[0].all hooks=hoist 3 m/min until all slings taut", "actions=[]"])
     assert planned(slow, 60.0).wrong.startswith("no quicker timing was found that is green: it is as quick as")

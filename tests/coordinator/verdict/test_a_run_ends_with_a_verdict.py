@@ -192,7 +192,7 @@ def test_strict_makes_red_an_exit_code_and_the_verdict_is_the_last_line(tmp_path
     assert last.startswith("verdict: RED: ")
     assert "worst: the end of the scene at 20 s cut the lift" in last
     assert "\x1b" not in plain.stdout
-    assert json.loads(strict.stdout)["promised"] == {"asked": [], "accuracy": 1e-4, "predicted": {}}
+    assert json.loads(strict.stdout)["promised"] == {"asked": [], "accuracy": 1e-4, "measured": {}}
     told = json.loads(strict.stdout)["verdict"]
     assert told["red"]
     told_again = json.loads(heavylift("info", "cut.mcap", "--json").stdout)["verdict"]

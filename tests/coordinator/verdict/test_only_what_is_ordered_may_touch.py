@@ -123,7 +123,7 @@ def test_a_stage_names_what_there_is() -> None:
 def test_a_load_that_hangs_is_not_unhooked(crane: str) -> None:
     """At rest it is an error at its line; a commander refuses it, too, whoever orders it, unless the load stands."""
     loaded = scene(crane)
-    names = [*loaded.scene.rigging, *(loaded.scene.rig.loaders if loaded.scene.rig else ())]
+    names = [*loaded.scene.rigging, *(loaded.scene.rig.beams if loaded.scene.rig else ())]
     orders = "".join(f"    {name}: unhook\n" for name in names)
     with pytest.raises(SceneError, match="no sling is taut: the block would fall"):
         scene(crane, "", ("  - stage: down\n", f"  - stage: off\n{orders}  - stage: down\n"))

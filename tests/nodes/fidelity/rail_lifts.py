@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from heavylift.kernel.description.flexible import Flexible
-from heavylift.kernel.description.forces import Reeving, Sheave
-from heavylift.kernel.description.mechanics import Body, Drive, Line, Point, Support, Vector
-from heavylift.nodes.plan.mechanism import Girder, Mechanism
-from heavylift.nodes.plan.plan import Plan
+from heavylift.kernel.description import Body, Drive, Flexible, Line, Point, Reeving, Sheave, Support, Vector
+from heavylift.nodes.plan import Girder, Mechanism, Plan
 
 
 @dataclass(frozen=True)

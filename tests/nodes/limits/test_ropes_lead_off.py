@@ -144,7 +144,11 @@ def test_bridles_are_told_beyond_45_and_red_beyond_60_degrees() -> None:
 def test_the_row_names_the_worst_of_all_with_time_and_stage() -> None:
     built = plan()
     uses = uses_of(built, [hung(built, 1.0, 0.0)])
-    row = next(row for row in rows(checks_of(built, uses, [], {"swing": 0.01}, [])) if row[1] == "off-lead along")
+    row = next(
+        row
+        for row in rows(checks_of(built, uses, [], {f"use of {HOOK} off-lead along": 0.01}, []))
+        if row[1] == "off-lead along"
+    )
     assert row == ("assumed", "off-lead along", HOOK, "1.43 deg", "0:07.0, swing", "3.00 deg", "48 %", "assumed")
 
 

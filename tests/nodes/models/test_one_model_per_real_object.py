@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import msgspec
+import pytest
 from heavylift.kernel.description import (
     Body,
     Brake,
@@ -120,10 +121,10 @@ def test_the_loader_declares_its_hinge_with_stops_damper_and_lock() -> None:
     assert [stop.name for stop in low.stops] == ["loader-1.hinge.stop"]
     assert [spring.d for spring in low.springs] == [1e5]
     assert [brake.engaged for brake in (*low.brakes, *high.brakes)] == [False, True]
-    assert low.bodies == (
-        Body("loader-1.upper", 35e3, (0.0, 0.0, 0.0), ((4e4, 0.0, 0.0), (0.0, 4e4, 0.0), (0.0, 0.0, 4e4))),
-        Body("loader-1.lower", 10e3, (0.0, 0.0, -0.8), ((1e3, 0.0, 0.0), (0.0, 1.4e4, 0.0), (0.0, 0.0, 1.4e4))),
-    )
+    upper, lower = low.bodies  # boxes of 2 m, and of 4 m by 1 m by 1 m
+    assert (upper.mass, upper.com, lower.mass, lower.com) == (35e3, (0.0, 0.0, -1.0), 10e3, (0.0, 0.0, -0.5))
+    assert [upper.inertia[i][i] for i in range(3)] == pytest.approx([35e3 * 8.0 / 12.0] * 3)
+    assert [lower.inertia[i][i] for i in range(3)] == pytest.approx([10e3 * x / 12.0 for x in (2.0, 17.0, 17.0)])
 
 
 def test_rated_values_count_the_hook_blocks() -> None:

@@ -2,4 +2,5 @@
 
 vessels     what floats in waves, and carries cranes and blocks
 obstacles   floor and boxes that blocks meet
+touching    what the scene means to touch
 """

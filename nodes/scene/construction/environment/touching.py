@@ -12,12 +12,11 @@ from heavylift.kernel.description.points import WORLD
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Touch
 from heavylift.nodes.plan.shapes import Shapes
+from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.actions import Action
 from heavylift.nodes.scene.language.phrases import GroundTest
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
-
-from .yard import Yard
 
 
 def touches(source: Source, path: Path, pairs: Sequence[tuple[str, str]]) -> Iterator[Touch]:
