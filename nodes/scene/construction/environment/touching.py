@@ -1,6 +1,6 @@
 """What a scene means to touch: pairs of `may touch`, of all or of one stage, and what it orders to land on something.
 
-A name is that of a body, a machine or loader with all of its parts, a rope or sling, or of the rigging that it is of;
+A name is that of a body, a machine with all of its parts, a rope or sling, or of the rigging that it is of;
 `ground`, or `floor`, is what is below all of them.
 """
 
