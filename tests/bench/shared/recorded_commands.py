@@ -134,7 +134,7 @@ def pruned_alone(noted, method):
             run(tag.t)
             simulation.interrupt(tag.t)
             for order in orders:
-                room.obey(simulation, order)
+                order.apply(simulation)
             simulation.settle()
             kernel._before = tag.t
             kernel._flush()
