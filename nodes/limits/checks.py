@@ -67,19 +67,15 @@ def _judged(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> 
         told = f"{name}: {limit.note or 'no limit is known'}"
         return ("none", "", told) if limit.quantity == "wind" and not limit.elements else ("amber", NOT_CHECKED, told)
     if use.value is None:
-        return (
-            "none",
-            IN_A_RUN if at_rest else "",
-            f"{name}: a run checks it" if at_rest else f"{name}: it did not occur",
-        )
+        return ("none", IN_A_RUN, f"{name}: a run checks it") if at_rest else ("none", "", f"{name}: it did not occur")
     if use.beyond and (error is None or use.excess > error):
         return "red", "", ""
     if error is None:
         return "amber", UNKNOWN, f"{name}: nobody has measured the error of its value"
     if use.excess > -error and error > 0.0:
         needed = abs(use.excess / use.value) if use.value else 0.0
-        told = f"{name}, {shown(limit, use.value)}, is right to {percent(error / abs(use.value or 1.0))}"
-        return "undecided", "", f"{told}; an accuracy of {percent(needed)} decides"
+        told = f"{name}, {shown(limit, use.value)}, is right to {100.0 * error / abs(use.value or 1.0):.2g} %"
+        return "undecided", "", f"{told}; an accuracy of {100.0 * needed:.2g} % decides"
     if "assumed" in f"{limit.source} {limit.note}" and not accepted:
         return "amber", ASSUMED, f"{name}: a limit that heavylift assumes; confirm it, or write 'assumed: accept'"
     return "green", "", ""

@@ -33,7 +33,7 @@ COLOURS = ("#0072B2", "#56B4E9", "#009E73", "#D55E00", "#E69F00", "#CC79A7", "#0
 WIDTH, HEIGHT = 11.0, 7.6  # [in]
 LEFT, RIGHT, BOTTOM = 0.075, 0.955, 0.075  # the panels, as shares of the figure
 LABEL, SLOPE, GAP = 8.5, 38.0, 17.0  # stage labels: size [pt], angle [degrees], least distance [pt]
-LONGEST = 30  # [letters] of a stage label
+LONGEST, WIDEST = 30, 150  # [letters] of a stage label, of a line of the heading
 FINE = 4000  # steps of a band: two a pixel
 BEARS = 0.25  # of its largest tension at rest: what carries less is not shown over it
 PEAK = "peak tension "  # of a rope, in a certificate
@@ -196,7 +196,8 @@ def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
     lines = [", ".join(facts), told.get("modelled", "")]
     figure.text(LEFT, 1 - 24 / (72 * HEIGHT), f"{what} of {curves.names[0]}{used}", size=14, weight="bold", color=INK)
     for i, line in enumerate(lines):
-        figure.text(LEFT, 1 - (39 + 13 * i) / (72 * HEIGHT), line, size=9, color=QUIET)
+        shown = line if len(line) <= WIDEST else f"{line[: WIDEST - 1]}…"
+        figure.text(LEFT, 1 - (39 + 13 * i) / (72 * HEIGHT), shown, size=9, color=QUIET)
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
