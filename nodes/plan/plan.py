@@ -71,12 +71,12 @@ class Plan(Item, frozen=True, kw_only=True):
 
     @property
     def levelled(self) -> tuple[Mechanism, ...]:
-        """The machines that are modelled on levels."""
+        """Cranes on rails, what hangs on them and the block: their moves are known and judged before a run."""
         return tuple(machine for machine in self.machines if machine.levels)
 
     @property
     def mechanisms(self) -> tuple[Mechanism, ...]:
-        """Those that are modelled as they are written."""
+        """All other machines."""
         return tuple(machine for machine in self.machines if not machine.levels)
 
     @property

@@ -6,7 +6,6 @@ import pytest
 from page_blocks import follow
 
 
-@pytest.mark.large
 def test_a_beginner_comes_to_a_lift_of_their_own(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
