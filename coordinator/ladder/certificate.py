@@ -32,7 +32,7 @@ from heavylift.recordings.render.curves import larger
 from .beside import Ran, Start, result, starting
 from .figures import Figure
 from .measuring import WITNESSED
-from .rungs import Ladder, Rung
+from .rungs import DECADE, Ladder, Rung
 from .sensitivities import STEPS, Moved, Sensitivities, effects, moved, of_unstated
 
 ROUNDING = 1e-9  # of a figure: what is left of a bar that is nothing
@@ -114,7 +114,7 @@ def richer(plan: Plan) -> tuple[Plan, Plan] | None:
     if other is None:
         return None
     steps = ladder.rungs(level)
-    rung = steps[min(1, len(steps) - 1)]
+    rung = steps[min(DECADE, len(steps) - 1)]
     return rung.plan, rung.on(other).plan
 
 
