@@ -206,8 +206,8 @@ class _Seen:
 
 def _finer(scene: LoadedScene, found: Sensitivities) -> list[str]:
     """What the scene asks more exactly than its inputs carry."""
-    wanted, notes = scene.scene.wanted_accuracy, []
-    for quantity in scene.scene.ask:
+    wanted, notes = scene.facts.accuracy, []
+    for quantity in scene.facts.own:
         parts = [(found.bar(f.name) / (abs(f.scale) or 1.0), f.name) for f in found.figures if f.quantity == quantity]
         part, name = max(parts, default=(0.0, ""))
         if part > wanted:
