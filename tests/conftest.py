@@ -6,7 +6,7 @@ founding lift.
 took when they ran last.
 
 A scene that leaves open how it is run is asked what is usually meant: measuring that is no matter of most tests, so
-only those in the folders `ASKED` see it; for all others it runs as if it had asked nothing, in programs that they
+only `ASKED` folders and files see it; for all others it runs as if it had asked nothing, in programs that they
 start as well.
 """
 
@@ -28,7 +28,12 @@ from heavylift.nodes.scene import loaded_scene
 ONE_RUN = "turnover"  # the folder whose tests read one and the same run
 MATRICES = "full"  # the one whose files are shared out by the last of their parameters
 SECONDS = "heavylift/seconds"  # in pytest's cache: what each test took when it ran last, with what it prepared
-ASKED = ("ladder", "pages")  # folders whose tests look at what is chosen by default
+ASKED = {
+    "ladder",
+    "pages",
+    "determinism",
+    "test_the_same_bits_on_every_processor.py",
+}  # who see what is chosen by default
 UNASKED, PYTHONPATH, MEANT = Path(__file__).parent / "unasked", os.environ.get("PYTHONPATH", ""), loaded_scene.MEANT
 QUICK_s, UNKNOWN_s = 25.0, 0.5  # of tests that --quick runs; of one that has not run here
 
@@ -66,7 +71,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    asked = item.path.parent.name in ASKED
+    asked = bool(ASKED & {item.path.name, item.path.parent.name})
     loaded_scene.MEANT = MEANT if asked else ()
     os.environ["PYTHONPATH"] = PYTHONPATH if asked else os.pathsep.join([str(UNASKED), PYTHONPATH]).rstrip(os.pathsep)
 

@@ -17,11 +17,11 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.plan.fidelity import Answer, Asked, Question, percent
+from heavylift.nodes.plan.fidelity import MEANT, Answer, Asked, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
-from .in_memory import CUT
+from .in_memory import CUT, play
 from .measuring import WITNESSED, Errors, Measuring, added, largest, times
 from .rungs import Ladder, Rung, at_level
 
@@ -29,6 +29,7 @@ STUCK = 2  # times that tighter steps change nothing for the better, until it is
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
 HIDES = 0.25  # errors of steps, as a part of that of a level, that may be all that is seen of it
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
+ACCURACIES = (0.01, 0.003, 0.001, 0.0003)  # by which checks are decided
 ROOM = Path(__file__).parents[2]  # of the product
 Say = Callable[[str], None]
 
@@ -46,6 +47,20 @@ def chosen(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
 
     alone = scene.passing or bool(functions(scene.plan))  # whose code may change
     return answered(scene, make() if alone else remembered(_name(scene, question), Answer, make))
+
+
+def decided(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
+    """The scene at the accuracy, of `ACCURACIES`, that leaves no check of its run undecided, or at the finest."""
+    ask = scene.facts.ask or MEANT
+    for accuracy in ACCURACIES:
+        facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
+        found = chosen(replace(scene, facts=facts), say)
+        checks = play(found.plan, errors=found.errors).verdict.checks
+        left = [check.sentence for check in checks if check.state == "undecided"]
+        say(f"to {percent(accuracy)}: {len(left)} checks undecided")
+        if not left:
+            break
+    return found
 
 
 def known(scene: LoadedScene) -> Answer | None:

@@ -85,7 +85,7 @@ REFERENCES = {
     ),
     "no YAML": (
         "lift",
-        [("name: lift", "name: [lift")],
+        [("name: lift", "seed: [1\nend: 60 s\nname: lift")],
         ": 60",
         "scene: this is not YAML: expected ',' or ']', but got ':'",
     ),
