@@ -185,11 +185,6 @@ def _looks(
     found, (*others, last) = list[_Look](), runs
     if not others:
         others, last = [last], last.tighter
-    for rung in others:
-        steps = times(WITNESSED, measuring.apart(rung, last))
-        found.append(_look(rung, steps, model, (*pair, (rung, last)), measuring))
-    if last not in runs:
-        return found
     now, ratio = measuring.apart(others[-1], last), others[-1].plan.tolerance / last.plan.tolerance
     order = ORDERS[-1]
     if len(others) > 1:
@@ -197,8 +192,13 @@ def _looks(
         rate = largest(before) / largest(now) if largest(now) > 0.0 else inf
         order = next((p for p in ORDERS if rate >= (wider**p - 1.0) / (1.0 - ratio**-p)), 0.0)
         now = {name: max(e, before.get(name, 0.0) / rate) for name, e in now.items()}
-    left = 1.0 / (ratio**order - 1.0) if order else 1.0
-    return [*found, _look(last, times(WITNESSED * left, now), model, (*pair, (others[-1], last)), measuring)]
+    left = 1.0 / (ratio**order - 1.0) if order and ratio > 1.0 else 1.0
+    for rung in others:
+        steps = times(max(WITNESSED, 1.0 + left), measuring.apart(rung, last))
+        found.append(_look(rung, steps, model, (*pair, (rung, last)), measuring))
+    if last in runs:
+        found.append(_look(last, times(WITNESSED * left, now), model, (*pair, (others[-1], last)), measuring))
+    return found
 
 
 def _look(

@@ -22,6 +22,7 @@ from heavylift.recordings.format.text import table
 from heavylift.recordings.render.curves import larger
 
 from .beside import Ran, Start, result, starting
+from .choosing import chosen
 from .figures import Figure
 
 LOG = logging.getLogger("heavylift.ladder")
@@ -115,7 +116,7 @@ def sensitivities(
 
     `given`: uncertainties besides those that the scene states, such as `block.mass +- 3 %`.  Raises HeavyliftError.
     """
-    inputs = uncertain_inputs(scene, given)
+    scene, inputs = chosen(scene, say), uncertain_inputs(scene, given)
     if not inputs:
         raise ModelError(
             f"{scene.path.name}: states no uncertainty; write one behind a value, such as 'mass: 480 t +- 3 %', "
