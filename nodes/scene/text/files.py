@@ -10,7 +10,7 @@ import stat
 from itertools import count
 from pathlib import Path
 
-from heavylift.kernel.errors import SceneError
+from heavylift.kernel.errors import SceneError, closest
 from heavylift.nodes.scenes import bundled
 
 MCAP = b"\x89MCAP0\r\n"  # how a recording begins
@@ -52,8 +52,6 @@ def scene_file(scene: str) -> Path:
     known = bundled()
     if path.is_file() or scene not in known:
         if not path.is_file() and not path.suffix and "/" not in scene and "\\" not in scene:
-            from .faults import closest  # with what reads scenes
-
             message = f"there is no scene '{scene}', neither a file nor a bundled one: {closest(scene, known)}"
             raise SceneError(message)
         return path
