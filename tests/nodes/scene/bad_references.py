@@ -85,8 +85,8 @@ REFERENCES = {
     ),
     "no YAML": (
         "lift",
-        [("name: lift", "seed: [1\nend: 60 s\nname: lift")],
-        ": 60",
-        "scene: this is not YAML: expected ',' or ']', but got ':'",
+        [("name: lift", "name: [lift")],
+        "[lift",
+        "scene: the list that opens here is not closed by ']', or a comma is missing in it",
     ),
 }
