@@ -160,7 +160,7 @@ def _climbed(ladder: Ladder, rungs: Sequence[Rung], accuracy: float, measuring: 
                 continue
             if richer or wrong > accuracy:
                 return best
-        stuck = stuck + 1 if steps > 0.5 * before else 0
+        stuck = stuck + 1 if steps >= 0.5 * before else 0
         before = steps
         if run[-1] + 1 >= len(rungs) or stuck >= STUCK or steps == 0.0:
             return best
@@ -189,7 +189,7 @@ def _looks(
     order = ORDERS[-1]
     if len(others) > 1:
         before, wider = measuring.apart(*others[-2:]), others[-2].plan.tolerance / others[-1].plan.tolerance
-        rate = largest(before) / largest(now) if largest(now) > 0.0 else inf
+        rate = largest(before) / largest(now) if 0.0 < largest(now) < inf else inf
         order = next((p for p in ORDERS if rate >= (wider**p - 1.0) / (1.0 - ratio**-p)), 0.0)
         now = {name: max(e, before.get(name, 0.0) / rate) for name, e in now.items()}
     left = 1.0 / (ratio**order - 1.0) if order and ratio > 1.0 else 1.0

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 LISTED = 20  # variants with their command; limits
 DRAWN = 4  # axes
 FEW = 200  # variants that are seen one by one
+SAME = 1e-6  # relative: what lies closer together is drawn as one value
 MEANT = {
     "done": "came to its end, green",
     "red": "came to its end, the verdict is red",
@@ -157,7 +158,8 @@ def _histograms(found: Summary) -> list[str]:
     figure = canvas(1, len(names))
     for ax, name in zip(figure.axes, names, strict=True):
         values = found.results[name][np.isfinite(found.results[name])]
-        ax.hist(values, bins=min(40, max(5, round(len(values) ** 0.5))), color=COLOURS[0], edgecolor=PAPER, lw=0.5)
+        bins = min(40, max(5, round(len(values) ** 0.5)))
+        ax.hist(values, bins=bins, range=_around(values), color=COLOURS[0], edgecolor=PAPER, lw=0.5)
         if name == "use":
             ax.axvline(1.0, color=LIMIT, lw=1.1, ls=(0, (6, 3)))
             ax.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
@@ -165,6 +167,15 @@ def _histograms(found: Summary) -> list[str]:
         ax.set_xlabel(RESULTS[name])
     figure.axes[0].set_ylabel("variants")
     return ["<h2>Distributions</h2>", f"<figure>{in_page(figure)}</figure>"]
+
+
+def _around(values: np.ndarray) -> tuple[float, float] | None:
+    """From the least to the largest, apart by more than rounding."""
+    if not len(values):
+        return None
+    least, most = float(values.min()), float(values.max())
+    more = max(0.0, SAME * max(1.0, abs(most)) - (most - least))
+    return least - more, most + more
 
 
 def canvas(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> Figure:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from heavylift.coordinator.sweeps import DESIGNS, FEWEST, base_rows, drawn, indices
+from heavylift.coordinator.sweeps.page import _around
 from heavylift.coordinator.sweeps.summary import _chance
 from scipy.stats import binomtest
 
@@ -45,3 +46,10 @@ def test_an_interval_is_that_of_clopper_and_pearson(beyond: int, count: int) -> 
     known = binomtest(beyond, count).proportion_ci(0.95, "exact")
     assert (found.limit, found.beyond, found.part) == ("hook", beyond, beyond / count)
     assert (found.low, found.high) == (pytest.approx(known.low, abs=1e-12), pytest.approx(known.high, abs=1e-12))
+
+
+@pytest.mark.parametrize("values", [[0.5] * 3, [0.5, 0.5 + 1e-16, 0.5 - 1e-16], [8e6, 8e6 * (1 + 1e-15)], [1.0, 2.0]])
+def test_values_that_differ_by_rounding_are_drawn(values: list[float]) -> None:
+    least, most = _around(np.array(values)) or (0.0, 0.0)
+    bins = np.histogram(values, 40, (least, most))[0]
+    assert bins.sum() == len(values)
