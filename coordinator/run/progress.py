@@ -138,6 +138,8 @@ def summary(
         red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
         rows = [("rope", "peak kN", "at", "rated kN", "use %")]
         for name, (tension, when) in result.peaks.items():
+            if "~" in name:  # a piece of a rope
+                continue
             limit = limits.get(name)
             rest = (f"{limit / 1e3:.0f}", f"{100 * tension / limit:.1f}") if limit else ("-", "-")
             rows.append((name, f"{tension / 1e3:.1f}", clock(when), *rest))
