@@ -111,7 +111,7 @@ def _clearances(verdict: Judged | None) -> str:
 def _peaks(rec: Recording) -> str:
     rated = rec.fact("rated", {})
     rows = []
-    for name, peak in recorded_peaks(rec).items():
+    for name, peak in ((name, x) for name, x in recorded_peaks(rec).items() if "~" not in name):  # no pieces of ropes
         limit = rated.get(name)
         use = [f"{limit / 1e3:.0f} kN", f"{100 * peak.tension / limit:.0f} %"] if limit else ["", ""]
         rows.append([name, f"{peak.tension / 1e3:.1f} kN", duration(peak.time), *use])
