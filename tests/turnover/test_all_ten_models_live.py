@@ -99,7 +99,7 @@ def smaller(tmp_path: Path) -> Story:
     """Run `lift` with a changed plan."""
 
     def go(change: Callable[[Plan], Plan]) -> Reading:
-        scene = load("lift")
+        scene = load("lift", ["end=60 s"])
         run(replace(scene, plan=change(scene.plan)), tmp_path / "lift.mcap", in_process=True)
         return Reading(tmp_path / "lift.mcap")
 

@@ -120,7 +120,7 @@ def test_a_refused_command_changes_nothing() -> None:
     ],
 )
 def test_a_command_to_a_joint_that_the_fidelity_holds_is_refused(setting: str, text: str, sentence: str) -> None:
-    scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]"])
+    scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]", "end=60 s"])
     said = drive(build_one(scene.plan, "commander"), [(seconds(3), "command", words(text))])
     (answer,) = (message for _, _, message in said)
     assert isinstance(answer, OperatorAnswer)
