@@ -162,8 +162,12 @@ class _Assembly(Checking):
                 yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
     def _shapes(self) -> Iterator[plan.Shape]:
+        for name in self.given.shapes:
+            self.known((*self.base, "shapes", name), name)
         for name, body in self.given.bodies.items():
-            if body.box:
+            for box in self.given.shapes.get(name, ()):
+                yield plan.Shape(body=name, centre=box.at, size=box.size, part=box.part)
+            if body.box and name not in self.given.shapes:
                 yield plan.Shape(body=name, centre=body.com, size=body.box)
 
     def _carrying(self, system: k.System, at: kinematics.Poses) -> tuple[tuple[str, ...], tuple[str, ...]]:
