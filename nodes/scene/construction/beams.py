@@ -119,8 +119,8 @@ def on_hook(yard: Yard, rig: schema.Rig, name: str, given: schema.Beam) -> OnHoo
 def _frame(yard: Yard, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
     """Its bodies and joints with the hook block, the origin of whose body hangs at that of the world."""
     base, eye = ("rig", BEAMS, name, "parts"), parts.eye.body
-    ends = {("eye",): eye, **{("slings", i): end.body for i, end in enumerate(parts.slings)}}
-    for key, body in ends.items():
+    ends: dict[Path, str] = {("slings", i): end.body for i, end in enumerate(parts.slings)}
+    for key, body in ({("eye",): eye} | ends).items():
         if body not in parts.bodies:
             yard.source.fault((*base, *key, "body"), f"there is no body '{body}'", closest(body, parts.bodies))
     raise_faults(yard.source, yard.source.faults)

@@ -165,8 +165,8 @@ class _Assembly(Checking):
         for name in self.given.shapes:
             self.known((*self.base, "shapes", name), name)
         for name, body in self.given.bodies.items():
-            for box in self.given.shapes.get(name, ()):
-                yield plan.Shape(body=name, centre=box.at, size=box.size, part=box.part)
+            for drawn in self.given.shapes.get(name, ()):
+                yield plan.Shape(body=name, centre=drawn.at, size=drawn.size, part=drawn.part)
             if body.box and name not in self.given.shapes:
                 yield plan.Shape(body=name, centre=body.com, size=body.box)
 

@@ -1,4 +1,4 @@
-"""One crane or frame made of the parts of its type: parameters put in, arithmetic done, names with the crane's in front."""
+"""One crane or frame made of the parts of its type: parameters put in, arithmetic done, names with its own in front."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Expansion:
     def run(self) -> None:
         """The machine, below `machines` of the scene's data."""
         known = self.kind.parameters
-        for key, value in self.given.items():
+        for key in self.given:
             if key not in known:
                 message = f"the type {self.kind.name} has no parameter '{key}'"
                 self.source.fault(("cranes", self.name, key), message, closest(key, known), on_key=True)
