@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from .base import written
 
+MADE = "parts", "parameters"  # keys that types write
 Kind = Any  # annotation of a key, with its metadata
 
 
@@ -21,7 +22,7 @@ def below(at: object, kind: Kind) -> dict[str | int, tuple[object, Kind]]:
     if isinstance(at, BaseModel):
         fields = type(at).model_fields.items()
         found = {f.alias or written(name): (getattr(at, name), (f.annotation, *f.metadata)) for name, f in fields}
-        return found | _parameters(at)
+        return {key: x for key, x in found.items() if key not in MADE} | _parameters(at)
     if isinstance(at, Mapping):
         return {str(key): (value, kind) for key, value in at.items()}
     if isinstance(at, list | tuple):

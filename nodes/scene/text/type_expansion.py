@@ -177,8 +177,6 @@ class Expansion:
         word = " ".join(text[1:].split())
         if word in self.kind.parameters:
             raw = self._raw(word)
-            if word in self.given and (mark := self.source.values.get((*self.at, word))):
-                self.source.values[*self.base, *to] = mark
             if value_of(raw) is None and not (isinstance(raw, str) and raw.startswith("=")):
                 return raw  # a word, a list or a place, as it is
         try:
