@@ -54,6 +54,7 @@ class _Resolver:
         self.conditions = Conditions(yard, mechanisms)
         self.condition = self.conditions.read
         self.levelling = Levelling(yard, self.conditions)
+        self.turned = ""  # the block that is
         self.rigged = {x: slings for name in yard.scene.rigging for x, slings in self._entries(name).items()}
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
@@ -161,7 +162,12 @@ class _Resolver:
             case "turn":
                 accel = phrase.ramp if isinstance(phrase.ramp, float) else phrase.speed / TURN_TIME
                 to = phrase.to or 0.0
-                return [actions.Turn(rate=phrase.speed, accel=accel, to=to, until=until, where=where)]
+                block = found[0].model
+                if self.turned not in ("", block):
+                    told = f"'{self.turned}' is turned before, and one block of a list can be: leave '{block}' as it is"
+                    self.source.fault(path, told)
+                self.turned = block
+                return [actions.Turn(block=block, rate=phrase.speed, accel=accel, to=to, until=until, where=where)]
             case "begin":
                 (lift,) = found
                 if self.yard.scene.lifts[lift.name].start != ORDERED:
