@@ -38,10 +38,31 @@ BAR = """
 frame type: 1
 name: bar
 eye: {body: bar, apart: 2 m}
-slings: [{body: bar, at: [-3 m, 0 m, -1 m]}, {body: bar, at: [3 m, 0 m, -1 m]}]
-bodies: {bar: {mass: 6 t, com: [0 m, 0 m, -0.5 m], box: [7 m, 0.5 m, 1 m]}}
+slings: [{body: bar, at: [-2 m, 0 m, -1 m]}, {body: bar, at: [2 m, 0 m, -1 m]}]
+bodies: {bar: {mass: 6 t, com: [0 m, 0 m, -0.5 m], box: [5 m, 0.5 m, 1 m]}}
 """
-TURN = """
+FRAMES = """
+heavylift: 1
+name: frames
+block:
+  mass: 160 t
+  size: [16 m, 20 m, 6 m]
+  at: [40 m, 75 m, 4 m]
+  lugs:
+    F1: [-7 m, 8 m, 3.2 m]
+    F2: [-5 m, 8 m, 3.2 m]
+    F3: [5 m, 8 m, 3.2 m]
+    F4: [7 m, 8 m, 3.2 m]
+    R1: [-2 m, -8 m, 3.2 m]
+    R2: [2 m, -8 m, 3.2 m]
+  supports: {height: 1 m, at: [[-7 m, -8 m], [7 m, -8 m], [-7 m, 8 m], [7 m, 8 m]]}
+cranes: {crane: {type: goliath-900, at: 40 m}}
+rig:
+  slack: 0.1 m
+  loaders:
+    left: {type: BEAM, hook: crane H1, sling: 10 m, lugs: [F1, F2]}
+    right: {type: BEAM, hook: crane H2, sling: 10 m, lugs: [F3, F4]}
+    rear: {type: BEAM, hook: crane H3, sling: 10 m, lugs: [R1, R2]}
 actions:
   - all hooks: hoist 0.5 m/min until all slings taut
   - all hooks: hoist 0.5 m/min until lifted
@@ -50,6 +71,13 @@ actions:
     block: turn 20 deg/min to 10 deg
   - stage: still
     wait: 60 s
+"""
+OTHER = """  other:
+    mass: 1 t
+    size: [2 m, 2 m, 2 m]
+    at: [30 m, 45 m, 1 m]
+    lugs: {L: [0 m, 0 m, 1 m]}
+    supports: {height: 0 m, at: [[-1 m, -1 m], [1 m, -1 m], [0 m, 1 m]]}
 """
 
 
@@ -66,49 +94,33 @@ def several(text: str) -> str:
 def test_one_of_several_blocks_turns_alike() -> None:
     one, two = (play(parse(text, "tilting.yaml").plan) for text in (SCENE, several(SCENE)))
     a, b = one.past.part(0, len(one.t)), two.past.part(0, len(two.t))
-    assert a.poses["block"].tobytes() == b.poses["tank"].tobytes()
+    assert np.abs(a.poses["block"] - b.poses["tank"]).max() < 1e-4, "to the tolerance, in another order of names"
     assert [(t, name) for t, _, name in one.conduct.stages] == [(t, name) for t, _, name in two.conduct.stages]
 
 
 def test_it_can_be_set_down_on_its_other_face() -> None:
     block, tank = (parse(text, "tilting.yaml").plan.machines for text in (SCENE, several(SCENE)))
-    sets = [[m for m in machines if m.cargo][0] for machines in (block, tank)]
+    sets = [next(m for m in machines if m.cargo) for machines in (block, tank)]
     assert [[s.height for s in m.system.supports] for m in sets] == [[1.0] * 8] * 2
     assert [*sets[1].cargo[0].faces.values()] == ["lower"] * 4 + ["upper"] * 4
 
 
 def test_a_second_block_of_a_list_does_not_turn() -> None:
-    text = several(SCENE).replace(
-        "  tank:\n",
-        "  other:\n    mass: 1 t\n    size: [2 m, 2 m, 2 m]\n    at: [30 m, 45 m, 1 m]\n"
-        "    lugs: {L: [0 m, 0 m, 1 m]}\n    supports: {height: 0 m, at: [[-1 m, -1 m], [1 m, -1 m], [0 m, 1 m]]}\n  tank:\n",
-        1,
-    )
-    with pytest.raises(
-        SceneError, match="'tank' is turned before, and one block of a list can be: leave 'other' as it is"
-    ):
-        parse(text + "  - other: turn 20 deg/min to 15 deg\n")
+    told = "'tank' is turned before, and one block of a list can be: leave 'other' as it is"
+    with pytest.raises(SceneError, match=told):
+        parse(several(SCENE).replace("  tank:\n", f"{OTHER}  tank:\n", 1) + "  - other: turn 20 deg/min to 15 deg\n")
 
 
 @pytest.mark.parametrize("beam", ["block-loader", "bar.yaml"])
 def test_what_hangs_on_frames_of_any_type_turns(beam: str, tmp_path: Path) -> None:
     """On two trolleys of a crane on rails, below hinged beams or plain bars of a user's own."""
-    rig = "rig:\n  slack: 0.1 m\n  loaders:\n" + "".join(
-        f"    {name}: {{type: {beam}, hook: crane {hook}, sling: 12 m, lugs: [{lugs}]}}\n"
-        for name, hook, lugs in (("left", "H1", "F1, F2"), ("right", "H3", "R1, R2"))
-    )
     (tmp_path / "bar.yaml").write_text(BAR)
-    text = (
-        SCENE[: SCENE.index("cranes:")] + "cranes: {crane: {type: goliath-900, at: 6 m, lower trolley: 37 m}}\n" + rig
-    )
-    (tmp_path / "scene.yaml").write_text(text.replace("at: [0 m,", "at: [6 m,") + TURN)
+    (tmp_path / "scene.yaml").write_text(FRAMES.replace("BEAM", beam))
     scene = load(tmp_path / "scene.yaml")
-    rests = scene.statics.states
-    (before, after) = (next(s for s in rests if s.stage == name) for name in ("turn", "still"))
-    p, q = before.poses["block"][0], rests[-1].poses["block"][0]
-    assert rests[-1].references["turn"] == pytest.approx(np.radians(10.0))
+    rests = [state for state in scene.statics.states if state.stage in ("turn", "still")]
+    (p, _), (q, _) = rests[0].poses["block"], rests[-1].poses["block"]
+    assert rests[-1].references["turn"] - rests[0].references["turn"] > np.radians(9.0)
     assert np.abs(np.array(p) - np.array(q)).max() < 0.1
-    assert after is not None
 
 
 def test_what_hangs_on_trolleys_turns_about_its_centre_of_mass() -> None:
