@@ -86,6 +86,9 @@ def expand(source: Source) -> bool:
         frame = at[0] != "cranes"
         word = entry.setdefault("type", BEAM_TYPE) if frame else entry.get("type")
         if not isinstance(word, str):
+            if frame:
+                source.fault((*at, "type"), "the name of a type is needed here, or of a file of one")
+                computed = False
             continue
         try:
             kind = _inline(source, word, inline[word]) if word in inline else machine_type(word, frame)

@@ -83,8 +83,7 @@ class Expansion:
     def attach(self, entry: dict[str, Data]) -> None:
         """Parts of a frame in its entry, and its parameters, whether written there or not."""
         self.base = (*self.at, "parts")
-        for key in {"parameters", "parts"} & {*entry}:
-            self.source.fault((*self.at, key), f"unknown key '{key}'", on_key=True)
+        self._unmade(entry)
         self.given = {key.replace("_", " "): x for key, x in self.given.items()}  # Python's names are keys, too
         known = self.kind.parameters
         for key in [key for key in entry if key.replace("_", " ") in known]:
@@ -92,6 +91,11 @@ class Expansion:
         entry["parameters"] = {**known, **{key: x for key, x in self.given.items() if key in known}}
         self._local()
         entry["parts"] = self._sections()
+
+    def _unmade(self, entry: Mapping[str, Data]) -> None:
+        """Nobody writes what the type makes."""
+        for key in (key for key in ("parameters", "parts") if key in entry):
+            self.source.fault((*self.at, key), f"unknown key '{key}'", on_key=True)
 
     def _local(self) -> None:
         """What is given of the parameters, if it fits; names of bodies and joints."""
@@ -119,8 +123,7 @@ class Expansion:
         """Parameters of the type of a crane on rails and what it makes of them, below the keys of the crane."""
         self.base, self.prefix = ("cranes", self.name, "parts"), ""
         theirs = self.kind.parameters
-        for key in {"parameters", "parts"} & {*crane}:
-            self.source.fault(("cranes", self.name, key), f"unknown key '{key}'", on_key=True)
+        self._unmade(crane)
         written = {key.replace("_", " "): value for key, value in self.given.items()}  # Python's names are keys, too
         self.given = {key: x for key, x in written.items() if key in theirs and _alike(x, theirs[key])}
         crane["parts"] = self._sections()
