@@ -11,7 +11,7 @@ from heavylift.kernel.version import __version__
 from heavylift.nodes.plan import encode
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, recover
-from heavylift.recordings.documents.facts import facts
+from heavylift.recordings.documents import facts
 from heavylift.recordings.format import plan_of, unread
 from heavylift.recordings.read import amended
 from heavylift.recordings.read.info import info

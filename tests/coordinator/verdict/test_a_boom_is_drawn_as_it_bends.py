@@ -9,8 +9,7 @@ import pytest
 from heavylift.coordinator.ladder import Played, at_level, play
 from heavylift.coordinator.record import boxes
 from heavylift.coordinator.verdict.moving import moving
-from heavylift.nodes.plan import Fidelity, Plan
-from heavylift.nodes.plan.shapes import Shapes
+from heavylift.nodes.plan import Fidelity, Plan, Shapes
 from heavylift.nodes.scene import load
 from numpy.typing import NDArray
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from heavylift import simulate
 from heavylift.kernel import SceneError
-from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.inputs import inputs, uncertain_inputs
+from heavylift.nodes.scene import load, parse, uncertain_inputs
+from heavylift.nodes.scene.inputs import inputs
 from heavylift.nodes.scenes import bundled, frames_folder
 
 LIFT = bundled()["lift"].read_text()
