@@ -85,7 +85,9 @@ class RopeLines:
 
     def __init__(self, systems: list[System]) -> None:
         ropes = [r for s in systems for r in s.all_ropes]
-        self._lines = {r.name: r.lines for r in ropes}
+        flexible = ((b.name, b.flexible) for s in systems for b in s.bodies if b.flexible)
+        self._beams = {body for body, x in flexible if x.beam and x.frame != "free"}
+        self._lines = {r.name: tuple(Line(self._station(x.a), self._station(x.b)) for x in r.lines) for r in ropes}
         self._hooked = {r.name: r.hooked for r in ropes}
         self._over = {r.name: r for s in systems for r in s.reevings if r.edges}
         self._met: dict[str, set[float]] = {name: set() for name in self._over}
@@ -111,6 +113,11 @@ class RopeLines:
             self._lines[value.rope] = tuple(Line(p, q) for p, q in zip(ends[::2], ends[1::2], strict=True))
             self._hooked[value.rope] = True
         return True
+
+    def _station(self, point: Point) -> Point:
+        """A point where its beam bends to: on the station that the kernel has there."""
+        x, y, z = point.p
+        return Point(f"{point.body}@{x:.9g}", (0.0, y, z)) if point.body in self._beams else point
 
     def _bend(self, name: str) -> None:
         """Draw a rope over the edges that it has met, each where it is nearest to the end on the same body."""

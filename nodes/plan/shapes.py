@@ -82,7 +82,8 @@ class Shapes:
         return [body for body in found if body in self._carried and self._carried[body].kind == "prismatic"]
 
     def root(self, body: str) -> str:
-        """The body nearest to the world that carries a body."""
+        """The body nearest to the world that carries a body, or a station `boom@40` of one that bends."""
+        body = body.partition("@")[0]
         while (joint := self._carried.get(body)) is not None and joint.parent != WORLD:
             body = joint.parent
         return body

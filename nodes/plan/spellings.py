@@ -13,6 +13,9 @@ BEAMS = "loaders"
 BEAM = "loader"
 """Kind by which a recorded model of a lifting beam is asked for, and beginning of the names of new ones."""
 
+BEAM_TYPE = f"block-{BEAM}"
+"""Type of a lifting beam that names none."""
+
 BeamLoad = Literal["loader load"]
 BEAM_LOAD: BeamLoad = "loader load"
 """Quantity of the limit of what the slings of a beam pull."""

@@ -64,7 +64,8 @@ def _refused(scene: LoadedScene, order: actions.Order) -> str:
     if isinstance(order, actions.Wait):
         return "a command does something at once; to wait, give it later"
     listed = (other for action in scene.plan.actions for other in action.orders)
-    if isinstance(order, actions.Turn) and not any(isinstance(other, actions.Turn) for other in listed):
+    turned = {other.block for other in listed if isinstance(other, actions.Turn)}
+    if isinstance(order, actions.Turn) and order.block not in turned:
         return "a block that the scene never turns cannot be turned"
     crane = scene.scene.cranes.get(order.model) if isinstance(order, actions.Move) else None
     if crane is not None and isinstance(order, actions.Move):

@@ -1,12 +1,12 @@
 """The scenes that come with heavylift, to run and to copy: a file each, its first comment says what it shows.
 
 `heavylift run lift` finds them by name; GALLERY.md shows pictures of them all.  `types` has the machines that scenes
-name as `type: overhead-100`; `heavylift types` lists them.
+name as `type: overhead-100`; `heavylift types` lists them.  `frames` has what hangs on hooks of cranes on rails.
 """
 
 from pathlib import Path
 
-__all__ = ["bundled", "types_folder"]
+__all__ = ["bundled", "frames_folder", "types_folder"]
 
 
 def bundled() -> dict[str, Path]:
@@ -17,3 +17,8 @@ def bundled() -> dict[str, Path]:
 def types_folder() -> Path:
     """The folder of the machine types that come with heavylift."""
     return Path(__file__).parent / "types"
+
+
+def frames_folder() -> Path:
+    """The folder of the types of frames that come with heavylift."""
+    return Path(__file__).parent / "frames"

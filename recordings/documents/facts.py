@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format import machines
@@ -97,7 +96,7 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
             raise RecordingError(
                 f"{rec.path}: a DEVS model lifts nothing to report; `heavylift info` tells its results"
             )
-        plan = _plan(rec)
+        plan = machines.plan_of(rec.attachments)
         borne = loads_of(rec, plan)  # the first, for its pass through the file reads tensions, too
         tension = _tensions(rec)
         rated: dict[str, float] = rec.fact("rated", {})
@@ -165,12 +164,6 @@ def _of_block(stage: StageUse, borne: Loads) -> StageUse:
     return stage._replace(
         lowest=float(borne.lowest[inside].min()), tilt=(float(tilt.min()), float(tilt.max())), com=(x, y, z)
     )
-
-
-def _plan(rec: Recording) -> dict[str, Any]:
-    text = rec.attachments.get("resolved.json")
-    found: dict[str, Any] = msgspec.json.decode(text) if text else {}
-    return found
 
 
 def _stages(rec: Recording, end: float) -> list[tuple[str, float, float]]:

@@ -14,6 +14,8 @@ COMPUTED = ("samples_hz", "seed")
 def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
     """Rows of the table."""
     rows: list[tuple[str, str]] = [("scene", rec.run.get("scene", rec.path.stem))]
+    if told := machines.unread(plan):
+        rows.append(("plan", told))
     block = machines.block(plan)
     if block:
         x, y, z = block["pose"][:3]

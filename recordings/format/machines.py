@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
+
+import msgspec
 
 Data = dict[str, Any]
 
@@ -30,6 +33,19 @@ class Crane(NamedTuple):
 def cranes(plan: Data) -> list[Crane]:
     """All of them."""
     return [_crane(machine) for machine in plan.get("machines", []) if machine.get("hooks")]
+
+
+def plan_of(attachments: Mapping[str, bytes]) -> Data:
+    """The recorded plan; empty where there is none."""
+    found: Data = msgspec.json.decode(attachments.get("resolved.json") or b"{}")
+    return found
+
+
+def unread(plan: Data) -> str:
+    """A sentence where an earlier version wrote the plan, in which no crane, sling and block is found; else ""."""
+    if not plan or "machines" in plan:
+        return ""
+    return "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
 
 
 def _crane(machine: Data) -> Crane:

@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import path_text
+from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration, table
@@ -78,6 +79,7 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
         lines.append(("time", f"{duration(sim)} simulated in {duration(wall)}{factor}"))
         again = ", computed again" if "digest" in rec.result and not (complaints(rec) or contents(rec).unknown) else ""
         lines.append(("digest", f"{rec.result.get('digest', 'none')}{again}"))
+    lines += [("plan", told)] if (told := machines.unread(machines.plan_of(rec.attachments))) else []
     lines += [("wrong", what) for what in complaints(rec)]
     lines += [("recorded", f"{' and '.join(known)}; {AGAIN}")] if (known := as_recorded(rec)) else []
     if verdict is not None:

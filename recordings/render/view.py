@@ -112,7 +112,7 @@ def _loads(rec: Recording, columns: Shown) -> Floats:
 
 def _block(rec: Recording) -> dict[str, object] | None:
     """Name, mass [kg], centre of mass and lugs of the block, in its frame [m]; None without one."""
-    block = machines.block(msgspec.json.decode(rec.attachments.get("resolved.json", b"{}")))
+    block = machines.block(machines.plan_of(rec.attachments))
     if not block:
         return None
     return {

@@ -8,8 +8,13 @@ from pathlib import Path
 import pytest
 from heavylift.kernel import RecordingError
 from heavylift.kernel.version import __version__
+from heavylift.nodes.plan import encode
+from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, recover
+from heavylift.recordings.documents import facts
+from heavylift.recordings.format import plan_of, unread
 from heavylift.recordings.read import amended
+from heavylift.recordings.read.info import info
 from heavylift.recordings.write import FORMAT, OLDEST
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
@@ -48,6 +53,17 @@ def test_the_block_falls_into_its_rope(number: int) -> None:
     (first, *_) = [e for e in rec.events("kernel") if e.value["what"] == "taut"]
     assert (first.value["name"], first.t_ns * 1e-9) == ("fall", pytest.approx(TAUT, abs=STEPS))
     assert rec.stages() == [(0.0, "fall and bounce")]
+
+
+def test_a_plan_of_an_earlier_version_says_what_is_not_read_of_it() -> None:
+    told = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
+    assert f"  plan      {told}" in info(golden(2)).splitlines()
+    assert ("plan", told) in facts(Recording(golden(2))).scene
+
+
+def test_a_plan_of_today_is_read_silently() -> None:
+    assert not unread(plan_of({"resolved.json": encode(load("lift").plan)}))
+    assert not unread({}), "a DEVS model has none"
 
 
 @pytest.mark.parametrize("number", READABLE)

@@ -1,4 +1,4 @@
-"""What hangs on the hooks of cranes on rails: hook rope, lifting beam on a hinge, two slings.
+"""What hangs on the hooks of cranes on rails: hook rope, frame as its type makes it, slings.
 
 Each hangs at rest below its trolley on its stretched rope, its slings slack by `slack`, straight or over edges.
 """
@@ -6,22 +6,16 @@ Each hangs at rest below its trolley on its stretched rope, its slings slack by 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 from heavylift.kernel.description.mechanics import (
     WORLD,
-    Body,
-    Brake,
-    Joint,
-    JointSpring,
     Line,
     Point,
     Rope,
-    Stop,
     System,
     Vector,
     merge,
@@ -31,15 +25,19 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Cell, Heavy, Latch
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.parts import kinematics
+from heavylift.nodes.scene.keys.parts.joints import Free
+from heavylift.nodes.scene.keys.parts.machines import FrameParts
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
+from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path
 
 from .limiting import reeving, rope_factor
+from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
 from .rigging.slings import key_of, lugs_of
-from .yard import UPPER, Yard, box, by_beam, parts_of, ramp_of
+from .yard import UPPER, Yard, by_beam, parts_of, ramp_of
 
-THIN = 1.0  # edge of what has no other [m]
 Edges = tuple[Sheave, ...]
 
 
@@ -61,47 +59,51 @@ def on_hook(yard: Yard, rig: schema.Rig, name: str, given: schema.Beam) -> OnHoo
     crane_name, hook = yard.hooks[name]
     crane = yard.scene.cranes[crane_name]
     leaves, known = parts_of(crane).hooks[hook], lugs_of(yard.scene)
-    top, mass = leaves.at[2], crane.hook_block + given.upper_mass + given.lower_mass
-    lugs = by_beam([lug for lug in given.lugs or () if lug in known], {lug: p.p[0] for lug, p in known.items()})
+    frame = _frame(yard, name, given.parts, crane.hook_block)
+    system, at = frame.system, kinematics.poses(frame.system)
+    top, mass = leaves.at[2], sum(body.mass for body in system.bodies)
+    ends, lugs = [Point(end.body, end.at) for end in given.parts.slings], [x for x in given.lugs or () if x in known]
+    if given.lugs and len(given.lugs) != len(ends):
+        yard.source.fault((*path, "lugs"), f"{len(ends)} slings hang on it, which need as many lugs")
+    lugs = by_beam(lugs, {lug: p.p[0] for lug, p in known.items()})
     strain = mass * yard.scene.gravity / (crane.falls * crane.fall_EA)
     if given.rope is not None:
         hangs = given.rope * (1 + strain)
     elif lugs:
-        at = yard.scene.all_blocks[known[lugs[0]].body].at
-        lug_z = at[2] + sum(known[lug].p[2] for lug in lugs) / len(lugs)
-        hangs = top - (lug_z + given.sling + given.height - rig.slack)
+        lug_z = yard.scene.all_blocks[known[lugs[0]].body].at[2] + sum(known[lug].p[2] for lug in lugs) / len(lugs)
+        height = -sum(float(kinematics.place(end, at)[2]) for end in ends) / len(ends)
+        hangs = top - (lug_z + given.sling + height - rig.slack)
     else:
         hangs = top - crane.highest_hook
     x, y = crane.at + leaves.at[0], trolley_start(yard, name=crane_name, crane=crane, trolley=leaves.on)
-    over: list[Edges] = [(), ()]
+    over: list[Edges] = [()] * len(ends)
     if given.over_edges:
-        over, hangs = _over(yard, rig, name, given, [known[lug] for lug in lugs], (x, y, top), hangs)
-    upper_mass = given.upper_mass + crane.hook_block
+        over, hangs = _over(yard, rig, name, given, at, [known[lug] for lug in lugs], (x, y, top), hangs)
     pose = (x, y, top - hangs, 0.0, 0.0, 0.0, 1.0)
-    rope = _rope(yard, name, given, hangs / (1 + strain))
+    rope = _rope(yard, name, given, mass, hangs / (1 + strain))
     winch = plan.Actuator(
         name=rope.name, start=rope.L0, accel=ramp_of(crane.ramp)[0], lower=crane.shortest_rope, upper=crane.drum,
         highest=crane.highest_hook, emergency=crane.emergency,
     )  # fmt: skip
-    ends, efficiency, _ = reeving(crane)
+    drums, efficiency, _ = reeving(crane)
     part = crane.fall_breaking / rope_factor(crane)[0] - crane.fall_mass * yard.scene.gravity * rope.L0
     n = len(rope.lines)
     a, b, z = (sum(line.a.p[i] for line in rope.lines) / n for i in range(3))
     ex, ey, ez = (sum(line.b.p[i] for line in rope.lines) / n + pose[i] for i in range(3))
     hoist = plan.Hoist(
         rope=rope.name,
-        eye=Point(f"{name}.upper", (0.0, 0.0, 0.0)),
+        eye=Point(given.parts.eye.body, (0.0, 0.0, 0.0)),
         block_mass=crane.hook_block,
         capacity=crane.hook_capacity,
         on=f"{crane_name}.{leaves.on}",
         line=crane.falls * crane.fall_mass,
         ends=((a + crane.at, b + y, z), (ex, ey, ez)),
-        below=upper_mass + given.lower_mass,
+        below=mass,
         falls=crane.falls,
-        drum_ends=ends,
+        drum_ends=drums,
         efficiency=efficiency,
         breaking=crane.fall_breaking,
-        rated=max(crane.falls * part / lead_factor(crane.falls, ends, efficiency), 0.0),
+        rated=max(crane.falls * part / lead_factor(crane.falls, drums, efficiency), 0.0),
         where=yard.source.where((*path, "hook")),
     )
     assert hoist.ends is not None
@@ -109,91 +111,84 @@ def on_hook(yard: Yard, rig: schema.Rig, name: str, given: schema.Beam) -> OnHoo
         rope=rope.name, line=hoist.line, beside=tuple((line.b.p[0], 0.0, 0.0) for line in rope.lines),
         ends=hoist.ends, below=hoist.below, on=hoist.on,
     )  # fmt: skip
-    bodies = _bodies(name, given, upper_mass)
-    return OnHook(hook, rope, heavy, winch, hoist, _beam(yard, rig, name, given, bodies, pose, lugs, over))
+    free = replace(system.joints[0], q0=pose)
+    frame = msgspec.structs.replace(frame, system=replace(system, joints=(free, *system.joints[1:])))
+    return OnHook(hook, rope, heavy, winch, hoist, _slung(yard, rig, name, given, frame, lugs, over))
 
 
-def _bodies(name: str, given: schema.Beam, mass: float) -> tuple[Body, Body]:
-    """From the hook eye to the hinge, and from there to the slings; uniform boxes."""
-    beam = given.height - given.hinge
+def _frame(yard: Yard, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
+    """Its bodies and joints with the hook block, the origin of whose body hangs at that of the world."""
+    base, eye = ("rig", BEAMS, name, "parts"), parts.eye.body
+    ends: dict[Path, str] = {("slings", i): end.body for i, end in enumerate(parts.slings)}
+    for key, body in ({("eye",): eye} | ends).items():
+        if body not in parts.bodies:
+            yard.source.fault((*base, *key, "body"), f"there is no body '{body}'", closest(body, parts.bodies))
+    raise_faults(yard.source, yard.source.faults)
+    own = parts.bodies[eye]
+    bodies, below = {eye: own.model_copy(update={"mass": (own.mass or 0.0) + block})}, [eye]
+    for body in below:  # from the eye down
+        below += [x.child for x in parts.joints.values() if x.parent == body and x.child not in below]
+    bodies |= {body: parts.bodies[body] for body in (*below, *parts.bodies) if body in parts.bodies and body != eye}
+    still = (0.0, 0.0, 0.0)
+    free = Free.model_construct(type="free", child=eye, position=still, velocity=still, rate=still)
+    hung = parts.model_copy(update={"bodies": bodies, "joints": {f"{name}.free": free, **parts.joints}})
+    made = build_mechanism(yard.source, hung, yard.scene.gravity, base=base)
+    raise_faults(yard.source, yard.source.faults)
+    shapes = tuple(msgspec.structs.replace(shape, thing=name) for shape in made.shapes)
+    return msgspec.structs.replace(made, name=name, shapes=shapes)
 
-    def body(part: str, mass: float, size: Vector) -> Body:
-        x, y, z = box(mass, size)
-        return Body(f"{name}.{part}", mass, (0.0, 0.0, -size[2] / 2), ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))
 
-    upper = body("upper", mass, (given.falls_apart, 2.0, given.hinge))
-    return upper, body("lower", given.lower_mass, (given.beam, 1.0, beam))
-
-
-def _beam(
-    yard: Yard, rig: schema.Rig, name: str, given: schema.Beam, bodies: tuple[Body, Body], pose: tuple[float, ...],
-    lugs: list[str], over: list[Edges],
+def _slung(
+    yard: Yard, rig: schema.Rig, name: str, given: schema.Beam, frame: plan.Mechanism, lugs: list[str],
+    over: list[Edges],
 ) -> plan.Mechanism:  # fmt: skip
-    """Two bodies with a hinge that has stops, a damper and a brake, which holds while no sling is hooked; slings."""
-    upper, lower, hinge = f"{name}.upper", f"{name}.lower", f"{name}.hinge"
+    """A frame with its slings, which lock brakes of it while none is hooked."""
     known, path, EA = lugs_of(yard.scene), ("rig", BEAMS, name), rig.sling.EA
     blocks = {word: point.body for word, point in known.items()}
     cargo = blocks[lugs[0]] if lugs else next(iter(blocks.values()), WORLD)
-    damping = 2 * rig.sling.damping * math.sqrt(EA / given.sling * ((bodies[0].mass + bodies[1].mass) / 2))
+    mass = sum(body.mass for body in frame.system.bodies)
+    damping = 2 * rig.sling.damping * math.sqrt(EA / given.sling * (mass / 2))
     ropes, bent, ties = list[Rope](), list[Reeving](), list[plan.Tie]()
-    for i in (0, 1):
-        sling, beam, lug = f"{name}.sling-{i + 1}", _end(name, given, i), lugs[i] if i < len(lugs) else ""
+    for i, end in enumerate(given.parts.slings):
+        sling, upper, lug = f"{name}.sling-{i + 1}", Point(end.body, end.at), lugs[i] if i < len(lugs) else ""
         to = known[lug] if lug else Point(cargo, (0.0, 0.0, 0.0))
         if over[i]:
-            bent.append(Reeving(sling, beam, over[i], to, EA, Signal(given.sling), damping, bool(lug)))
+            bent.append(Reeving(sling, upper, over[i], to, EA, Signal(given.sling), damping, bool(lug)))
         else:
-            ropes.append(Rope(sling, (Line(beam, to),), EA, given.sling, damping, hooked=bool(lug)))
+            ropes.append(Rope(sling, (Line(upper, to),), EA, given.sling, damping, hooked=bool(lug)))
         rated, where = rig.sling.breaking / rig.sling.factor, yard.source.where((*path, "sling"))
-        ties.append(plan.Tie(rope=sling, upper=beam, lug=key_of(lug, to) if lug else "", rated=rated, where=where))
-    turn = Joint(hinge, "revolute", upper, lower, (0.0, 0.0, -given.hinge), axis=(0.0, 1.0, 0.0), q0=(0.0,), v0=(0.0,))
-    stop = Stop(f"{hinge}.stop", hinge, -given.stop, given.stop, given.stop_stiffness, given.stop_damping)
-    lock = given.lock_moment, given.lock_stiffness, given.lock_damping
-    brake = Brake(f"{hinge}.lock", hinge, *lock, not lugs)
-    system = System(
-        bodies=bodies,
-        joints=(Joint(f"{name}.free", "free", WORLD, upper, q0=pose, v0=(0.0,) * 6), turn),
-        springs=(JointSpring(f"{hinge}.damper", hinge, d=given.hinge_damping),),
-        stops=(stop,),
-        brakes=(brake,),
-        ropes=tuple(ropes),
-        forces=tuple(bent),
-        gravity=yard.scene.gravity,
-    )
-    names = tuple(tie.rope for tie in ties)
-    return plan.Mechanism(
-        name=name,
-        system=system,
+        ties.append(plan.Tie(rope=sling, upper=upper, lug=key_of(lug, to) if lug else "", rated=rated, where=where))
+    names, locks = tuple(tie.rope for tie in ties), {f"{name}.{x}" for x in given.parts.locked_while_empty}
+    brakes = tuple(replace(x, engaged=not lugs) if x.name in locks else x for x in frame.system.brakes)
+    if unknown := locks - {brake.name for brake in brakes}:
+        there = f"there is no brake '{min(unknown).removeprefix(f'{name}.')}'"
+        yard.source.fault((*path, "parts", "locked while empty"), there, on_key=True)
+    own, rated = replace(frame.system, brakes=brakes), given.capacity * yard.scene.gravity
+    return msgspec.structs.replace(
+        frame,
+        system=merge([own, System(ropes=tuple(ropes), forces=tuple(bent))], yard.scene.gravity),
         ties=tuple(ties),
-        cells=(Cell(name=f"{name}.load", body=lower, ropes=names, rated=given.capacity * yard.scene.gravity),),
-        latches=(Latch(brake=brake.name, ties=names),),
-        shapes=tuple(_shapes(name, given)),
+        cells=(Cell(name=f"{name}.load", body=ties[0].upper.body, ropes=names, rated=rated),),
+        latches=tuple(Latch(brake=brake.name, ties=names) for brake in brakes if brake.name in locks),
         levels=True,
         where=yard.source.where(path),
     )
 
 
-def _shapes(name: str, given: schema.Beam) -> Iterator[plan.Shape]:
-    """Hook block from the eye down to the hinge, as wide as its ropes are apart; beam between its slings."""
-    wide, z = given.falls_apart or THIN, -given.hinge
-    size = (wide, min(wide, 2.0), max(given.hinge, THIN))
-    yield plan.Shape(body=f"{name}.upper", centre=(0.0, 0.0, z / 2), size=size, thing=name, part="hook block")
-    down = -(given.height - given.hinge)
-    size = (given.beam + THIN, THIN, max(-down, THIN))
-    yield plan.Shape(body=f"{name}.lower", centre=(0.0, 0.0, down / 2), size=size, thing=name, part="beam")
-
-
 def _over(
-    yard: Yard, rig: schema.Rig, name: str, given: schema.Beam, lugs: list[Point], exit_: Vector, hangs: float
-) -> tuple[list[Edges], float]:
-    """The edges of each sling, and how far below its trolley the beam hangs, for which `hangs` is a guess [m]."""
+    yard: Yard, rig: schema.Rig, name: str, given: schema.Beam, own: kinematics.Poses, lugs: list[Point],
+    exit_: Vector, hangs: float,
+) -> tuple[list[Edges], float]:  # fmt: skip
+    """The edges of each sling, and how far below its trolley the beam hangs, for which `hangs` is a guess [m]; `own`:
+    where its bodies are from its eye."""
     path = ("rig", BEAMS, name)
-    if len(lugs) < 2:
+    if len(lugs) < len(given.parts.slings):
         yard.source.fault((*path, "over edges"), "slings bend over edges from the start: hook them to 'lugs' then")
-        return [(), ()], hangs
-    ends = [(_end(name, given, i), lug) for i, lug in enumerate(lugs)]
+        return [()] * len(given.parts.slings), hangs
+    ends = [(Point(end.body, end.at), lug) for end, lug in zip(given.parts.slings, lugs, strict=True)]
     x, y, top = exit_
-    R, up, blocks = np.eye(3), top - hangs - given.hinge, yard.scene.all_blocks
-    at = {WORLD: (np.zeros(3), R), f"{name}.lower": (np.array([x, y, up]), R)}
+    R, blocks, eye = np.eye(3), yard.scene.all_blocks, np.array([x, y, top - hangs])
+    at = {WORLD: (np.zeros(3), R)} | {body: (eye + p, Q) for body, (p, Q) in own.items() if body != WORLD}
     at |= {block: (np.array(given.at), R) for block, given in blocks.items()}
     coms = {block: given.com for block, given in blocks.items()}
     over = [along_edges(yard.source, path, given.over_edges, yard.scene.edges, pair, coms, lambda: at) for pair in ends]
@@ -204,38 +199,31 @@ def _over(
         return over, hangs
 
     def height(i: int) -> float:
-        (dx, dy, dz), lug = ends[i][0].p, ends[i][1]
+        (dx, dy, dz), lug = kinematics.place(ends[i][0], own).tolist(), ends[i][1]
 
         def rope(z: float) -> Reeving:
-            beam = Point(WORLD, (x + dx, y + dy, z - given.hinge + dz))
-            return Reeving(f"{name}.sling-{i + 1}", beam, over[i], lug, rig.sling.EA, Signal(given.sling))
+            upper = Point(WORLD, (x + dx, y + dy, z + dz))
+            return Reeving(f"{name}.sling-{i + 1}", upper, over[i], lug, rig.sling.EA, Signal(given.sling))
 
-        low = blocks[lug.body].at[2] + lug.p[2] + given.hinge - dz + SPREAD
+        low = blocks[lug.body].at[2] + lug.p[2] - dz + SPREAD
         return height_of(rope, low, given.sling, rig.slack, at, "over its edges")
 
     try:
-        return over, top - min(height(0), height(1))
+        return over, top - min(map(height, range(len(ends))))
     except ValueError as error:
         yard.source.fault((*path, "sling"), str(error))
         return over, hangs
 
 
-def _end(name: str, given: schema.Beam, i: int) -> Point:
-    """The end of a beam at which a sling hangs."""
-    return Point(f"{name}.lower", ((-1, 1)[i] * given.beam / 2, 0.0, -(given.height - given.hinge)))
-
-
-def _rope(yard: Yard, name: str, given: schema.Beam, L0: float) -> Rope:
+def _rope(yard: Yard, name: str, given: schema.Beam, carried: float, L0: float) -> Rope:
     """The falls of a hook as two lines that are apart."""
     crane_name, hook = yard.hooks[name]
     crane, blocks = yard.scene.cranes[crane_name], yard.scene.all_blocks
-    leaves, half = parts_of(crane).hooks[hook], given.falls_apart / 2
+    leaves, half, eye = parts_of(crane).hooks[hook], given.parts.eye.apart / 2, given.parts.eye.body
     x, _, z = leaves.at
     lines = tuple(
-        Line(Point(f"{crane_name}.{leaves.on}", (x + d, 0.0, z)), Point(f"{name}.upper", (d, 0.0, 0.0)), 0.5)
-        for d in (-half, half)
+        Line(Point(f"{crane_name}.{leaves.on}", (x + d, 0.0, z)), Point(eye, (d, 0.0, 0.0)), 0.5) for d in (-half, half)
     )
-    carried = crane.hook_block + given.upper_mass + given.lower_mass
     carried += sum(block.mass for block in blocks.values()) / len(yard.hooks)
     EA = crane.falls * crane.fall_EA
     damping = 2 * crane.rope_damping * math.sqrt(EA / max(L0, 1e-3) * carried)

@@ -34,11 +34,11 @@ class Levelling:
     """What each hook does: it hoists what is low on its side, lowers what is high; one of the two has nothing to do.
 
     `hangs`: what each sling hangs on, the rope of a hook or a point of a frame, and what it holds; `held`: the slings
-    that are hooked as the list is read; `turned`: the angle of `block` [rad].
+    that are hooked as the list is read; `turned`: the angle of each block [rad].
     """
 
     def __init__(self, yard: Yard, conditions: Conditions) -> None:
-        self.yard, self.conditions, self.turned = yard, conditions, 0.0
+        self.yard, self.conditions, self.turned = yard, conditions, dict[str, float]()
         scene, lugs = yard.scene, lugs_of(yard.scene)
         self.lugs = lug_places(yard.machines)
         hooks = [hook for crane in yard.cranes for hook in crane.hooks]
@@ -73,7 +73,7 @@ class Levelling:
                 case actions.Unhook():
                     self.held -= {order.sling, f"{order.sling}/1"}
                 case actions.Turn():
-                    self.turned = order.to
+                    self.turned[order.block] = order.to
 
     def _rises(self, on: str | Point, hooks: Collection[str]) -> float:
         """By how much what a sling hangs on rises with hooks, of what these do."""
@@ -89,7 +89,7 @@ class Levelling:
         actors = {actor.name: actor for actor in found}
         holds = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == block]
         places = [(end.p, self._rises(on, actors)) for on, end in holds]
-        turned = (self.turned if block == "block" else 0.0) if phrase.to is None else phrase.to
+        turned = self.turned.get(block, 0.0) if phrase.to is None else phrase.to
         ends = apart(places, turned)
         if ends is None:
             told = f"{', '.join(phrase.hooks)} cannot level the block: name hooks that hold it beside others"

@@ -41,6 +41,7 @@ TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
 WIRE = 1e7  # stiffness from which a rope can only be a wire rope, of 16 mm or more [N]
 BREAKS = 0.02  # strain at which steel wire has broken: 1770 MPa over 105 GPa is 1.7 %
 NO_LIFT = k.System()
+SLICES = 6  # as which a body that bends is drawn and collides
 TOUCH = 1e-9  # a rope or support this close carries [m]
 
 
@@ -77,9 +78,11 @@ class _Assembly(Checking):
         for name, support in given.supports.items():
             self.known((*self.base, "supports", name, "body"), support.body)
             self.on_beam((*self.base, "supports", name, "at"), support.body, support.at[0])
+        bends = tuple(self._bends(bodies))
+        slices = list(self._slices(bends))
         system = k.System(
-            bodies=bodies,
-            joints=made,
+            bodies=(*bodies, *(body for body, _, _ in slices)),
+            joints=(*made, *(joint for _, joint, _ in slices)),
             ropes=tuple(r for r in ropes if isinstance(r, k.Rope)),
             rigid_ropes=tuple(r for r in ropes if isinstance(r, k.RigidRope)),
             supports=tuple(support.built(name) for name, support in given.supports.items()),
@@ -108,10 +111,10 @@ class _Assembly(Checking):
             taut=taut,
             closed=closed,
             hooks=tuple(hung.hooks),
-            shapes=(*self._shapes(), *hung.shapes),
+            shapes=(*self._shapes(bends), *(shape for _, _, shape in slices), *hung.shapes),
             ties=tuple(hung.ties),
             heavy=(*hung.heavy, *self._heavy(given.ropes)),
-            bends=tuple(self._bends(bodies)),
+            bends=bends,
             where=self.source.where(self.base),
         )
 
@@ -161,10 +164,30 @@ class _Assembly(Checking):
                 flexible = Flexible(x.modes, beam, frame=x.frame, damping=x.damping)
                 yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
-    def _shapes(self) -> Iterator[plan.Shape]:
+    def _slices(self, bends: tuple[Bend, ...]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
+        """Bodies without mass along each that bends: as which it is drawn and collides, but for its first part."""
+        for bend in bends:
+            given, beam = self.given.bodies[bend.body], bend.flexible.beam
+            if given.box is None or bend.body in self.given.shapes or beam is None:
+                continue
+            (x, y, z), (a, b, c) = given.com, given.box
+            for i in range(1, SLICES):
+                middle, name = x + a * ((i + 0.5) / SLICES - 0.5), f"{bend.body}~{i + 1}"
+                at = min(max(middle, beam.start), beam.start + beam.length)
+                joint = k.Joint(f"{name}.on", "fixed", bend.body, name, p_PJ=(at, 0.0, 0.0))
+                shape = plan.Shape(body=name, centre=(middle - at, y, z), size=(a / SLICES, b, c), thing=bend.body)
+                yield k.Body(name, 0.0), joint, shape
+
+    def _shapes(self, bends: tuple[Bend, ...]) -> Iterator[plan.Shape]:
+        for name in self.given.shapes:
+            self.known((*self.base, "shapes", name), name)
         for name, body in self.given.bodies.items():
-            if body.box:
-                yield plan.Shape(body=name, centre=body.com, size=body.box)
+            for drawn in self.given.shapes.get(name, ()):
+                yield plan.Shape(body=name, centre=drawn.at, size=drawn.size, part=drawn.part)
+            if body.box and name not in self.given.shapes:
+                (x, y, z), (a, b, c) = body.com, body.box
+                n = SLICES if any(bend.body == name for bend in bends) else 1
+                yield plan.Shape(body=name, centre=(x + a * (0.5 / n - 0.5), y, z), size=(a / n, b, c))
 
     def _carrying(self, system: k.System, at: kinematics.Poses) -> tuple[tuple[str, ...], tuple[str, ...]]:
         spans = {r.name: span(self, r, at) for r in system.reevings}

@@ -54,6 +54,7 @@ class _Resolver:
         self.conditions = Conditions(yard, mechanisms)
         self.condition = self.conditions.read
         self.levelling = Levelling(yard, self.conditions)
+        self.turned = ""  # the block that is
         self.rigged = {x: slings for name in yard.scene.rigging for x, slings in self._entries(name).items()}
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
@@ -161,7 +162,12 @@ class _Resolver:
             case "turn":
                 accel = phrase.ramp if isinstance(phrase.ramp, float) else phrase.speed / TURN_TIME
                 to = phrase.to or 0.0
-                return [actions.Turn(rate=phrase.speed, accel=accel, to=to, until=until, where=where)]
+                block = found[0].model
+                if self.turned not in ("", block):
+                    told = f"'{self.turned}' is turned before, and one block of a list can be: leave '{block}' as it is"
+                    self.source.fault(path, told)
+                self.turned = block
+                return [actions.Turn(block=block, rate=phrase.speed, accel=accel, to=to, until=until, where=where)]
             case "begin":
                 (lift,) = found
                 if self.yard.scene.lifts[lift.name].start != ORDERED:
@@ -182,8 +188,9 @@ class _Resolver:
             case "brake" | "release":
                 if found[0].kind in ("sling", "rope"):
                     return [actions.Unhook(sling=a.name, parted=True, where=where) for a in found]
-                locks = ((a.beam or a.model, f"{a.beam}.hinge.lock" if a.beam else a.name) for a in found)
-                return [actions.Brake(model=m, brake=b, engaged=verb.engages, where=where) for m, b in locks]
+                locks = {m.name: [latch.brake for latch in m.latches] for m in self.yard.machines}
+                brakes = ((a.beam or a.model, b) for a in found for b in (locks[a.beam] if a.beam else [a.name]))
+                return [actions.Brake(model=m, brake=b, engaged=verb.engages, where=where) for m, b in brakes]
             case "move":
                 if isinstance(phrase.ramp, phrases.SwingRamp) and found[0].kind in ("hook", "winch"):
                     self.source.fault(path, f"to {verb.name} makes nothing swing: write an acceleration behind 'ramp'")
@@ -289,9 +296,10 @@ class _Resolver:
             self.source.fault(path, f"{n} slings need {n} different lugs, not {len(set(phrase.lugs))}")
             return []
         orders: list[actions.Order] = []
-        for i in range(0, len(slings), 2):
-            pair = by_beam(list(phrase.lugs[i : i + 2]), {lug: self.lugs[lug].p[0] for lug in phrase.lugs})
-            for sling, lug in zip(slings[i : i + 2], pair, strict=True):
+        left = list(phrase.lugs)
+        for own in (self._slings_of(actor) for actor in found):
+            hooked, left = by_beam(left[: len(own)], {lug: self.lugs[lug].p[0] for lug in left}), left[len(own) :]
+            for sling, lug in zip(own, hooked, strict=True):
                 if (body := held.get(sling)) not in (None, self.lugs[lug].body):
                     self.source.fault(
                         path, f"{sling} can be hooked to lugs of {body} only, {lug} is one of another block"

@@ -20,6 +20,7 @@ from heavylift.kernel.model.checks import check_inertia
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.bending import block_body
 from heavylift.nodes.plan.mechanism import Cargo
+from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.environment import Vessel
 from heavylift.nodes.scene.keys.parts.flexible import Hull
@@ -34,11 +35,17 @@ SINGULAR = 1e-12  # singular value, relative, of stools in one line
 
 
 def block_machine(yard: Yard, base: Path) -> plan.Mechanism:
-    """A block as a machine made of parts: a body on a free joint above its stools; one that is lifted alone can be
-    turned onto its other face.  `base`: where it stands in the scene, its name last."""
+    """A block as a machine made of parts: a body on a free joint above its stools; the one of a scene, or one that its
+    list turns, can be set onto its other face.  `base`: where it stands in the scene, its name last."""
     name, alone, where = str(base[-1]), len(base) == 1, yard.source.where(base)
     block = yard.scene.block if alone else yard.scene.blocks[name]
     assert block is not None
+    turns = alone or any(
+        VERBS[phrase.verb].becomes == "turn"
+        for action in yard.scene.actions
+        for target, phrase in action.orders.items()
+        if target == name
+    )
     supports, stools = dict[str, list[Support]](), block.supports
     n, half = len(stools.at), block.size[2] / 2
     k = block.mass * yard.scene.gravity / (n * stools.settlement)
@@ -70,7 +77,7 @@ def block_machine(yard: Yard, base: Path) -> plan.Mechanism:
     system = System(
         bodies=(block_body(rigid, flexible),),
         joints=(Joint(f"{name}.free", "free", WORLD, name, q0=pose, v0=(0.0,) * 6),),
-        supports=tuple(stands + supports[UPPER] if alone else stands),
+        supports=tuple(stands + supports[UPPER] if turns else stands),
         gravity=yard.scene.gravity,
     )
     words = {lug: lug if alone else f"{name}.{lug}" for lug in block.lugs}
@@ -83,8 +90,8 @@ def block_machine(yard: Yard, base: Path) -> plan.Mechanism:
         size=block.size,
         lugs={word: block.lugs[lug] for lug, word in words.items()},
         marks=marks | {"": yard.source.where((*base, "com"))},
-        faces={s.name: face for face, of in supports.items() for s in of} if alone else {},
-        turned=0.0 if alone else None,
+        faces={s.name: face for face, of in supports.items() for s in of} if turns else {},
+        turned=0.0 if turns else None,
     )
     boxes = block.shape.slices if block.shape and block.shape.slices else [((0.0, 0.0, 0.0), block.size)]
     return plan.Mechanism(

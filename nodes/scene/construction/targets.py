@@ -73,10 +73,8 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
         for tie in yard.slings(beam):
             table[tie.rope] = (Actor("sling", beam, tie.rope, beam=beam),)
     turns = yard.cranes or any(traversing(machine, hook) for machine in mechanisms for hook in machine.hooks)
-    if yard.scene.block and turns:
-        table["block"] = (Actor("block", "block", "turn"),)
-    for name in [*(["block"] if yard.scene.block and not turns else []), *yard.scene.blocks]:
-        table[name] = (Actor("load", name, "level"),)
+    for name in yard.scene.all_blocks:
+        table[name] = (Actor("block", name, "turn") if turns else Actor("load", name, "level"),)
     for mechanism in mechanisms:
         _of_machine(table, mechanism)
     for interlock in yard.interlocks:

@@ -73,5 +73,5 @@ def parts_of(crane: schema.Crane) -> PortalParts:
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Two lugs in the order of the beam's ends, smaller u first."""
-    return sorted(lugs, key=lambda lug: u[lug])
+    """Lugs of the slings of a beam: two in the order of its ends, smaller u first."""
+    return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

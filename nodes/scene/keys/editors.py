@@ -9,11 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from heavylift.nodes.plan.spellings import RAILS
+from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS, RAILS
 from heavylift.nodes.scene.text import units as u
+from heavylift.nodes.scene.text.expressions import dimension_of
 from heavylift.nodes.scene.text.extending import SECTIONS
+from heavylift.nodes.scene.text.machine_types import machine_type
 
 from .base import Base, comments
+from .quantities import MADE
 from .schema import Scene
 
 Schema = dict[str, Any]
@@ -60,6 +63,15 @@ def json_schema() -> Schema:
         entries["additionalProperties"] = {"anyOf": [entries["additionalProperties"], ALIKE]}
     for name, key in (("Vessel", "responses"), ("Floating", "loads")):
         definitions[name]["properties"][f"{key} from"] = {"type": "string", "description": ANSWERS}
+    beams = definitions["Rig"]["properties"][BEAMS]["additionalProperties"]["anyOf"]
+    beam = definitions[beams[0]["$ref"].rpartition("/")[2]]
+    beam["required"] = [key for key in beam["required"] if key not in MADE]
+    own = {key: value for key, value in beam["properties"].items() if key not in MADE}
+    for key, text in machine_type(BEAM_TYPE, frame=True).parameters.items():
+        if kind := dimension_of(text):
+            own[key] = {"type": ["string", "number"], "dimension": kind.name, "default": text}
+    beam["properties"] = own
+    beam["additionalProperties"] = {"description": "a parameter of another type"}
     block = definitions["Block"]
     for key, meaning in TABLES.items():
         block["properties"][key] = {"type": "string", "description": meaning}

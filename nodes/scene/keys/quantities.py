@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, get_args, get_origin
 
+from heavylift.nodes.scene.text.expressions import dimension_of, value_of
 from heavylift.nodes.scene.text.source import Fault, Path
 from heavylift.nodes.scene.text.uncertainty import Stated, standard
 from heavylift.nodes.scene.text.units import Quantity
@@ -12,6 +13,7 @@ from pydantic import BaseModel
 
 from .base import written
 
+MADE = "parts", "parameters"  # keys that types write
 Kind = Any  # annotation of a key, with its metadata
 
 
@@ -19,12 +21,20 @@ def below(at: object, kind: Kind) -> dict[str | int, tuple[object, Kind]]:
     """Value and annotation of all that is in a part of a scene, by key or number."""
     if isinstance(at, BaseModel):
         fields = type(at).model_fields.items()
-        return {f.alias or written(name): (getattr(at, name), (f.annotation, *f.metadata)) for name, f in fields}
+        found = {f.alias or written(name): (getattr(at, name), (f.annotation, *f.metadata)) for name, f in fields}
+        return {key: x for key, x in found.items() if key not in MADE} | _parameters(at)
     if isinstance(at, Mapping):
         return {str(key): (value, kind) for key, value in at.items()}
     if isinstance(at, list | tuple):
         return {i: (value, _element(kind, len(at), i)) for i, value in enumerate(at)}
     return {}
+
+
+def _parameters(at: BaseModel) -> dict[str | int, tuple[object, Kind]]:
+    """Those of a type that are quantities."""
+    texts = getattr(at, "parameters", {}).items()
+    found = [(key, value_of(text), dimension_of(text)) for key, text in texts]
+    return {key: (value.number, Quantity(kind)) for key, value, kind in found if value and kind}
 
 
 def quantity(kind: Kind) -> Quantity | None:

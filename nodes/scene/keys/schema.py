@@ -1,7 +1,7 @@
 """The keys of a scene file, as frozen pydantic models: every key, its unit, its default.
 
 A key of several words is written with blanks in YAML (`upper trolley: 60.4 m`) and with underscores in
-Python. Defaults of a crane and a beam are those of a credible 900 t yard; a scene overrides them with its own.
+Python. Defaults of a crane are those of a credible 900 t yard; a scene overrides them with its own.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import OF_TENSIONS, USUAL, Asked
-from heavylift.nodes.plan.spellings import BEAMS
+from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
@@ -22,7 +22,7 @@ from .described import keys_of
 from .environment import Floor, Obstacle, Vessel, Waves, Wind
 from .nodes import OwnModel, Process
 from .parts.flexible import Hull, Mode
-from .parts.machines import Machine, PartName, PortalParts
+from .parts.machines import FrameParts, Machine, PartName, PortalParts
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
 from .parts.rigging import Edge, Rigging, SlingType
 
@@ -168,27 +168,19 @@ class Block(Base):
 
 
 class Beam(Base):
-    """A lifting beam on a hook, on a hinge below its block, and the two slings from it."""
+    """A frame on a hook, such as a lifting beam on a hinge below the hook block, and the slings from it.
 
+    What else is written are parameters of its type."""
+
+    type: str = BEAM_TYPE  # a bundled one, or a file of yours
     hook: str  # "west H1"
     sling: u.Extent
-    lugs: tuple[str, str] | None = None  # hooked at the start
+    lugs: Annotated[list[str], Field(min_length=1)] | None = None  # hooked at the start, one for each sling
     over_edges: list[str] = Field(default_factory=list)  # that its slings bend over where they meet them
     rope: u.Extent | None = None  # unstretched rope length at the start; left out: the rig's slack
-    upper_mass: u.Mass = u.MASS.read("10 t")  # besides the hook block
-    lower_mass: u.Mass = u.MASS.read("10 t")
-    height: u.Extent = u.LENGTH.read("3 m")  # hook eye to beam underside
-    hinge: u.Extent = u.LENGTH.read("2 m")  # below the hook eye
-    beam: u.Extent = u.LENGTH.read("4 m")  # between the slings
-    falls_apart: u.Extent = u.LENGTH.read("2 m")  # gives the yaw stiffness T b2 / 4L
-    hinge_damping: u.TurnDamping = 1e5  # assumed
-    stop: u.Swing = u.ANGLE.read("30 deg")  # +- this
-    stop_stiffness: u.TurnStiffness = 1e7
-    stop_damping: u.TurnDamping = 1e5  # assumed
-    lock_moment: u.Moment = 2e5
-    lock_stiffness: u.TurnStiffness = 1e7
-    lock_damping: u.TurnDamping = 2e5  # assumed
     capacity: u.Mass = u.MASS.read("300 t")  # of its slings
+    parts: FrameParts  # made by the type, as all below; not to be written
+    parameters: dict[str, Any]
 
 
 class RopeLimit(Base):

@@ -20,7 +20,7 @@ from functools import cache
 
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 
-from .units import DIMENSIONS, NUMBER
+from .units import DIMENSIONS, NUMBER, Dimension
 
 Exponents = tuple[int, int, int, int]  # of kg, m, s, rad
 PLAIN: Exponents = (0, 0, 0, 0)
@@ -74,6 +74,12 @@ def value_of(text: object) -> Value | None:
         return None
     number = float(found[1]) if not found[2] else known.number(text)
     return Value(number, _exponents(found[2]))
+
+
+def dimension_of(text: object) -> Dimension | None:
+    """What a quantity as a scene writes it measures; None for anything else."""
+    found = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", str(text))
+    return next((d for d in DIMENSIONS if found and found[1] in d.units), None)
 
 
 def shown_as(value: Value) -> str | float:

@@ -1,8 +1,9 @@
 """Machine types as data: a file of bodies, joints, drives and hooks over parameters that a scene may override.
 
     gather(source)     reads the type files of the scene's own folder into its data, below `types`
-    expand(source)     replaces each crane of a scene by what its type makes of the parameters, below `machines`
-    library()          the type files that come with heavylift, by name
+    expand(source)     replaces each crane of a scene by what its type makes of the parameters, below `machines`, and
+                       gives each frame on a hook its parts
+    library(), frames()  the type files that come with heavylift, by name
 
 A value that begins with `=` is arithmetic over parameters (`expressions`); it becomes a quantity with its unit of SI.
 Names of parts get the name of the crane in front: `boom` of `west` is `west.boom`.  Marks stay where they were, so that
@@ -15,8 +16,8 @@ from functools import lru_cache
 from pathlib import Path as FilePath
 
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import RAILS
-from heavylift.nodes.scenes import types_folder
+from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS, RAILS
+from heavylift.nodes.scenes import frames_folder, types_folder
 
 from .faults import closest, raise_faults
 from .files import content, within
@@ -31,10 +32,15 @@ def library() -> dict[str, FilePath]:
     return {path.stem: path for path in sorted(types_folder().glob("*.yaml"))}
 
 
+def frames() -> dict[str, FilePath]:
+    """The type files of frames, likewise."""
+    return {path.stem: path for path in sorted(frames_folder().glob("*.yaml"))}
+
+
 @lru_cache(maxsize=64)
-def machine_type(name: str) -> MachineType:
-    """A type of the library; raises SceneError for one that is none."""
-    known = library()
+def machine_type(name: str, frame: bool = False) -> MachineType:
+    """A type of the library, of a crane or a frame; raises SceneError for one that is none."""
+    known = frames() if frame else library()
     if name not in known:
         raise SceneError(f"there is no machine type '{name}': {closest(name, known)}")
     source = read(content(known[name]).decode(), f"{name}.yaml")
@@ -46,7 +52,7 @@ def gather(source: Source) -> None:
     """Type files that a scene names by path, read into its data with their marks."""
     own = source.data.get("types")
     types = dict(own) if isinstance(own, dict) else {}
-    named = {str(crane.get("type")) for _, crane in _cranes(source)}
+    named = {str(entry.get("type")): at for at, entry in reversed([*_cranes(source), *_frames(source)])}
     found = sorted(name for name in named if name.endswith((".yaml", ".yml")))
     for name in found:
         if name in types:
@@ -55,8 +61,7 @@ def gather(source: Source) -> None:
             text = content(within(source.root, source.root / name)).decode("utf-8")
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else str(error)
-            crane = next(crane for crane, data in _cranes(source) if data.get("type") == name)
-            source.fault(("cranes", crane, "type"), f"the type file '{name}' cannot be read: {reason}")
+            source.fault((*named[name], "type"), f"the type file '{name}' cannot be read: {reason}")
             continue
         inner = read(text, str(source.root / name))
         source.faults += inner.faults
@@ -77,25 +82,33 @@ def expand(source: Source) -> bool:
     inline = own if isinstance(own, dict) else {}
     if inline is not own:
         source.fault(("types",), "a mapping of names to types is needed here")
-    for name, crane in _cranes(source):
-        word = crane.get("type")
+    for at, entry in [*_cranes(source), *_frames(source)]:
+        frame = at[0] != "cranes"
+        word = entry.setdefault("type", BEAM_TYPE) if frame else entry.get("type")
         if not isinstance(word, str):
+            if frame:
+                source.fault((*at, "type"), "the name of a type is needed here, or of a file of one")
+                computed = False
             continue
         try:
-            kind = _inline(source, word, inline[word]) if word in inline else machine_type(word)
+            kind = _inline(source, word, inline[word]) if word in inline else machine_type(word, frame)
         except SceneError:
-            source.fault(("cranes", name, "type"), f"'{word}' is not known here", closest(word, [*library(), *inline]))
-            if not word.startswith(RAILS):  # of which the other keys are known
-                del source.data["cranes"][name]  # type: ignore[union-attr, arg-type]
+            known = frames() if frame else library()
+            source.fault((*at, "type"), f"'{word}' is not known here", closest(word, [*known, *inline]))
+            if frame or not word.startswith(RAILS):  # of which the other keys are known
+                del source.at(at[:-1])[at[-1]]  # type: ignore[union-attr, arg-type]
             continue
-        if kind.data.get("machine type") != VERSION:
-            told = f"'{word}' is no machine type: it begins with 'machine type: {VERSION}'"
-            source.fault(("cranes", name, "type"), told)
+        header = "frame type" if frame else "machine type"
+        if kind.data.get(header) != VERSION:
+            told = f"'{word}' is no {header}: it begins with '{header}: {VERSION}'"
+            source.fault((*at, "type"), told)
             computed = False
             continue
-        expansion = Expansion(source, name, crane, kind)
-        if kind.data.get("family") == RAILS:
-            expansion.lay_under(crane)
+        expansion = Expansion(source, at, entry, kind)
+        if frame:
+            expansion.attach(entry)
+        elif kind.data.get("family") == RAILS:
+            expansion.lay_under(entry)
         else:
             expansion.run()
         computed &= expansion.computed
@@ -111,6 +124,12 @@ def _inline(source: Source, name: str, data: Data) -> MachineType:
     return MachineType(name, Source(name, data if isinstance(data, dict) else {}, keys, values))
 
 
-def _cranes(source: Source) -> list[tuple[str, dict[str, Data]]]:
+def _cranes(source: Source) -> list[tuple[Path, dict[str, Data]]]:
     cranes = source.data.get("cranes")
-    return [(n, c) for n, c in cranes.items() if isinstance(c, dict)] if isinstance(cranes, dict) else []
+    return [(("cranes", n), c) for n, c in cranes.items() if isinstance(c, dict)] if isinstance(cranes, dict) else []
+
+
+def _frames(source: Source) -> list[tuple[Path, dict[str, Data]]]:
+    rig = source.data.get("rig")
+    beams = rig.get(BEAMS) if isinstance(rig, dict) else None
+    return [(("rig", BEAMS, n), b) for n, b in beams.items() if isinstance(b, dict)] if isinstance(beams, dict) else []

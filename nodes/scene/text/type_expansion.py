@@ -1,4 +1,4 @@
-"""One crane made of the parts of its type: parameters put in, arithmetic done, names with the crane's in front."""
+"""One crane or frame made of the parts of its type: parameters put in, arithmetic done, names with its own in front."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from .expressions import ExpressionError, Value, evaluated, shown_as, value_of
 from .faults import closest
 from .source import Data, Path, Source
 
-HEADER = {"machine type", "family", "name", "about", "capacity", "source", "parameters", "interlocks"}
+HEADER = {"machine type", "frame type", "family", "name", "about", "capacity", "source", "parameters", "interlocks"}
 NAMED = (  # sections whose keys are names of parts
     *("bodies", "joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts"),
-    *("hooks", "elastic"),
+    *("hooks", "elastic", "shapes"),
 )
 BODIES, JOINTS = ("parent", "child", "body", "on", "radius from"), ("joint",)  # keys whose values name a body, a joint
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -42,10 +42,11 @@ class MachineType:
 
 
 class Expansion:
-    """One crane and its type."""
+    """One crane or frame, which stands `at` a place of the scene, and its type."""
 
-    def __init__(self, source: Source, name: str, crane: Mapping[str, Data], kind: MachineType) -> None:
-        self.source, self.name, self.kind = source, name, kind
+    def __init__(self, source: Source, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
+        self.source, self.at, self.name, self.kind = source, at, str(at[-1]), kind
+        name = self.name
         self.given = {key: value for key, value in crane.items() if key != "type"}
         self.base: Path = ("machines", name)
         self.prefix = f"{name}."
@@ -58,16 +59,11 @@ class Expansion:
     def run(self) -> None:
         """The machine, below `machines` of the scene's data."""
         known = self.kind.parameters
-        for key, value in self.given.items():
+        for key in self.given:
             if key not in known:
                 message = f"the type {self.kind.name} has no parameter '{key}'"
                 self.source.fault(("cranes", self.name, key), message, closest(key, known), on_key=True)
-            elif not _fits(value, known[key]):
-                told = f"'{value}' does not fit"
-                self.source.fault(("cranes", self.name, key), told, f"in the type: {known[key]}")
-        self.given = {key: x for key, x in self.given.items() if key in known and _fits(x, known[key])}
-        local = {section: self._names(section) for section in NAMED}
-        self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}
+        self._local()
         keys, values = (
             {path: mark for path, mark in marks.items() if path[:2] == self.base and len(path) > 2}
             for marks in (self.source.keys, self.source.values)
@@ -83,6 +79,33 @@ class Expansion:
         del cranes[self.name]
         self.source.keys[self.base] = self.source.mark(("cranes", self.name), on_key=True)
         self.source.values[self.base] = self.source.mark(("cranes", self.name))
+
+    def attach(self, entry: dict[str, Data]) -> None:
+        """Parts of a frame in its entry, and its parameters, whether written there or not."""
+        self.base = (*self.at, "parts")
+        self._unmade(entry)
+        self.given = {key.replace("_", " "): x for key, x in self.given.items()}  # Python's names are keys, too
+        known = self.kind.parameters
+        for key in [key for key in entry if key.replace("_", " ") in known]:
+            del entry[key]
+        entry["parameters"] = {**known, **{key: x for key, x in self.given.items() if key in known}}
+        self._local()
+        entry["parts"] = self._sections()
+
+    def _unmade(self, entry: Mapping[str, Data]) -> None:
+        """Nobody writes what the type makes."""
+        for key in (key for key in ("parameters", "parts") if key in entry):
+            self.source.fault((*self.at, key), f"unknown key '{key}'", on_key=True)
+
+    def _local(self) -> None:
+        """What is given of the parameters, if it fits; names of bodies and joints."""
+        known = self.kind.parameters
+        for key, value in self.given.items():
+            if key in known and not _fits(value, known[key]):
+                self.source.fault((*self.at, key), f"'{value}' does not fit", f"in the type: {known[key]}")
+        self.given = {key: x for key, x in self.given.items() if key in known and _fits(x, known[key])}
+        local = {section: self._names(section) for section in NAMED}
+        self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}
 
     def _laid(self, made: Data, given: Data, path: Path) -> Data:
         """What a scene writes of the crane's parts, over what the type makes of them."""
@@ -100,8 +123,7 @@ class Expansion:
         """Parameters of the type of a crane on rails and what it makes of them, below the keys of the crane."""
         self.base, self.prefix = ("cranes", self.name, "parts"), ""
         theirs = self.kind.parameters
-        for key in {"parameters", "parts"} & {*crane}:
-            self.source.fault(("cranes", self.name, key), f"unknown key '{key}'", on_key=True)
+        self._unmade(crane)
         written = {key.replace("_", " "): value for key, value in self.given.items()}  # Python's names are keys, too
         self.given = {key: x for key, x in written.items() if key in theirs and _alike(x, theirs[key])}
         crane["parts"] = self._sections()
@@ -164,7 +186,8 @@ class Expansion:
             return shown_as(evaluated(text[1:], self._parameter))
         except ExpressionError as error:
             blank = len(text[1:]) - len(text[1:].lstrip())
-            own = f"in the crane '{self.name}' of type {self.kind.name}"
+            what = "crane" if self.at[0] == "cranes" else "frame"
+            own = f"in the {what} '{self.name}' of type {self.kind.name}"
             column = 1 + max(error.column, blank)
             self.source.fault((*self.base, *to), str(error), own, column=column)
             self.computed = False

@@ -31,8 +31,10 @@ def test_loaders_differ_in_hook_and_lugs_alone() -> None:
     for text in (like, whole):
         heavier = parse(text, overrides=["rig.loaders.loader-1.upper mass=14 t"], passing=True).scene.rig
         assert heavier is not None
-        assert heavier.beams["loader-1"].upper_mass == 14e3
-        assert (heavier.beams["loader-3"].upper_mass == 14e3) is (text is like), "what is like it follows"
+        assert heavier.beams["loader-1"].parameters["upper mass"] == "14 t"
+        assert (heavier.beams["loader-3"].parameters["upper mass"] == "14 t") is (text is like), (
+            "what is like it follows"
+        )
 
 
 def test_slings_keep_what_is_below_a_key() -> None:

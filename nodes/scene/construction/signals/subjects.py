@@ -40,7 +40,7 @@ class Subjects:
         self.points |= {body.name: (m.name, Point(body.name)) for m in mechanisms for body in m.system.bodies}
         of = self.ropes
         self.points |= {name: (of[x.rope], x.eye) for name, x in self.hooks.items() if name not in self.points}
-        self.points |= {beam: (beam, Point(f"{beam}.upper")) for beam in yard.hooks}
+        self.points |= {beam: (beam, self.hooks[beam].eye) for beam in yard.hooks if beam in self.hooks}
         bent = {rope.name for m in machines for rope in m.system.reevings}
         self.straight = [rope for rope in self.ropes if rope not in bent]
         self.boxes = _boxes(yard, mechanisms)

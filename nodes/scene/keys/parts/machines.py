@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from heavylift.nodes.scene.keys.base import Base, Name, Place, part_name
+from heavylift.nodes.scene.keys.base import Base, End, Name, Place, part_name
 from heavylift.nodes.scene.text import units as u
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 
 from .mechanics import Parts
 
@@ -62,3 +62,18 @@ class PortalParts(Base):
 
 class Machine(Parts[PartName]):
     """A machine as its type makes it: a mechanism whose parts have its name in front."""
+
+
+class Eye(Base):
+    """Where a frame hangs: the falls of a hook hold the origin of a body, so far apart along its x."""
+
+    body: str
+    apart: u.Extent
+
+
+class FrameParts(Parts[PartName]):
+    """What the type of a frame on a hook makes of its parameters."""
+
+    eye: Eye
+    slings: Annotated[list[End], Field(min_length=1)]  # where they hang
+    locked_while_empty: list[str] = Field(default_factory=list)  # brakes

@@ -225,6 +225,14 @@ class Hook(Base):
         return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0))).chart
 
 
+class Drawn(Base):
+    """A box as which a body is drawn and collides, instead of its `box`: its middle and edges."""
+
+    at: Place = (0.0, 0.0, 0.0)
+    size: tuple[u.Extent, u.Extent, u.Extent]
+    part: str = ""  # what of it that is
+
+
 class Parts(Base, Generic[PartKey]):
     """Bodies, joints and laws by their names."""
 
@@ -242,6 +250,7 @@ class Parts(Base, Generic[PartKey]):
     contacts: dict[PartKey, Contact] = Field(default_factory=dict)
     hooks: dict[PartKey, Hook] = Field(default_factory=dict)
     elastic: dict[PartKey, Elastic] = Field(default_factory=dict)  # bodies
+    shapes: dict[PartKey, list[Drawn]] = Field(default_factory=dict)  # bodies
 
     @property
     def laws(self) -> dict[str, dict[PartKey, Any]]:
