@@ -17,10 +17,11 @@ from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import Line, System
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.model.quantities import names, numbers, points, scalar
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.limit import STANDING, Limit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 
+from .ground import stood
 from .named import KINDS, LOADS, signal_of
 from .reeving import drum_end_factor, lead_factor
 from .rope_signals import EMPTY, carries, hooks_of, place, rope_direction, rope_length, rope_of, tie_of
@@ -231,6 +232,12 @@ def _along(plan: Plan, signals: Signals, body: str, axis: int) -> Column | None:
     return signals.poses[body][0][:, axis] - origin
 
 
+def _stood(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """What a machine presses on the ground, and how near it is to tipping."""
+    values = stood(plan, limit, signals)
+    return None if values is None else Reading(values)
+
+
 # air
 
 
@@ -285,6 +292,7 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "rails": _coordinate(ALONG),
     "girder": _coordinate(ACROSS),
     "wind": _wind,
+    **dict.fromkeys(STANDING, _stood),
 }
 
 

@@ -48,7 +48,11 @@ Quantity: TypeAlias = Literal[
     "clearance",
     "wind",
     "signal",
+    "ground pressure",
+    "wheel load",
+    "uplift",
 ]
+STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
 Severity = Literal["red", "warning", "note"]
 State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a check, worst first
 

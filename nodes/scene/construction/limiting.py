@@ -18,6 +18,7 @@ from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
+from .environment.footings import standing_limits, wind_limits
 from .rigging.ratings import bridle_limit, hook_limits, lug_limits, rigging_limits, sling_limits, tandem_limits
 from .yard import LEVELS, LOWER, UPPER, Yard
 
@@ -47,13 +48,11 @@ def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[L
             subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
         )
     winds = tuple(f.name for m in mechanisms for f in m.system.forces if isinstance(f, Wind))
-    if yard.cranes or winds or limits.wind is not None:
-        by = "the scene" if limits.wind is not None else ""
-        note = "" if winds and by else "give it under 'limits: {wind: ...}'" if winds else "no wind is modelled"
-        yield Limit(
-            subject="all", quantity="wind", unit="m/s", value=limits.wind, elements=winds, source=by, note=note,
-            where=where,
-        )  # fmt: skip
+    lifting = [machine for machine in (*yard.machines, *mechanisms) if machine.hooks]
+    if lifting or winds or limits.wind is not None:
+        yield from wind_limits(yard, lifting, winds)
+    for machine in lifting:
+        yield from standing_limits(yard, machine)
 
 
 def _supports(yard: Yard) -> Iterator[Limit]:

@@ -25,6 +25,7 @@ from .parts.flexible import Hull, Mode
 from .parts.machines import Machine, PartName, PortalParts
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
 from .parts.rigging import Edge, Rigging, SlingType
+from .parts.standing import Ground
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -272,6 +273,7 @@ class Scene(Base):
     wind: Wind | None = None
     waves: Waves | None = None
     floor: Floor | None = None
+    ground: Ground = Ground()
     obstacles: dict[Name, Obstacle] = Field(default_factory=dict)
     vessels: dict[Name, Vessel] = Field(default_factory=dict)
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them

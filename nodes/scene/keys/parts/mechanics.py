@@ -24,6 +24,7 @@ from .contacts import Contact
 from .flexible import Beam, Elastic, Matrices
 from .forces import Force as ForceElement
 from .joints import ENDS, Joint, Range
+from .standing import Stands
 
 
 def _shape(given: object) -> str:
@@ -239,6 +240,8 @@ class Parts(Base, Generic[PartKey]):
     contacts: dict[PartKey, Contact] = Field(default_factory=dict)
     hooks: dict[PartKey, Hook] = Field(default_factory=dict)
     elastic: dict[PartKey, Elastic] = Field(default_factory=dict)  # bodies
+    stands: Stands | None = None  # on what; left out: no pressure is judged
+    wind: u.Speed | None = None  # up to which it works; left out: that of the scene's limits
 
     @property
     def laws(self) -> dict[str, dict[PartKey, Any]]:
