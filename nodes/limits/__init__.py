@@ -19,6 +19,7 @@ standards, reeving, sharing  factors of standards; parts of a reeved rope; share
 ground                       what machines press on the ground: tracks, outriggers, wheels
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked
+reach                        radius and use of charts in each stage
 telling, sentences           uses in words; the sentence of each quantity
 
 Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.

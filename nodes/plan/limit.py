@@ -170,6 +170,24 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     unit: str = ""
 
 
+class Reach(msgspec.Struct, frozen=True, kw_only=True):
+    """At which radius [m] what hung on a hook [kg], what its chart allows there [kg], and when [s]: as a stage begins
+    with a load, where it uses most of the chart, and as it ends."""
+
+    hook: str
+    stage: str
+    when: str = ""
+    t: float
+    radius: float
+    load: float
+    capacity: float
+
+    @property
+    def use(self) -> float:
+        """1 at the chart, infinite beyond its last radius."""
+        return self.load / self.capacity if self.capacity else inf
+
+
 class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """One row of the list that a planner signs: a quantity of a subject, its worst value and limit [unit], the error of
     the value [unit] (None: unknown), and a state; which `amber` it is stands in `why`.
