@@ -8,10 +8,11 @@ import msgspec
 import numpy as np
 from heavylift.nodes.plan.limit import Limit, Reach
 from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.statics.state import StaticState
 
 from .reading import axis_of, read
 from .sentences import percent
-from .signals import Signals
+from .signals import Signals, signals_of
 from .telling import clock
 
 REACH = ("stage", "hook", "", "at", "radius [m]", "load [t]", "chart [t]", "used")
@@ -38,6 +39,11 @@ class Reached:
                 load, t = reading.exact
                 self._add(limit, signals, t, float(np.interp(t, signals.t, radii)), load, None)
         return signals
+
+    def see_path(self, states: Sequence[StaticState]) -> tuple[Reach, ...]:
+        """All of a path at rest."""
+        self.see(signals_of(states))
+        return self.found
 
     def _add(self, limit: Limit, signals: Signals, t: float, radius: float, load: float, k: int | None) -> None:
         stage = signals.stage_at(t, k)

@@ -78,7 +78,7 @@ def _ropes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     for name in (name for name in free if name not in {*yard.scene.limits.ropes, *rigged, *hooks}):
         where = yard.source.where(("mechanism", "ropes", name))
         note = "give it under 'limits: {ropes: ...}'"
-        yield Limit(subject=name, quantity="rope tension", unit="N", note=note, where=where)
+        yield Limit(subject=name, quantity="rope tension", unit="N", elements=(name,), note=note, where=where)
     known = [*yard.ropes, *(tie.rope for tie in yard.slings()), *free]
     for name, given in yard.scene.limits.ropes.items():
         path: Path = ("limits", "ropes", name)

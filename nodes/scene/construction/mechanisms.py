@@ -15,7 +15,6 @@ from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.action_preview import at_rest
 
 from .beams import spare_hooks, with_hooks
-from .environment.footings import check_mats, with_mats
 from .environment.obstacles import obstacles_machine
 from .environment.vessels import afloat, check_decks, vessel_machine
 from .mechanism import build_mechanism
@@ -37,7 +36,6 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     if not bases and scene.wind is None and not (scene.rigging or scene.blocks or scene.vessels or fixed):
         return ()
     check_decks(yard)
-    check_mats(yard, [*scene.machines])
     if lift.machines:
         raise_faults(source, source.faults)
     held = msgspec.structs.replace(at_rest(lift).fidelity, locked=lift.fidelity.locked)
@@ -62,8 +60,7 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     if source.faults:
         return tuple(built)
     for base, given in bases.items():
-        made = build_mechanism(source, given, scene.gravity, around, base, tree, scene.edges)
-        built.append(with_mats(yard, made))
+        built.append(build_mechanism(source, given, scene.gravity, around, base, tree, scene.edges))
         if source.faults:
             return tuple(built)  # what others name of it is not known
         around = merge([around, built[-1].system], scene.gravity)

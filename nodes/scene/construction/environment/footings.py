@@ -1,8 +1,8 @@
-"""What machines stand on, as parts of the plan, and what the ground below them may bear."""
+"""What machines stand on and how they are set up, as parts of the plan; what the ground may bear; their wind."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 import msgspec
@@ -11,10 +11,11 @@ from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.parts.machines import PortalParts
-from heavylift.nodes.scene.keys.parts.mechanics import Parts
+from heavylift.nodes.scene.keys.parts.mechanics import Hook, Parts
 from heavylift.nodes.scene.keys.parts.standing import Stands
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.units import LENGTH, MASS
 
 STATICS = "statics of a rigid base"
 LEFT_OUT = "inertia of the machine and wind on it are not in it"
@@ -41,29 +42,44 @@ def footing_of(
     return None
 
 
-def with_mats(yard: Yard, machine: Mechanism) -> Mechanism:
-    """The machine on the mats that the scene lays below its tracks or outriggers."""
-    mats = yard.scene.ground.mats.get(machine.name)
-    if mats is None:
-        return machine
-    path: Path = ("ground", "mats", machine.name)
-    footing = machine.footing
-    if footing is None or footing.kind == "wheels":
+def set_up(yard: Yard, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
+    """The machines on the mats that the scene lays below their tracks or outriggers, with how they are set up."""
+    names = [machine.name for machine in machines if machine.hooks]
+    for name in (name for name in yard.scene.ground.mats if name not in names):
+        yard.source.fault(("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True)
+    return tuple(_set_up(yard, machine) if machine.hooks else machine for machine in machines)
+
+
+def _set_up(yard: Yard, machine: Mechanism) -> Mechanism:
+    footing, mats, path = machine.footing, yard.scene.ground.mats.get(machine.name), ("ground", "mats", machine.name)
+    if mats and (footing is None or footing.kind == "wheels"):
         yard.source.fault(path, f"'{machine.name}' stands on no tracks and no outriggers", on_key=True)
-        return machine
-    least = footing.each * (footing.length if footing.kind == "tracks" else 1.0)
-    if mats.area < least:
-        yard.source.fault((*path, "area"), f"mats are not smaller than what stands on each of them, {least:g} m2")
-    return msgspec.structs.replace(machine, footing=msgspec.structs.replace(footing, mat=(mats.area, mats.mass)))
+    elif mats and footing:
+        least = footing.each * (footing.length if footing.kind == "tracks" else 1.0)
+        if mats.area < least:
+            yard.source.fault((*path, "area"), f"mats are not smaller than what stands on each of them, {least:g} m2")
+        footing = msgspec.structs.replace(footing, mat=(mats.area, mats.mass))
+    machine = msgspec.structs.replace(machine, footing=footing)
+    return msgspec.structs.replace(machine, configuration=_configuration(machine, _parts(yard, machine)))
 
 
-def check_mats(yard: Yard, names: Collection[str]) -> None:
-    """Mats lie below machines that exist."""
-    for name in yard.scene.ground.mats:
-        if name not in names:
-            yard.source.fault(
-                ("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True
-            )
+def _configuration(machine: Mechanism, given: Parts[Any] | PortalParts | None) -> dict[str, str]:
+    """What its type says, booms, counterweights and bases of charts, falls, base, mats."""
+    found, hooks = dict[str, str](), dict[str, Hook]()
+    if isinstance(given, Parts):
+        found, hooks = {key: str(value) for key, value in given.configuration.items()}, dict(given.hooks)
+    for name, hook in hooks.items():
+        of = "" if len(hooks) == 1 else f" of {name.rpartition('.')[2]}"
+        for key, size in (("boom", LENGTH), ("counterweight", MASS), ("outriggers", LENGTH)):
+            if (value := getattr(hook, key)) is not None:
+                found.setdefault(f"{key}{of}", size.show(value))
+    falls = {hook.rope.rpartition(".")[2]: str(hook.falls) for hook in machine.hooks}
+    same = len({*falls.values()}) == 1
+    found |= {"falls": next(iter(falls.values()))} if same else {f"falls of {name}": n for name, n in falls.items()}
+    if x := machine.footing:
+        found["base"] = f"{x.kind} {LENGTH.show(x.length)} long, {LENGTH.show(x.width)} apart"
+        found |= {"mats": f"{x.mat[0]:g} m2 each"} if x.mat else {}
+    return found
 
 
 def standing_limits(yard: Yard, machine: Mechanism) -> Iterator[Limit]:
