@@ -115,6 +115,8 @@ def _bending(bench: Bench) -> None:
 
 def _conduct(bench: Bench) -> None:
     """Whether it went as the action list means it."""
+    tripped = {name for _, name, _ in bench.conduct.tripped}
+    bench.uses = [x for x in bench.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
     told = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in bench.uses if use.beyond}
     bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 

@@ -17,7 +17,7 @@ from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import Line, System
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.model.quantities import names, numbers, points, scalar
-from heavylift.nodes.plan.limit import STANDING, Limit
+from heavylift.nodes.plan.limit import STANDING, TOUCHING, Limit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 
@@ -25,6 +25,7 @@ from .ground import stood
 from .named import KINDS, LOADS, signal_of
 from .reeving import drum_end_factor, lead_factor
 from .rope_signals import EMPTY, carries, hooks_of, place, rope_direction, rope_length, rope_of, tie_of
+from .sharing import touch_speed
 from .signals import Column, Signals
 
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
@@ -232,9 +233,9 @@ def _along(plan: Plan, signals: Signals, body: str, axis: int) -> Column | None:
     return signals.poses[body][0][:, axis] - origin
 
 
-def _stood(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """What a machine presses on the ground, and how near it is to tipping."""
-    values = stood(plan, limit, signals)
+def _column(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """What other modules read: pressure on the ground, speed at lift-off and landing."""
+    values = COLUMNS[limit.quantity](plan, limit, signals)
     return None if values is None else Reading(values)
 
 
@@ -275,8 +276,12 @@ def _strongest(winds: list[forces.Signal], t: Column) -> Column:
     return np.asarray(np.max(speeds, axis=0))
 
 
+COLUMNS: dict[str, Callable[[Plan, Limit, Signals], Column | None]] = {
+    **dict.fromkeys(STANDING, stood),
+    **dict.fromkeys(TOUCHING, touch_speed),
+}
 READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
-    **dict.fromkeys(("signal", *KINDS), _named),
+    **dict.fromkeys(("signal", "interlock", *KINDS), _named),
     **dict.fromkeys(LOADS, _load),
     "lug load": _lug_load,
     "support load": _support,
@@ -292,7 +297,7 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "rails": _coordinate(ALONG),
     "girder": _coordinate(ACROSS),
     "wind": _wind,
-    **dict.fromkeys(STANDING, _stood),
+    **dict.fromkeys(COLUMNS, _column),
 }
 
 

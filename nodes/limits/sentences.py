@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees
 
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import TOUCHING, Limit, Use
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 
 NOISE = {
@@ -48,8 +48,10 @@ def shown(limit: Limit, value: float | None) -> str:
             return f"{degrees(value):.2f} deg"
         case "m":
             return f"{value:.2f} m"
-        case "" if limit.quantity in ("signal", "uplift"):
+        case "" if limit.quantity in ("signal", "uplift", "interlock"):
             return percent(value)
+    if limit.quantity in TOUCHING:
+        return f"{60.0 * value:.3g} m/min"
     return f"{value:.2f} {limit.unit}".strip()
 
 
@@ -186,6 +188,18 @@ def _pressed(use: Use, ran: bool) -> str:
     return f"{told}, {shown(use.limit, bound(use))} are allowed"
 
 
+def _touches(use: Use, ran: bool) -> str:
+    verb = "moved" if ran else "would move"
+    told = f"hooks {verb} with {shown(use.limit, use.value)} as {use.limit.subject} lifts off or lands"
+    return f"{told}, up to {shown(use.limit, bound(use))} is allowed ({use.limit.source})"
+
+
+def _trips(use: Use, ran: bool) -> str:
+    verb = "came" if ran else "would come"
+    told = f"the interlock {use.limit.subject} {verb} to {shown(use.limit, use.value)}"
+    return f"{told}, it trips at {shown(use.limit, bound(use))}"
+
+
 def _lifted(use: Use, ran: bool) -> str:
     verb = "came" if ran else "would come"
     return f"{use.limit.subject} {verb} {shown(use.limit, use.value)} of the way to where it tips ({use.limit.note})"
@@ -225,6 +239,8 @@ WORDS: dict[str, Words] = {
     "girder": Words("end", _ends("girder", "y"), refused=True),
     "wind": Words("wind", _blown),
     "signal": Words("signal", _measured),
+    "interlock": Words("interlock", _trips),
+    **dict.fromkeys(TOUCHING, Words("speed", _touches)),
     "ground pressure": Words("ground", _pressed),
     "wheel load": Words("overload", _carries(lambda corner: f"a wheel at {corner}")),
     "uplift": Words("uplift", _lifted),

@@ -48,11 +48,15 @@ Quantity: TypeAlias = Literal[
     "clearance",
     "wind",
     "signal",
+    "interlock",
+    "lift-off speed",
+    "landing speed",
     "ground pressure",
     "wheel load",
     "uplift",
 ]
 STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
+TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 Severity = Literal["red", "warning", "note"]
 State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a check, worst first
 

@@ -11,7 +11,7 @@ from heavylift.kernel.description.forces import Wind
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.limit import TOUCHING, Limit, Quantity
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
@@ -28,7 +28,13 @@ def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limi
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
     rows += [row for crane in yard.cranes for row in rigging_limits(yard, crane)]
     rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
-    rows += [*tandem_limits(yard, [*yard.machines, *mechanisms]), *_rig(yard), *lug_limits(yard), *_supports(yard)]
+    lifting = any(machine.hooks for machine in (*yard.machines, *mechanisms))
+    rows += [
+        *tandem_limits(yard, [*yard.machines, *mechanisms]),
+        *_rig(yard),
+        *lug_limits(yard),
+        *_supports(yard, lifting),
+    ]
     return (*rows, *_ropes(yard, mechanisms))
 
 
@@ -55,8 +61,8 @@ def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[L
         yield from standing_limits(yard, machine)
 
 
-def _supports(yard: Yard) -> Iterator[Limit]:
-    """What supports carry: each of them, and all of a block together as it lands."""
+def _supports(yard: Yard, lifting: bool) -> Iterator[Limit]:
+    """What supports carry: each of them, and all of a block together as it lands; how fast it may lift off and land."""
     limits = yard.scene.limits
     most, by = limits.impact, "the scene" if "impact" in limits.model_fields_set else "assumed"
     for name, block in yard.scene.all_blocks.items():
@@ -67,6 +73,10 @@ def _supports(yard: Yard) -> Iterator[Limit]:
         of, note = ("the scene", "") if given else ("", "give 'capacity' of its supports")
         yield Limit(quantity="support load", unit="kg", value=given, source=of, note=note, **both)  # type: ignore[arg-type]
         weight, of = block.mass * yard.scene.gravity, f"{by}: {most:g} times its weight"
+        by = "the scene" if "touch" in limits.model_fields_set else "assumed"
+        for quantity in TOUCHING if lifting else ():
+            row = {**both, "value": limits.touch, "unit": "m/s", "source": by}
+            yield Limit(quantity=quantity, **row)  # type: ignore[arg-type]
         yield Limit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
 
 

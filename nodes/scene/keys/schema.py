@@ -219,6 +219,7 @@ class LiftLimits(Base):
     bridle_warning: u.Swing = u.ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are reported
     bridle: u.Swing = u.ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
     impact: u.Factor = 1.5  # on all supports of a block as it lands, over its weight; assumed
+    touch: u.Speed = u.SPEED.read("2 m/min")  # of hooks as a block lifts off or lands; assumed
     wind: u.Speed | None = None  # in which is lifted; left out: not judged
     signals: list[Condition] = Field(default_factory=list)  # what must hold: `gap west east >= 3 m`
     ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too

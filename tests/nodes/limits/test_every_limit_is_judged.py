@@ -24,6 +24,7 @@ LIFT = (
 )
 SCENES = {"lift": LIFT, "tandem": (), "tackle": ("limits={ropes: {fall: {breaking: 1 MN, factor: 2}}}",)}
 WIND = "limits={wind: 10 m/s}"
+GROUND = ["ground={bearing: 200 kPa}", "block.mass=20 t"]
 PEAKS = {"sling peak", "rope peak"}  # of runs alone
 
 
@@ -40,7 +41,7 @@ def narrow(use: Use) -> Limit:
 
 @pytest.fixture(scope="module")
 def scenes() -> dict[str, LoadedScene]:
-    more = {"gust": load("gust", [WIND]), "spreader": load("spreader")}
+    more = {"gust": load("gust", [WIND]), "spreader": load("spreader"), "crawler": load("crawler", GROUND)}
     return {name: load(name, given) for name, given in SCENES.items()} | more
 
 

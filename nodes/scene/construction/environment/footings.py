@@ -38,7 +38,7 @@ def footing_of(
     if y := given.outriggers:
         return Footing(kind="outriggers", length=y.length, width=y.width, each=y.pad, **at)  # type: ignore[arg-type]
     if z := given.wheels:
-        return Footing(kind="wheels", length=z.length, width=z.width, each=z.each, **at)  # type: ignore[arg-type]
+        return Footing(kind="wheels", length=z.length, width=z.width, each=float(z.each), **at)  # type: ignore[arg-type]
     return None
 
 
