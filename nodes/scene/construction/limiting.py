@@ -183,8 +183,8 @@ def _hoist(hook: plan.Hoist, given: schema.Crane, row: Callable[..., Limit]) -> 
     )  # fmt: skip
     own = {"rope_partial_factor": given.rope_partial_factor}
     yield from strength_limits("hoist rope", hook.rope, given.fall_breaking, hook.where, own, message)
-    pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'"}
-    yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, "source": "", **pull})
+    pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'", "source": ""}
+    yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, **pull})
 
 
 def _off_lead(yard: Yard, crane: plan.Mechanism, hook: plan.Hoist, given: schema.Crane, way: str) -> Limit:

@@ -45,7 +45,8 @@ def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float
     yield Limit(quantity="off-lead", value=most, note=note, **{**at, "unit": "rad", "source": by})
     if given.fall_breaking:
         yield from strength_limits("hoist rope", at["subject"], given.fall_breaking, at["where"], {})
-    yield Limit(quantity="drum pull", note="its type states none", **{**at, "unit": "N", "source": ""})
+    note = "" if given.drum_pull else "its type states none"
+    yield Limit(quantity="drum pull", value=given.drum_pull, note=note, **{**at, "unit": "N"})
     if given.highest is not None:
         yield Limit(quantity="hook height", value=given.highest, **{**at, "unit": "m"})
     if ends is not None:

@@ -203,6 +203,7 @@ class Hook(Base):
     fall_EA: u.Force
     fall_mass: u.MassPerLength | None = None  # where the fidelity gives ropes a mass; left out: of steel wire so stiff
     fall_breaking: u.Force | None = None  # left out: the rope is not judged
+    drum_pull: u.Force | None = None  # that a drum end may pull; left out: not judged
     mechanism_group: MechanismGroup = "M6"  # gives the rope factor by ISO 4308-1
     damping: u.Ratio = 0.03  # of critical, with what it carries at the start
     speed: u.Speed
