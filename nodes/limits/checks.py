@@ -63,7 +63,7 @@ def _judged(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> 
     """State of a limit, which amber it is, and a sentence."""
     limit = use.limit
     name = f"{limit.quantity} of {limit.subject}"
-    if not limit.known:
+    if not limit.known or (limit.quantity == "wind" and not limit.elements):
         told = f"{name}: {limit.note or 'no limit is known'}"
         return ("amber", NOT_CHECKED, told) if limit.elements else ("none", "", told)
     if use.value is None:

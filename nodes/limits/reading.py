@@ -162,7 +162,7 @@ def _wind(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Speed of the strongest wind that the scene tells [m/s]: at each instant, and at the bends of its histories as far
     as a run went; of a path at rest, which knows no time, all that are before the end of the scene."""
     winds = _winds(plan)
-    if not winds and not limit.known:
+    if not winds:
         return None
     ran = signals.dynamic and len(signals.t) > 0
     end = float(signals.t[-1]) if ran else np.inf if plan.end is None else plan.end

@@ -119,7 +119,9 @@ def wind_limits(yard: Yard, machines: Collection[Mechanism], winds: tuple[str, .
     """In which wind machines with hooks may work: their own limits, and that of the scene."""
     most, where = yard.scene.limits.wind, yard.source.where(("limits",))
     if not winds:
-        yield Limit(subject="all", quantity="wind", unit="m/s", note="no wind is modelled", where=where)
+        by = "the scene" if most is not None else ""
+        note = "no wind is modelled"
+        yield Limit(subject="all", quantity="wind", unit="m/s", value=most, source=by, note=note, where=where)
         return
     row = {"quantity": "wind", "unit": "m/s", "elements": winds}
     unknown = not machines
