@@ -13,9 +13,10 @@ from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
+from heavylift.nodes.limits.reach import Reached
 from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
-from heavylift.nodes.plan.limit import Finding, Use
+from heavylift.nodes.plan.limit import Finding, Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.statics import Followed
@@ -47,6 +48,7 @@ class Bench:
     smallest: int = SMALLEST
     mechanics: System | None = None
     uses: Sequence[Use] = ()
+    reach: tuple[Reach, ...] = ()
     shapeless: tuple[str, ...] = ()
 
 
@@ -62,6 +64,7 @@ def _limits(bench: Bench) -> None:
         return
     stages = [(t, name) for t, _, name in said.stages if name]
     peaks = said.peaks | impacts(plan, shown)
+    reached = Reached(plan)
     signals = (
         signals_of_run(
             plan, part.t, part.tensions, part.poses, part.rigs,
@@ -69,7 +72,8 @@ def _limits(bench: Bench) -> None:
         )
         for part in blocks(shown)
     )  # fmt: skip
-    bench.uses = uses_of(plan, signals)
+    bench.uses = uses_of(plan, map(reached.see, signals))
+    bench.reach = reached.found
 
 
 def _clearances(bench: Bench) -> None:
@@ -111,6 +115,8 @@ def _bending(bench: Bench) -> None:
 
 def _conduct(bench: Bench) -> None:
     """Whether it went as the action list means it."""
+    tripped = {name for _, name, _ in bench.conduct.tripped}
+    bench.uses = [x for x in bench.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
     told = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in bench.uses if use.beyond}
     bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
@@ -171,6 +177,7 @@ def judged_with_uses(
         not_looked_at=tuple(bench.not_looked_at),
         findings=tuple(msgspec.convert(msgspec.to_builtins(findings), list[Found])),
         checks=tuple(msgspec.convert(msgspec.to_builtins(checks), list[read.Check])),
+        reach=tuple(msgspec.convert(msgspec.to_builtins(bench.reach), list[read.Reach])),
     )
     return verdict, bench.uses
 

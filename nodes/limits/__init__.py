@@ -16,8 +16,10 @@ judging, reading, signals    the table judged; how each quantity is read; what i
 named                        the signal that a limit names
 rope_signals                 what hangs on hooks, and points of bodies in these signals
 standards, reeving, sharing  factors of standards; parts of a reeved rope; shares that are indeterminate
+ground                       what machines press on the ground: tracks, outriggers, wheels
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked
+reach                        radius and use of charts in each stage
 telling, sentences           uses in words; the sentence of each quantity
 
 Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.

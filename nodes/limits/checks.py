@@ -63,9 +63,9 @@ def _judged(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> 
     """State of a limit, which amber it is, and a sentence."""
     limit = use.limit
     name = f"{limit.quantity} of {limit.subject}"
-    if not limit.known:
+    if not limit.known or (limit.quantity == "wind" and not limit.elements):
         told = f"{name}: {limit.note or 'no limit is known'}"
-        return ("none", "", told) if limit.quantity == "wind" and not limit.elements else ("amber", NOT_CHECKED, told)
+        return ("amber", NOT_CHECKED, told) if limit.elements else ("none", "", told)
     if use.value is None:
         return ("none", IN_A_RUN, f"{name}: a run checks it") if at_rest else ("none", "", f"{name}: it did not occur")
     if use.beyond and (error is None or use.excess > error):

@@ -17,12 +17,14 @@ from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import Point, System
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.model.quantities import LINED, lines, names, numbers, points, scalar
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.limit import STANDING, TOUCHING, Limit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 
+from .ground import stood
 from .named import KINDS, LOADS, OF_TENSIONS, hooks_of, origin, signal_of
 from .rope_signals import EMPTY, carries, place, tie_of
+from .sharing import touch_speed
 from .signals import Column, Signals
 
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
@@ -150,11 +152,17 @@ def _bridle(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     return Reading(values)
 
 
+def _column(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """What other modules read: pressure on the ground, speed at lift-off and landing."""
+    values = COLUMNS[limit.quantity](plan, limit, signals)
+    return None if values is None else Reading(values)
+
+
 def _wind(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     """Speed of the strongest wind that the scene tells [m/s]: at each instant, and at the bends of its histories as far
     as a run went; of a path at rest, which knows no time, all that are before the end of the scene."""
     winds = _winds(plan)
-    if not winds and not limit.known:
+    if not winds:
         return None
     ran = signals.dynamic and len(signals.t) > 0
     end = float(signals.t[-1]) if ran else np.inf if plan.end is None else plan.end
@@ -184,4 +192,12 @@ def _strongest(winds: list[forces.Signal], t: Column) -> Column:
     return np.asarray(np.max(speeds, axis=0))
 
 
-READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {"bridle angle": _bridle, "wind": _wind}
+COLUMNS: dict[str, Callable[[Plan, Limit, Signals], Column | None]] = {
+    **dict.fromkeys(STANDING, stood),
+    **dict.fromkeys(TOUCHING, touch_speed),
+}
+READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
+    "bridle angle": _bridle,
+    "wind": _wind,
+    **dict.fromkeys(COLUMNS, _column),
+}

@@ -6,10 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees
 
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import TOUCHING, Limit, Use
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 
-NOISE = {"N": 1.0, "kg": 0.1, "rad": 1e-6, "m": 1e-6}  # by unit: values below it, and differences, are rounding
+NOISE = {
+    "N": 1.0,
+    "Pa": 1.0,
+    "kg": 0.1,
+    "rad": 1e-6,
+    "m": 1e-6,
+}  # by unit: values below it, and differences, are rounding
 
 
 @dataclass(frozen=True)
@@ -36,12 +42,16 @@ def shown(limit: Limit, value: float | None) -> str:
         case "N":
             value = value if abs(value) >= NOISE[limit.unit] else 0.0
             return f"{value / 1e3:.4g} kN" if abs(value) < 1e6 else f"{value / 1e3:.0f} kN"
+        case "Pa":
+            return f"{value / 1e3:.0f} kPa"
         case "rad":
             return f"{degrees(value):.2f} deg"
         case "m":
             return f"{value:.2f} m"
-        case "" if limit.quantity == "signal":
+        case "" if limit.quantity in ("signal", "uplift", "interlock"):
             return percent(value)
+    if limit.quantity in TOUCHING:
+        return f"{60.0 * value:.3g} m/min"
     return f"{value:.2f} {limit.unit}".strip()
 
 
@@ -172,6 +182,29 @@ def _blown(use: Use, ran: bool) -> str:
     return f"the wind {verb} {shown(use.limit, use.value)}, lifting is allowed up to {shown(use.limit, bound(use))}"
 
 
+def _pressed(use: Use, ran: bool) -> str:
+    verb = "pressed" if ran else "would press"
+    told = f"{use.limit.subject} {verb} on the ground with {shown(use.limit, use.value)}"
+    return f"{told}, {shown(use.limit, bound(use))} are allowed"
+
+
+def _touches(use: Use, ran: bool) -> str:
+    verb = "moved" if ran else "would move"
+    told = f"hooks {verb} with {shown(use.limit, use.value)} as {use.limit.subject} lifts off or lands"
+    return f"{told}, up to {shown(use.limit, bound(use))} is allowed ({use.limit.source})"
+
+
+def _trips(use: Use, ran: bool) -> str:
+    verb = "came" if ran else "would come"
+    told = f"the interlock {use.limit.subject} {verb} to {shown(use.limit, use.value)}"
+    return f"{told}, it trips at {shown(use.limit, bound(use))}"
+
+
+def _lifted(use: Use, ran: bool) -> str:
+    verb = "came" if ran else "would come"
+    return f"{use.limit.subject} {verb} {shown(use.limit, use.value)} of the way to where it tips ({use.limit.note})"
+
+
 def _measured(use: Use, ran: bool) -> str:
     limit, verb = use.limit, "was" if ran else "would be"
     most = "at least" if limit.least else "at most"
@@ -206,4 +239,9 @@ WORDS: dict[str, Words] = {
     "girder": Words("end", _ends("girder", "y"), refused=True),
     "wind": Words("wind", _blown),
     "signal": Words("signal", _measured),
+    "interlock": Words("interlock", _trips),
+    **dict.fromkeys(TOUCHING, Words("speed", _touches)),
+    "ground pressure": Words("ground", _pressed),
+    "wheel load": Words("overload", _carries(lambda corner: f"a wheel at {corner}")),
+    "uplift": Words("uplift", _lifted),
 }

@@ -34,6 +34,7 @@ class Interlock(Item, frozen=True, kw_only=True):
     resets: float
     rising: bool
     stops: tuple[Stopped, ...] = ()
+    unit: str | None = None  # of the value; None: it is on no record
     text: str = ""
     tells: str = ""
     hooks: tuple[str, ...] = msgspec.field(default_factory=tuple)

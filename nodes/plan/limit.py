@@ -48,7 +48,15 @@ Quantity: TypeAlias = Literal[
     "clearance",
     "wind",
     "signal",
+    "interlock",
+    "lift-off speed",
+    "landing speed",
+    "ground pressure",
+    "wheel load",
+    "uplift",
 ]
+STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
+TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 Severity = Literal["red", "warning", "note"]
 State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a check, worst first
 
@@ -164,6 +172,24 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     value: float | None = None
     limit: float | None = None
     unit: str = ""
+
+
+class Reach(msgspec.Struct, frozen=True, kw_only=True):
+    """At which radius [m] what hung on a hook [kg], what its chart allows there [kg], and when [s]: as a stage begins
+    with a load, where it uses most of the chart, and as it ends."""
+
+    hook: str
+    stage: str
+    when: str = ""
+    t: float
+    radius: float
+    load: float
+    capacity: float
+
+    @property
+    def use(self) -> float:
+        """1 at the chart, infinite beyond its last radius."""
+        return self.load / self.capacity if self.capacity else inf
 
 
 class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
@@ -176,6 +177,23 @@ class Shape(Item, frozen=True, kw_only=True):
     part: str = ""
 
 
+class Footing(Item, frozen=True, kw_only=True):
+    """On what a machine stands: below `body`, with the middle of the base `at` a point of its frame.
+
+    The base is `length` along the x of that body and `width` along its y [m]: of four outriggers or corners with wheels
+    from middle to middle, of two tracks what bears of each and from middle to middle.  `each`: width of a track [m],
+    area of a pad [m2], number of wheels at a corner; `mat`: area [m2] and mass [kg] of the mats below each of them.
+    """
+
+    kind: Literal["tracks", "outriggers", "wheels"]
+    body: str
+    at: Vector = (0.0, 0.0, 0.0)
+    length: float
+    width: float
+    each: float
+    mat: tuple[float, float] | None = None
+
+
 class Driven(Item, frozen=True, kw_only=True):
     """An actuator that follows the log of a machine: at rest until the first time [ns], then from speed to speed in
     straight lines (that of the first time is 0), and at the end to rest with `accel`; `source` is the log's column.
@@ -194,6 +212,7 @@ class Mechanism(Item, frozen=True, kw_only=True):
     `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
     supports that carry at the start.  `pieces`: of ropes with lumps, with their parts of the falls.  Its parts may name
     bodies and joints of other machines.  `levels`: where its moves lead is known before, and judged; it begins at rest.
+    `configuration`: how it is set up, in words: boom, counterweight, falls, base.
     """
 
     name: str
@@ -212,6 +231,8 @@ class Mechanism(Item, frozen=True, kw_only=True):
     bends: tuple[Bend, ...] = ()
     pieces: dict[str, dict[str, float]] = msgspec.field(default_factory=dict)
     levels: bool = False
+    footing: Footing | None = None
+    configuration: dict[str, str] = msgspec.field(default_factory=dict)
 
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:

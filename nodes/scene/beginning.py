@@ -35,6 +35,8 @@ block:
 {lugs}
   supports: {{height: {stools}, at: [{pads}]}}
 
+ground: {{bearing: 400 kPa}}     # assumed, below tracks and outriggers
+
 cranes:
   crane: {{type: {crane}{at}}}
 

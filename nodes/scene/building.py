@@ -19,6 +19,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
+from heavylift.nodes.scene.construction.environment.footings import set_up
 from heavylift.nodes.scene.construction.environment.touching import check_touches, touches
 from heavylift.nodes.scene.construction.level_luffing import measuring
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_locked, check_parts
@@ -104,7 +105,7 @@ def _built(
     mechanisms = build_mechanisms(yard, lift)
     raise_faults(source, source.faults)
     mechanisms = measuring(yard, mechanisms)
-    everything = (*yard.machines, *mechanisms)
+    everything = set_up(yard, (*yard.machines, *mechanisms))
     check_locked(yard, everything)
     lift = msgspec.structs.replace(lift, fidelity=build_fidelity(yard, everything))
     yard.interlocks = build_interlocks(yard, mechanisms)

@@ -101,7 +101,9 @@ class LoadedScene:
         """The worst of each limit on that path, of a lift also where its moves are to lead."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
-        return uses_on_path(self.plan, [*self.statics.states, *goal_states(self.plan, self.statics)])
+        found = uses_on_path(self.plan, [*self.statics.states, *goal_states(self.plan, self.statics)])
+        tripped = {name for _, name in self.statics.tripped}
+        return [use for use in found if use.limit.quantity != "interlock" or use.limit.subject not in tripped]
 
     @cached_property
     def findings(self) -> list[Finding]:
@@ -125,5 +127,12 @@ class LoadedScene:
     def checked(self, near: Sequence[Finding] = ()) -> list[Check]:
         """The same with what comes too `near` to what."""
         unread = {id(use.limit) for use in self.uses}
-        uses = [*self.uses, *(Use(limit, None) for limit in self.plan.limits if id(limit) not in unread)]
+        uses = [
+            *self.uses,
+            *(
+                Use(limit, None)
+                for limit in self.plan.limits
+                if id(limit) not in unread and limit.quantity != "interlock"
+            ),
+        ]
         return checks_of(self.plan, uses, [*self._others, *near], None, Shapes(self.plan).shapeless)

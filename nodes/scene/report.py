@@ -15,6 +15,7 @@ from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
+from heavylift.nodes.limits.reach import REACH, Reached, reach_rows
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import clock, likewise
 from heavylift.nodes.models.machine import turning
@@ -89,6 +90,11 @@ def report(
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
     lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]
     lines += [f"  {line}" for line in mobility.lines]
+    lines += [
+        f"  {m.name}: {', '.join(f'{key} {x}' for key, x in m.configuration.items())}"
+        for m in built.machines
+        if m.configuration
+    ]
     rows: list[Row] = []
     hooks = [hook for machine in built.machines for hook in machine.hooks]
     loads = any(machine.cargo for machine in built.machines) and not built.lists
@@ -97,6 +103,7 @@ def report(
         lines += _page(rows)
     else:
         lines += _ropes_at_rest(statics)
+    lines += _reached(built, statics)
     lines += _limits(built, checks, findings) if checks else _lines(findings)
     lines += _swing_free(built)
     line = line_of(checks)
@@ -186,6 +193,15 @@ def _page(rows: list[Row]) -> list[str]:
         _line("use of the hook's capacity", [f"{largest[h].use:.0%}" for h in hooks]),
     ]
     return lines
+
+
+def _reached(built: plan.Plan, path: Followed) -> list[str]:
+    """Radius and use of the chart of each hook that has one."""
+    found = reach_rows(Reached(built).see_path(path.states)) if path.states else []
+    told = [REACH, *(row for before, row in pairwise([REACH, *found]) if before[4:] != row[4:])]
+    widths = [max(map(len, column)) for column in zip(*told, strict=True)]
+    lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in told]
+    return ["", "Radius and chart:", *(f"  {line}" for line in lines)] if found else []
 
 
 def _line(label: str, cells: list[str]) -> str:

@@ -30,6 +30,8 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
         if share < 1.0:
             told += f" ({100 * share:g} % of {crane.capacity / share / 1e3:g} t, as cranes lift together)"
         rows.append((f"crane {crane.name}", told))
+        if crane.configuration:
+            rows.append((f"set-up of {crane.name}", ", ".join(f"{k} {x}" for k, x in crane.configuration.items())))
     if slings:
         hooked = sum(1 for tie in slings if tie.get("lug"))
         rows.append(("rig", f"{len(slings)} slings, {hooked} hooked at the start"))

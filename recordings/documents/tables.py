@@ -12,7 +12,7 @@ from typing import NamedTuple
 from heavylift.recordings.format.html import Cell
 from heavylift.recordings.format.text import clock, duration
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read.verdict import Judged, Reach
 
 from .facts import Facts, LoadUse, RopeUse, StageUse
 from .loads import Borne
@@ -26,6 +26,8 @@ TOLD = (  # sentences of facts, what they are, and their title
 TANDEM = (
     "Two cranes together may carry at most 75 % of what they may carry one by one: what 'may carry' says holds that."
 )
+REACH = ("hook", "stage", "", "at", "radius", "load", "chart", "use")
+NEXT = "Load with hook block and rigging; the next longer radius of the chart counts."
 SAMPLED = "Directions are those at samples, tensions the largest since the sample before."
 CORNERS = (
     "What stands and hangs on a portal is shared by its four corners as by a rigid frame on equal springs; "
@@ -57,6 +59,7 @@ def tables(rec: Recording, found: Facts, verdict: Judged | None) -> list[Table]:
         Table("Scene", ["what", ""], found.scene, "told"),
         Table("Cranes", ["crane", *LOADED], [_load(c) for c in found.cranes], told=[TANDEM] * (len(found.cranes) > 1)),
         Table("Hooks", ["hook", *LOADED], [_load(h) for h in found.hooks]),
+        Table("Radius and chart", REACH, [_reach(x) for x in verdict.reach] if verdict else [], told=[NEXT]),
         Table("Ropes", ["rope", "peak", "", "at", "stage", "rated", "use"], [_rope(r, judged) for r in found.ropes]),
         Table(
             "Slings",
@@ -110,6 +113,12 @@ def _place(place: tuple[float, float, float]) -> str:
 
 def _borne(x: Borne) -> list[Cell]:
     return [x.name, _place(x.place) if x.place else "", *_force(x.force), clock(x.when, 1)]
+
+
+def _reach(x: Reach) -> list[Cell]:
+    use = f"{100.0 * x.load / x.capacity:.0f} %" if x.capacity else "beyond the chart"
+    numbers = (f"{x.radius:.2f} m", f"{x.load / 1e3:.1f} t", f"{x.capacity / 1e3:.1f} t", (use, x.load > x.capacity))
+    return [x.hook, x.stage, x.when, clock(x.t, 1), *numbers]
 
 
 def _findings(verdict: Judged) -> Table:

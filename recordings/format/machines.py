@@ -20,7 +20,8 @@ class Hook(NamedTuple):
 
 
 class Crane(NamedTuple):
-    """A machine with hooks; capacity of all together [kg], 0: not known; lines of its ropes by their shares."""
+    """A machine with hooks; capacity of all together [kg], 0: not known; lines of its ropes by their shares; how it is
+    set up, in words."""
 
     name: str
     capacity: float
@@ -28,6 +29,7 @@ class Crane(NamedTuple):
     bodies: list[Data]
     shares: dict[str, list[float]]
     start: float | None
+    configuration: dict[str, str]
 
 
 def cranes(plan: Data) -> list[Crane]:
@@ -58,7 +60,15 @@ def _crane(machine: Data) -> Crane:
     shares = {rope["name"]: [x.get("share", 1.0) for x in rope["lines"]] for rope in machine["system"].get("ropes", [])}
     first: Data = next(iter(machine.get("actuators", [])), {})
     start = first.get("start", 0.0) if machine.get("girders") else None
-    return Crane(machine["name"], capacity, hooks, machine["system"].get("bodies", []), shares, start)
+    return Crane(
+        machine["name"],
+        capacity,
+        hooks,
+        machine["system"].get("bodies", []),
+        shares,
+        start,
+        machine.get("configuration", {}),
+    )
 
 
 def ties(plan: Data) -> list[Data]:

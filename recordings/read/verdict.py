@@ -73,6 +73,19 @@ class Check(msgspec.Struct, frozen=True, kw_only=True):
     sentence: str = ""
 
 
+class Reach(msgspec.Struct, frozen=True, kw_only=True):
+    """At which radius [m] what hung on a hook [kg], what its chart allows there [kg], and when [s]: as a stage `begins`
+    with a load, where it uses `most` of the chart, and as it `ends`."""
+
+    hook: str
+    stage: str
+    when: str
+    t: float
+    radius: float
+    load: float
+    capacity: float
+
+
 class Judged(msgspec.Struct, frozen=True, kw_only=True):
     """All of a verdict: its state and line, all checks, worst first, and what was found in order of severity and time.
 
@@ -91,6 +104,7 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
     rows: tuple[tuple[str, ...], ...] = ()
     told: tuple[str, ...] = ()
     dynamic: tuple[float, str] | None = None
+    reach: tuple[Reach, ...] = ()
 
 
 def contents(rec: Recording) -> Contents:

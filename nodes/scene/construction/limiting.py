@@ -11,13 +11,14 @@ from heavylift.kernel.description.forces import Wind
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.limit import TOUCHING, Limit, Quantity
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
+from .environment.footings import standing_limits, wind_limits
 from .rigging.ratings import bridle_limit, hook_limits, lug_limits, rigging_limits, sling_limits, tandem_limits
 from .yard import LEVELS, LOWER, UPPER, Yard
 
@@ -27,7 +28,13 @@ def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limi
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
     rows += [row for crane in yard.cranes for row in rigging_limits(yard, crane)]
     rows += [row for machine in mechanisms for row in (*hook_limits(yard, machine), *rigging_limits(yard, machine))]
-    rows += [*tandem_limits(yard, [*yard.machines, *mechanisms]), *_rig(yard), *lug_limits(yard), *_supports(yard)]
+    lifting = any(machine.hooks for machine in (*yard.machines, *mechanisms))
+    rows += [
+        *tandem_limits(yard, [*yard.machines, *mechanisms]),
+        *_rig(yard),
+        *lug_limits(yard),
+        *_supports(yard, lifting),
+    ]
     return (*rows, *_ropes(yard, mechanisms))
 
 
@@ -47,17 +54,15 @@ def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[L
             subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
         )
     winds = tuple(f.name for m in mechanisms for f in m.system.forces if isinstance(f, Wind))
-    if hooks or winds or limits.wind is not None:
-        by = "the scene" if limits.wind is not None else ""
-        note = "" if winds and by else "give it under 'limits: {wind: ...}'" if winds else "no wind is modelled"
-        yield Limit(
-            subject="all", quantity="wind", unit="m/s", value=limits.wind, elements=winds, source=by, note=note,
-            where=where,
-        )  # fmt: skip
+    lifting = [machine for machine in (*yard.machines, *mechanisms) if machine.hooks]
+    if lifting or winds or limits.wind is not None:
+        yield from wind_limits(yard, lifting, winds)
+    for machine in lifting:
+        yield from standing_limits(yard, machine)
 
 
-def _supports(yard: Yard) -> Iterator[Limit]:
-    """What supports carry: each of them, and all of a block together as it lands."""
+def _supports(yard: Yard, lifting: bool) -> Iterator[Limit]:
+    """What supports carry: each of them, and all of a block together as it lands; how fast it may lift off and land."""
     limits = yard.scene.limits
     most, by = limits.impact, "the scene" if "impact" in limits.model_fields_set else "assumed"
     for name, block in yard.scene.all_blocks.items():
@@ -68,6 +73,10 @@ def _supports(yard: Yard) -> Iterator[Limit]:
         of, note = ("the scene", "") if given else ("", "give 'capacity' of its supports")
         yield Limit(quantity="support load", unit="kg", value=given, source=of, note=note, **both)  # type: ignore[arg-type]
         weight, of = block.mass * yard.scene.gravity, f"{by}: {most:g} times its weight"
+        by = "the scene" if "touch" in limits.model_fields_set else "assumed"
+        for quantity in TOUCHING if lifting else ():
+            row = {**both, "value": limits.touch, "unit": "m/s", "source": by}
+            yield Limit(quantity=quantity, **row)  # type: ignore[arg-type]
         yield Limit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
 
 
@@ -79,7 +88,7 @@ def _ropes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     for name in (name for name in free if name not in {*yard.scene.limits.ropes, *rigged, *hooks}):
         where = yard.source.where(("mechanism", "ropes", name))
         note = "give it under 'limits: {ropes: ...}'"
-        yield Limit(subject=name, quantity="rope tension", unit="N", note=note, where=where)
+        yield Limit(subject=name, quantity="rope tension", unit="N", elements=(name,), note=note, where=where)
     known = [*yard.ropes, *(tie.rope for tie in yard.slings()), *free]
     for name, given in yard.scene.limits.ropes.items():
         path: Path = ("limits", "ropes", name)
@@ -174,8 +183,8 @@ def _hoist(hook: plan.Hoist, given: schema.Crane, row: Callable[..., Limit]) -> 
     )  # fmt: skip
     own = {"rope_partial_factor": given.rope_partial_factor}
     yield from strength_limits("hoist rope", hook.rope, given.fall_breaking, hook.where, own, message)
-    pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'"}
-    yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, "source": "", **pull})
+    pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'", "source": ""}
+    yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, **pull})
 
 
 def _off_lead(yard: Yard, crane: plan.Mechanism, hook: plan.Hoist, given: schema.Crane, way: str) -> Limit:

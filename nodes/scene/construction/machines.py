@@ -22,6 +22,7 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .beams import OnHook, on_hook, trolley_start
+from .environment.footings import footing_of
 from .rigging.slings import lugs_of
 from .stools import block_machine
 from .yard import LEVELS, LOWER, UPPER, Yard, box, parts_of, ramp_of
@@ -169,6 +170,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, hung: Sequence[OnHook], *
         girders=(girder,),
         shapes=(*_portal(name, crane, girder, hung), *_trolleys(name, parts)),
         levels=True,
+        footing=footing_of(yard.source, ("cranes", name, "parts"), parts.stands, [x.name for x in bodies], f"{name}."),
         where=yard.source.where(("cranes", name)),
     )
 

@@ -31,6 +31,7 @@ from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .checking import NONE, Checking
+from .environment.footings import footing_of
 from .laws import actuators, check_curve, check_laws, laws_of
 from .rigging.hooks import Hung, hang
 from .rigging.tree import Tree
@@ -115,6 +116,7 @@ class _Assembly(Checking):
             ties=tuple(hung.ties),
             heavy=(*hung.heavy, *self._heavy(given.ropes)),
             bends=bends,
+            footing=footing_of(self.source, self.base, given.stands, self.bodies, ""),
             where=self.source.where(self.base),
         )
 

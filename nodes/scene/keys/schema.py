@@ -25,6 +25,7 @@ from .parts.flexible import Hull, Mode
 from .parts.machines import FrameParts, Machine, PartName, PortalParts
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
 from .parts.rigging import Edge, Rigging, SlingType
+from .parts.standing import Ground
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 RESERVED = (  # no machine and no group has such a name
@@ -209,6 +210,7 @@ class LiftLimits(Base):
     bridle_warning: u.Swing = u.ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are reported
     bridle: u.Swing = u.ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
     impact: u.Factor = 1.5  # on all supports of a block as it lands, over its weight; assumed
+    touch: u.Speed = u.SPEED.read("2 m/min")  # of hooks as a block lifts off or lands; assumed
     wind: u.Speed | None = None  # in which is lifted; left out: not judged
     signals: list[Condition] = Field(default_factory=list)  # what must hold: `gap west east >= 3 m`
     ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too
@@ -263,6 +265,7 @@ class Scene(Base):
     wind: Wind | None = None
     waves: Waves | None = None
     floor: Floor | None = None
+    ground: Ground = Ground()
     obstacles: dict[Name, Obstacle] = Field(default_factory=dict)
     vessels: dict[Name, Vessel] = Field(default_factory=dict)
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them

@@ -22,6 +22,7 @@ from heavylift.nodes.scenes import frames_folder, types_folder
 from .faults import closest, raise_faults
 from .files import content, within
 from .source import Data, Path, Source, read
+from .tables import charted
 from .type_expansion import Expansion, MachineType
 
 VERSION = 1
@@ -70,6 +71,7 @@ def gather(source: Source) -> None:
         source.values |= {("types", name, *path): mark for path, mark in inner.values.items()}
     if found:
         source.data["types"] = types
+    charted(source)
 
 
 def expand(source: Source) -> bool:

@@ -33,6 +33,7 @@ BLOCK = "block"
 ROW, LUGS, MODES = "from", "lugs from", "modes from"
 SLIDES, TURNS = ("surge", "sway", "heave"), ("roll", "pitch", "yaw")
 DIMENSIONS = {"responses": (units.RESPONSE, units.TURN_RESPONSE), "loads": (units.STIFFNESS, units.MOMENT_RESPONSE)}
+RADIUS, SET_UP, CHARTS = "radius", ("counterweight", "outriggers"), "charts from"
 WAVE = {"period": units.TIME, "heading": units.ANGLE}
 TURN = 2.0 * pi
 SAME = 1e-9  # [s, rad] between waves that are the same
@@ -81,6 +82,59 @@ def _tabled(source: Source, base: Path) -> None:
         except (SceneError, ValueError) as error:
             source.fault(at, str(error), mark=mark)
         raise_faults(source, source.faults)
+
+
+def charted(source: Source) -> None:
+    """Put the charts that hooks name, `charts from: rt59.csv`, in their place.
+
+    The head has `radius [m]`, perhaps `counterweight [t]` and `outriggers [m]`, and a column of capacities for each
+    length of boom, `boom 24 m [t]`; a radius at which nothing may hang has an empty cell.
+    """
+    several = [(of, name) for of in ("types", "machines") for name in _names(source.data.get(of))]
+    for base in (("mechanism", "hooks"), *((*path, "hooks") for path in several)):
+        for hook in _names(source.at(base)):
+            given, at = source.at((*base, hook)), (*base, hook, CHARTS)
+            if not isinstance(given, dict) or CHARTS not in given:
+                continue
+            named, mark, key = given.pop(CHARTS), source.mark(at), source.keys.get(at)
+            try:
+                if not isinstance(named, str):
+                    raise SceneError(f"write a table, such as '{CHARTS}: charts.csv'")
+                given["capacity charts"], cells = _charts(*table(source.root, named), named)
+                source.keys[(*base, hook, "capacity charts")] = key or mark
+                source.values |= {(*base, hook, "capacity charts", *below): x for below, x in cells.items()}
+            except (SceneError, ValueError) as error:
+                source.fault(at, str(error), mark=mark)
+
+
+def _names(data: Data) -> list[str]:
+    return list(data) if isinstance(data, dict) else []
+
+
+def _charts(head: list[Column], rows: list[list[Cell]], file: str) -> tuple[list[Data], dict[Path, Mark]]:
+    """A chart for each boom, counterweight and base, with the marks of its cells."""
+    places = {column.key: i for i, column in enumerate(head) if column.unit}
+    booms = [i for i, column in enumerate(head) if column.key.startswith("boom ")]
+    others = [c for c in head if c.unit and not c.key.startswith("boom ") and c.key not in (RADIUS, *SET_UP)]
+    if RADIUS not in places or not booms or others:
+        told = f"it has no '{others[0].key}'" if others else f"'{RADIUS} [m]' and columns such as 'boom 24 m [t]'"
+        raise SceneError(f"{file}:{rows[0][0].mark.line - 1 if rows else 1}: the head of a chart: {told}")
+    found: dict[tuple[str, ...], dict[str, Data]] = {}
+    marks: dict[Path, Mark] = {}
+    for row in rows:
+        for i in (i for i in booms if row[i].text):
+            own = {key: with_unit(row[places[key]].text, head[places[key]].unit) for key in SET_UP if key in places}
+            key = (head[i].key, *own.values())
+            made = found.setdefault(key, {"boom": head[i].key.removeprefix("boom "), **own, "chart": []})
+            number, chart = list(found).index(key), made["chart"]
+            assert isinstance(chart, list)
+            cells = row[places[RADIUS]], row[i]
+            marks |= {(number,): cells[1].mark, (number, "boom"): head[i].mark, (number, "chart"): cells[1].mark}
+            marks |= {(number, name): row[places[name]].mark for name in own}
+            marks |= {(number, "chart", len(chart), j): cell.mark for j, cell in enumerate(cells)}
+            marks[number, "chart", len(chart)] = cells[0].mark
+            chart.append([with_unit(cells[0].text, head[places[RADIUS]].unit), with_unit(cells[1].text, head[i].unit)])
+    return list(found.values()), marks
 
 
 def _wins(source: Source, path: Path, named: Mark) -> bool:

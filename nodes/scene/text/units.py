@@ -178,6 +178,7 @@ MASS_PER_LENGTH = Dimension("mass per length", {"t/m": _KILO, "kg/m": _ONE})
 ROTARY_INERTIA = Dimension("moment of inertia per length", {"kg m": _ONE, "t m": _KILO})
 RIGIDITY = Dimension("bending stiffness", {"MN m2": _MEGA, "N m2": _ONE, "kN m2": _KILO, "GN m2": _GIGA})
 MODULUS = Dimension("modulus", {"GPa": _GIGA, "MPa": _MEGA, "Pa": _ONE, "N/mm2": _MEGA})
+PRESSURE = Dimension("pressure", {"kPa": _KILO, "Pa": _ONE, "MPa": _MEGA, "kN/m2": _KILO})
 SECOND_MOMENT = Dimension("second moment of area", {"m4": _ONE, "cm4": Fraction(1, 100) ** 4})
 RATIO = Dimension("ratio", {"": _ONE, "%": Fraction(1, 100)})
 RESPONSE = Dimension("motion per wave amplitude", {"m/m": _ONE, "": _ONE})
@@ -192,7 +193,7 @@ ACCURACY = Limited("accuracy", RATIO.units, "1e-10 %", "10 %")
 DIMENSIONS: tuple[Dimension, ...] = (
     *(LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY),
     *(INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, AREA, DENSITY, RATIO),
-    *(MASS_PER_LENGTH, ROTARY_INERTIA, RIGIDITY, MODULUS, SECOND_MOMENT),
+    *(MASS_PER_LENGTH, ROTARY_INERTIA, RIGIDITY, MODULUS, SECOND_MOMENT, PRESSURE),
     *(RESPONSE, TURN_RESPONSE, MOMENT_RESPONSE),
 )
 
@@ -285,6 +286,7 @@ Density = Annotated[float, Quantity(DENSITY, "zero")]
 MassPerLength = Annotated[float, Quantity(MASS_PER_LENGTH, "positive")]
 RotaryInertia = Annotated[float, Quantity(ROTARY_INERTIA, "zero")]
 Rigidity = Annotated[float, Quantity(RIGIDITY, "zero")]
+Pressure = Annotated[float, Quantity(PRESSURE, "positive")]
 Modulus = Annotated[float, Quantity(MODULUS, "zero")]
 SecondMoment = Annotated[float, Quantity(SECOND_MOMENT, "zero")]
 Tension = Annotated[float, Quantity(FORCE, "zero")]

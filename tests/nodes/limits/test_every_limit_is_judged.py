@@ -9,7 +9,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import Conduct, History, judge
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import KINDS, WORDS, Limit, Use, signals_of, uses_of, uses_on_path
+from heavylift.nodes.limits import KINDS, READERS, WORDS, Limit, Use, signals_of, uses_of, uses_on_path
 from heavylift.nodes.limits import judge as judged
 from heavylift.nodes.plan import Quantity
 from heavylift.nodes.scene import LoadedScene, check, load
@@ -24,6 +24,7 @@ LIFT = (
 )
 SCENES = {"lift": LIFT, "tandem": (), "tackle": ("limits={ropes: {fall: {breaking: 1 MN, factor: 2}}}",)}
 WIND = "limits={wind: 10 m/s}"
+GROUND = ["ground={bearing: 200 kPa}", "block.mass=20 t"]
 PEAKS = {"sling peak", "rope peak"}  # of runs alone
 
 
@@ -40,7 +41,7 @@ def narrow(use: Use) -> Limit:
 
 @pytest.fixture(scope="module")
 def scenes() -> dict[str, LoadedScene]:
-    more = {"gust": load("gust", [WIND]), "spreader": load("spreader")}
+    more = {"gust": load("gust", [WIND]), "spreader": load("spreader"), "crawler": load("crawler", GROUND)}
     return {name: load(name, given) for name, given in SCENES.items()} | more
 
 
@@ -62,7 +63,7 @@ def test_each_quantity_turns_red_on_the_path_and_in_a_run(scenes: dict[str, Load
                 found |= {quantity for f in findings if f.severity == "red"}
     assert in_run == set(get_args(Quantity)) - {"clearance"}
     assert on_path == in_run - PEAKS
-    assert {*KINDS, "signal"} == set(WORDS) == in_run
+    assert {*KINDS, *READERS, "signal", "interlock"} == set(WORDS) == in_run
 
 
 def test_a_narrow_clearance_turns_the_verdict_red() -> None:
@@ -85,7 +86,7 @@ def test_wind_is_held_against_what_is_modelled_as_far_as_a_run_goes(tmp_path) ->
         assert verdict is not None
         assert [(f.kind, f.value, f.t) for f in verdict.findings] == ([("wind", 15.0, 12.0)] if red else [])
     (calm,) = [u for u in load("lift", [WIND]).uses if u.limit.quantity == "wind"]
-    assert (calm.value, calm.limit.note) == (0.0, "no wind is modelled")
+    assert (calm.value, calm.limit.note) == (None, "no wind is modelled")
 
 
 def test_a_rope_over_sheaves_is_judged_by_its_most_loaded_part(tmp_path) -> None:

@@ -89,7 +89,7 @@ def test_the_keys_are_written_as_planners_write_them() -> None:
     keys = json_schema()["$defs"]["LiftLimits"]["properties"]
     assert [*keys] == [
         "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "impact",
-        "wind", "signals", "ropes",
+        "touch", "wind", "signals", "ropes",
     ]  # fmt: skip
     assert keys["off-lead"]["default"] == "3 deg"
     with pytest.raises(SceneError, match="unknown key 'off led'"):

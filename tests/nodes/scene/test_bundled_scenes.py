@@ -108,7 +108,7 @@ def test_the_page_of_turnover_tells_its_uses() -> None:
 
 def test_the_page_of_turnover_tells_the_stages_that_change_its_loads() -> None:
     lines = str(check(load("turnover"))).splitlines()
-    assert lines[2:15] == [
+    assert lines[4:17] == [
         "  static sling load [t]          east.H1   east.H2   east.H3   west.H1   west.H2   west.H3",
         "  load                             101.6     101.6     246.8     101.6     101.6     246.8",
         "  hoist                            101.6     101.6     246.9     101.6     101.6     246.9",

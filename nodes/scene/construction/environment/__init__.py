@@ -2,5 +2,6 @@
 
 vessels     what floats in waves, and carries cranes and blocks
 obstacles   floor and boxes that blocks meet
+footings    what machines stand on, and their limits
 touching    what the scene means to touch
 """

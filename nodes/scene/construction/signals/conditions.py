@@ -21,6 +21,8 @@ from heavylift.nodes.scene.text.source import Path
 
 from .subjects import Subjects
 
+UNITS = {"length": "m", "angle": "rad", "force": "N", "mass": "kg", "ratio": "", "speed": "m/s"}  # by dimension
+UNJUDGED = ("angle", "length")  # signals that are not known of a path or a recording
 LANDS = 1e-3  # [m] between a block and what it has landed on
 
 
@@ -228,3 +230,10 @@ def _coordinates(system: System) -> dict[str, tuple[str, str, bool]]:
             several = len(kind.actable) > 1
             found[f"{joint.name}.{c}" if several else joint.name] = joint.name, c if several else "", kind.turns(i)
     return found
+
+
+def unit_of(test: phrases.Test) -> str | None:
+    """The unit of what a test compares, of SI; None if it cannot be judged."""
+    if not isinstance(test, phrases.CrossTest) or test.quantity in UNJUDGED:
+        return None
+    return "" if test.share else UNITS.get(QUANTITIES[test.quantity].dimension.name)

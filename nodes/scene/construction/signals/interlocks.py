@@ -21,7 +21,7 @@ from heavylift.nodes.scene.language.phrases import CrossTest
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
-from .conditions import Conditions
+from .conditions import Conditions, unit_of
 
 RESETS = 0.03  # of the value: so far behind it an interlock is reset
 CLEARS = 0.1  # [m] the same, of heights and gaps
@@ -86,6 +86,7 @@ class _Builder:
                     resets=resets,
                     rising=test.rising,
                     stops=tuple(self._stops(path, machine, given, test)),
+                    unit=unit_of(test),
                     text=test.text,
                     tells=given.tells,
                     hooks=watched,

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 
+from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.scene.construction.limiting import rated_limits, scene_limits
 from heavylift.nodes.scene.construction.yard import Yard
-from heavylift.nodes.scene.language.phrases import CrossTest, Test
-from heavylift.nodes.scene.language.quantities import QUANTITIES
+from heavylift.nodes.scene.language.phrases import CrossTest
 from heavylift.nodes.scene.text.source import Path
 
-from .conditions import Conditions
+from .conditions import Conditions, unit_of
 
-UNITS = {"length": "m", "angle": "rad", "force": "N", "mass": "kg", "ratio": "", "speed": "m/s"}  # by dimension
-UNJUDGED = ("angle", "length")  # signals that are not known of a path or a recording
+SIGNAL = tuple(x.name for x in fields(Signal))
 
 
 def build_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """All rows, those of what holds a load first."""
     rows = rated_limits(yard, mechanisms)
-    return (*rows, *_signals(yard, mechanisms), *scene_limits(yard, mechanisms))
+    return (*rows, *_signals(yard, mechanisms), *_interlocks(yard), *scene_limits(yard, mechanisms))
 
 
 def _signals(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
@@ -31,7 +31,7 @@ def _signals(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit
     for i, phrase in enumerate(yard.scene.limits.signals):
         path: Path = ("limits", "signals", i)
         for test in phrase:
-            unit = _unit(test)
+            unit = unit_of(test)
             if not isinstance(test, CrossTest) or unit is None:
                 told = "a limit is one of places, ropes, hooks or the wind, such as 'gap west east >= 3 m'"
                 yard.source.fault(path, told)
@@ -43,8 +43,13 @@ def _signals(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit
                 )  # fmt: skip
 
 
-def _unit(test: Test) -> str | None:
-    """The unit of what a test compares, of SI; None if it cannot be judged."""
-    if not isinstance(test, CrossTest) or test.quantity in UNJUDGED:
-        return None
-    return "" if test.share else UNITS.get(QUANTITIES[test.quantity].dimension.name)
+def _interlocks(yard: Yard) -> Iterator[Limit]:
+    """What interlocks that stop something watch, each of their guards."""
+    for x in (x for x in yard.interlocks if x.stops and x.unit is not None):
+        by = "its type" if x.name.rpartition(".")[0] in yard.scene.machines else "the scene"
+        for guard in x.guards:
+            own = {name: getattr(guard, name) for name in SIGNAL}
+            yield Limit(
+                subject=x.name, quantity="interlock", unit=x.unit or "", value=x.value, least=not x.rising,
+                signal=Signal(**own), elements=(x.name,), source=by, where=x.where,
+            )  # fmt: skip

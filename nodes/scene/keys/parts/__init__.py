@@ -2,6 +2,7 @@
 
 mechanics, joints, forces, contacts, flexible   the keys of `mechanism:`
 machines        what types make of their parameters
+standing        what machines stand on, and the ground below
 rigging         what hangs on their hooks: slings, equalisers, frames
 kinematics      where bodies are at the start
 """

@@ -9,6 +9,7 @@ from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, Field
 
 from .mechanics import Parts
+from .standing import Stands
 
 PartName = Annotated[str, AfterValidator(part_name)]  # `west.boom` of the machine `west`
 
@@ -58,6 +59,8 @@ class PortalParts(Base):
     bodies: PortalBodies
     drives: PortalDrives
     hooks: dict[Name, PortalHook]
+    stands: Stands | None = None
+    wind: u.Speed | None = None  # up to which it works
 
 
 class Machine(Parts[PartName]):

@@ -24,6 +24,7 @@ from .contacts import Contact
 from .flexible import Beam, Elastic, Matrices
 from .forces import Force as ForceElement
 from .joints import ENDS, Joint, Range
+from .standing import Stands
 
 
 def _shape(given: object) -> str:
@@ -174,6 +175,7 @@ class BoomChart(Base):
 
     boom: u.Extent
     counterweight: u.Mass | None = None
+    outriggers: u.Extent | None = None
     chart: Chart
 
 
@@ -196,6 +198,9 @@ class Hook(Base):
     capacity_charts: list[BoomChart] = Field(default_factory=list)  # instead, by boom length and counterweight
     boom: u.Extent | None = None  # of which the chart is looked up: that of the next longer one
     counterweight: u.Mass | None = None  # of which the chart is looked up: that of the next lighter one
+    outriggers: u.Extent | None = (
+        None  # width of the base of which the chart is looked up: that of the next narrower one
+    )
     radius_from: str = ""  # body from whose origin the radius of the chart is measured
     fall_EA: u.Force
     fall_mass: u.MassPerLength | None = None  # where the fidelity gives ropes a mass; left out: of steel wire so stiff
@@ -215,14 +220,16 @@ class Hook(Base):
     @property
     def chart(self) -> list[tuple[float, float]] | None:
         """The chart that counts: of the same boom or the next longer one, of the same counterweight or the next lighter
-        one; raises ValueError where there is none."""
+        one, of the same base or the next narrower one; raises ValueError where there is none."""
         if not self.capacity_charts:
             return self.capacity_chart
-        boom, heavy = (self.boom or inf) * (1.0 - ROUNDING), (self.counterweight or 0.0) * (1.0 + ROUNDING)
-        fit = [x for x in self.capacity_charts if x.boom >= boom and (x.counterweight or 0.0) <= heavy]
+        boom, more = (self.boom or inf) * (1.0 - ROUNDING), 1.0 + ROUNDING
+        heavy, wide = (self.counterweight or 0.0) * more, (self.outriggers or 0.0) * more
+        fit = [x for x in self.capacity_charts if x.boom >= boom]
+        fit = [x for x in fit if (x.counterweight or 0.0) <= heavy and (x.outriggers or 0.0) <= wide]
         if not fit:
-            raise ValueError("there is no chart for a boom so long, with such a counterweight")
-        return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0))).chart
+            raise ValueError("there is no chart for a boom so long, with such a counterweight and base")
+        return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0), -(x.outriggers or 0.0))).chart
 
 
 class Drawn(Base):
@@ -251,6 +258,9 @@ class Parts(Base, Generic[PartKey]):
     hooks: dict[PartKey, Hook] = Field(default_factory=dict)
     elastic: dict[PartKey, Elastic] = Field(default_factory=dict)  # bodies
     shapes: dict[PartKey, list[Drawn]] = Field(default_factory=dict)  # bodies
+    configuration: dict[str, str | int | float] = Field(default_factory=dict)  # more of how it is set up, in words
+    stands: Stands | None = None  # on what; left out: no pressure is judged
+    wind: u.Speed | None = None  # up to which it works; left out: that of the scene's limits
 
     @property
     def laws(self) -> dict[str, dict[PartKey, Any]]:

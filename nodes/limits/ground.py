@@ -1,0 +1,159 @@
+"""What a machine presses on the ground: statics of all that its joints hold together, as columns over n instants.
+
+Its weights and the pulls of ropes make one force with a place on the ground; inertia of the machine itself and wind on
+it are not in it.  That force V [N] at x, y [m] from the middle of the base is shared by
+
+    two tracks    by the lever between them; below each along its length by the trapezoid of a rigid body on springs,
+                  or by the triangle beyond the middle third
+    four corners  V/4 (1 +- 2x/l +- 2y/w), as of a rigid base on equal springs; where one would be pulled, by the
+                  other three, which need no stiffness
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.kernel.description.mechanics import WORLD, Line, Point
+from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.mechanism import Footing, Mechanism
+from heavylift.nodes.plan.plan import Plan
+
+from .rope_signals import place
+from .signals import Column, Signals
+
+CORNERS = {"front left": (1.0, 1.0), "front right": (1.0, -1.0), "rear left": (-1.0, 1.0), "rear right": (-1.0, -1.0)}
+SIDES = {"left": 1.0, "right": -1.0}
+PARTS = 24  # of the way that a machine slews between two instants of a path at rest, which are looked at
+
+
+def corner_load(V: Column, x: Column, y: Column, base: tuple[float, float], corner: str) -> Column:
+    """What a corner of a base (length, width) bears (n,) [N]."""
+    (along, across), u, v = CORNERS[corner], 2.0 * x / base[0], 2.0 * y / base[1]
+    a, b = along * u, across * v
+    four = V / 4.0 * (1.0 + a + b)
+    loaded = (
+        V
+        / 2.0
+        * np.where(
+            (a >= 0.0) & (b >= 0.0),
+            a + b,
+            np.where(a >= 0.0, 1.0 - np.abs(v), np.where(b >= 0.0, 1.0 - np.abs(u), 0.0)),
+        )
+    )
+    return np.asarray(np.where(np.abs(u) + np.abs(v) <= 1.0, four, np.clip(loaded, 0.0, V)))
+
+
+def track_pressure(V: Column, x: Column, y: Column, base: tuple[float, float], breadth: float, side: str) -> Column:
+    """The largest pressure (n,) [Pa] below a track of a base (length, distance of tracks); infinite where it tips."""
+    length, apart = base
+    own, e = np.clip(V / 2.0 * (1.0 + 2.0 * SIDES[side] * y / apart), 0.0, V), np.abs(x)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        triangle = np.where(e < length / 2.0, 2.0 * own / (3.0 * breadth * (length / 2.0 - e)), np.inf)
+    return np.asarray(np.where(e <= length / 6.0, own / (breadth * length) * (1.0 + 6.0 * e / length), triangle))
+
+
+def way_to_tip(x: Column, y: Column, base: tuple[float, float], *, lifts: bool) -> Column:
+    """Which part of the way from the middle to where it tips, or to where one corner `lifts`, the force is (n,)."""
+    u, v = np.abs(2.0 * x / base[0]), np.abs(2.0 * y / base[1])
+    return np.asarray(u + v if lifts else np.maximum(u, v))
+
+
+def stood(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
+    """The pressure [Pa], the load of a wheel [kg] or the way to tipping of a machine's footing (n,)."""
+    machine = next((m for m in plan.machines if m.name in limit.elements), None)
+    footing = machine.footing if machine else None
+    found = resultant(plan, machine, signals) if machine and footing else None
+    if found is None or footing is None:
+        return None
+    values = [_of(plan, limit, footing, V, x, y) for V, x, y in _slewed(machine, signals, *found)]
+    return np.asarray(np.maximum.reduce(values))
+
+
+def _of(plan: Plan, limit: Limit, footing: Footing, V: Column, x: Column, y: Column) -> Column:
+    """The quantity of a limit by the force on the ground [N] and its place [m]."""
+    base = footing.length, footing.width
+    if limit.quantity == "uplift":
+        return way_to_tip(x, y, base, lifts=footing.kind == "wheels")
+    if footing.kind == "wheels":
+        return np.asarray(corner_load(V, x, y, base, limit.over) / footing.each / plan.gravity)
+    if footing.kind == "tracks":
+        below, area = track_pressure(V, x, y, base, footing.each, limit.over), footing.each * footing.length
+    else:
+        below, area = corner_load(V, x, y, base, limit.over) / footing.each, footing.each
+    if footing.mat:
+        below = (below * area + footing.mat[1] * plan.gravity) / footing.mat[0]
+    return np.asarray(below)
+
+
+def _slewed(
+    machine: Mechanism | None, signals: Signals, V: Column, x: Column, y: Column
+) -> Iterator[tuple[Column, Column, Column]]:
+    """The force and its place; of a path at rest also on the way there, on which the machine slews."""
+    yield V, x, y
+    actuators = machine.actuators if machine and not signals.dynamic else ()
+    for slewer in (a.name for a in actuators if a.verb == "slew" and a.name in signals.lengths):
+        way = np.append(0.0, np.diff(signals.lengths[slewer]))
+        for part in range(1, PARTS if (way != 0.0).any() else 0):
+            c, s = (np.array([float(f(x)) for x in way * part / PARTS]) for f in (cos, sin))
+            yield V, x * c + y * s, y * c - x * s
+
+
+def resultant(plan: Plan, machine: Mechanism, signals: Signals) -> tuple[Column, Column, Column] | None:
+    """The force on the ground (n,) [N], and where it is, in the frame of the base (n,) [m]; None if a body or rope is
+    not on record."""
+    footing = machine.footing
+    assert footing is not None
+    middle = place(signals, Point(footing.body, footing.at))
+    forces = list(_forces(plan, machine, signals))
+    if middle is None or not forces or any(p is None or F is None for p, F in forces):
+        return None
+    V, Mx, My = np.zeros(len(signals.t)), np.zeros(len(signals.t)), np.zeros(len(signals.t))
+    for p, F in forces:
+        assert p is not None
+        assert F is not None
+        d = p - middle
+        V = V - F[:, 2]
+        Mx = Mx + d[:, 1] * F[:, 2] - d[:, 2] * F[:, 1]
+        My = My + d[:, 2] * F[:, 0] - d[:, 0] * F[:, 2]
+    ex, ey, R = My / V, -Mx / V, signals.poses[footing.body][1]
+    x, y = ex * R[:, 0, 0] + ey * R[:, 1, 0], ex * R[:, 0, 1] + ey * R[:, 1, 1]
+    return V, x, y
+
+
+def _forces(plan: Plan, machine: Mechanism, signals: Signals) -> Iterator[tuple[Column | None, Column | None]]:
+    """Places (n, 3) [m] and forces (n, 3) [N] of its weights, and of ropes that hold something else."""
+    own, n = standing(machine), len(signals.t)
+    for body in (body for body in machine.system.bodies if body.name in own):
+        weight = np.zeros((n, 3))
+        weight[:, 2] = -body.mass * plan.gravity
+        yield place(signals, Point(body.name, body.com)), weight
+    for rope in (rope for m in plan.machines for rope in m.system.straight_ropes):
+        for line in rope.lines:
+            inside = line.a.body in own, line.b.body in own
+            if inside[0] != inside[1] and rope.name in signals.tensions:
+                yield _pull(signals, line if inside[0] else Line(line.b, line.a, line.share), rope.name)
+
+
+def _pull(signals: Signals, line: Line, rope: str) -> tuple[Column | None, Column | None]:
+    """Where a line leaves its first point, and with which force it pulls there."""
+    a, b = place(signals, line.a), place(signals, line.b)
+    if a is None or b is None:
+        return a, None
+    d = b - a
+    size = np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1] + d[:, 2] * d[:, 2])
+    return a, np.asarray(d * (line.share * signals.tensions[rope] / np.maximum(size, 1e-9))[:, None])
+
+
+def standing(machine: Mechanism) -> set[str]:
+    """The bodies that joints hold together with that on which it stands."""
+    footing = machine.footing
+    pairs = [
+        (j.parent, j.child) for j in machine.system.joints if j.kind != "free" and WORLD not in (j.parent, j.child)
+    ]
+    found, before = {footing.body} if footing else set[str](), 0
+    while len(found) > before:
+        before = len(found)
+        found |= {body for pair in pairs if {*pair} & found for body in pair}
+    return found

@@ -1,0 +1,68 @@
+"""Radius and use of the chart in each stage: as a load hangs there first, where the use is largest, and last."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+from heavylift.nodes.plan.limit import Limit, Reach
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.statics.state import StaticState
+
+from .reading import axis_of, read
+from .sentences import percent
+from .signals import Signals, signals_of
+from .telling import clock
+
+REACH = ("stage", "hook", "", "at", "radius [m]", "load [t]", "chart [t]", "used")
+WHEN = ("begins", "most", "ends")
+
+
+class Reached:
+    """What hooks with a chart by radius reached; parts of a path or a run are seen one after the other."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._limits = [x for x in plan.limits if x.quantity == "hook load" and x.over == "radius"]
+        self._found: dict[tuple[str, str], list[Reach]] = {}
+
+    def see(self, signals: Signals) -> Signals:
+        """The next instants, which are given back."""
+        for limit in self._limits:
+            reading, radii = read(self._plan, limit, signals), axis_of(self._plan, limit, signals)
+            if reading is None or radii is None:
+                continue
+            for k in np.flatnonzero(np.isfinite(reading.values + radii)).tolist():
+                self._add(limit, signals, float(signals.t[k]), float(radii[k]), float(reading.values[k]), k)
+            if reading.exact and signals.t[0] <= reading.exact[1] <= signals.t[-1]:
+                load, t = reading.exact
+                self._add(limit, signals, t, float(np.interp(t, signals.t, radii)), load, None)
+        return signals
+
+    def see_path(self, states: Sequence[StaticState]) -> tuple[Reach, ...]:
+        """All of a path at rest."""
+        self.see(signals_of(states))
+        return self.found
+
+    def _add(self, limit: Limit, signals: Signals, t: float, radius: float, load: float, k: int | None) -> None:
+        stage = signals.stage_at(t, k)
+        one = Reach(hook=limit.subject, stage=stage, t=t, radius=radius, load=load, capacity=limit.at(radius))
+        first, most, last = self._found.setdefault((limit.subject, stage), [one] * 3)
+        self._found[limit.subject, stage] = [
+            one if t < first.t else first, one if one.use > most.use else most, one if t >= last.t else last
+        ]  # fmt: skip
+
+    @property
+    def found(self) -> tuple[Reach, ...]:
+        """Three of each hook and stage, in their order."""
+        each = sorted(self._found.values(), key=lambda three: three[0].t)
+        return tuple(
+            msgspec.structs.replace(x, when=when) for three in each for when, x in zip(WHEN, three, strict=True)
+        )
+
+
+def reach_rows(found: Sequence[Reach]) -> list[tuple[str, ...]]:
+    """Cells under `REACH`."""
+    numbers = ((f"{x.radius:.2f}", f"{x.load / 1e3:.1f}", f"{x.capacity / 1e3:.1f}", percent(x.use)) for x in found)
+    return [(x.stage, x.hook, x.when, clock(x.t), *row) for x, row in zip(found, numbers, strict=True)]

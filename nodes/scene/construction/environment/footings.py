@@ -1,0 +1,150 @@
+"""What machines stand on and how they are set up, as parts of the plan; what the ground may bear; their wind."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from typing import Any
+
+import msgspec
+from heavylift.nodes.limits.ground import CORNERS, SIDES
+from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.mechanism import Footing, Mechanism
+from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.keys.parts.machines import PortalParts
+from heavylift.nodes.scene.keys.parts.mechanics import Hook, Parts
+from heavylift.nodes.scene.keys.parts.standing import Stands
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.units import LENGTH, MASS
+
+STATICS = "statics of a rigid base"
+LEFT_OUT = "inertia of the machine and wind on it are not in it"
+UNKNOWN = "give 'stands' to its type: tracks, outriggers or wheels"
+
+
+def footing_of(
+    source: Source, base: Path, given: Stands | None, bodies: Collection[str], prefix: str
+) -> Footing | None:
+    """The footing of a machine whose bodies have a prefix in front; None if it has none."""
+    if given is None:
+        return None
+    body = f"{prefix}{given.on}"
+    if body not in bodies:
+        known = [name.removeprefix(prefix) for name in bodies]
+        source.fault((*base, "stands", "on"), f"there is no body '{given.on}' to stand on", closest(given.on, known))
+    at = {"body": body, "at": given.at}
+    if x := given.tracks:
+        return Footing(kind="tracks", length=x.length, width=x.apart, each=x.width, **at)  # type: ignore[arg-type]
+    if y := given.outriggers:
+        return Footing(kind="outriggers", length=y.length, width=y.width, each=y.pad, **at)  # type: ignore[arg-type]
+    if z := given.wheels:
+        return Footing(kind="wheels", length=z.length, width=z.width, each=float(z.each), **at)  # type: ignore[arg-type]
+    return None
+
+
+def set_up(yard: Yard, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
+    """The machines on the mats that the scene lays below their tracks or outriggers, with how they are set up."""
+    names = [machine.name for machine in machines if machine.hooks]
+    for name in (name for name in yard.scene.ground.mats if name not in names):
+        yard.source.fault(("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True)
+    return tuple(_set_up(yard, machine) if machine.hooks else machine for machine in machines)
+
+
+def _set_up(yard: Yard, machine: Mechanism) -> Mechanism:
+    footing, mats, path = machine.footing, yard.scene.ground.mats.get(machine.name), ("ground", "mats", machine.name)
+    if mats and (footing is None or footing.kind == "wheels"):
+        yard.source.fault(path, f"'{machine.name}' stands on no tracks and no outriggers", on_key=True)
+    elif mats and footing:
+        least = footing.each * (footing.length if footing.kind == "tracks" else 1.0)
+        if mats.area < least:
+            yard.source.fault((*path, "area"), f"mats are not smaller than what stands on each of them, {least:g} m2")
+        footing = msgspec.structs.replace(footing, mat=(mats.area, mats.mass))
+    machine = msgspec.structs.replace(machine, footing=footing)
+    return msgspec.structs.replace(machine, configuration=_configuration(machine, _parts(yard, machine)))
+
+
+def _configuration(machine: Mechanism, given: Parts[Any] | PortalParts | None) -> dict[str, str]:
+    """What its type says, booms, counterweights and bases of charts, falls, base, mats."""
+    found, hooks = dict[str, str](), dict[str, Hook]()
+    if isinstance(given, Parts):
+        found, hooks = {key: str(value) for key, value in given.configuration.items()}, dict(given.hooks)
+    for name, hook in hooks.items():
+        of = "" if len(hooks) == 1 else f" of {name.rpartition('.')[2]}"
+        for key, size in (("boom", LENGTH), ("counterweight", MASS), ("outriggers", LENGTH)):
+            if (value := getattr(hook, key)) is not None:
+                found.setdefault(f"{key}{of}", size.show(value))
+    falls = {hook.rope.rpartition(".")[2]: str(hook.falls) for hook in machine.hooks}
+    same = len({*falls.values()}) == 1
+    found |= {"falls": next(iter(falls.values()))} if same else {f"falls of {name}": n for name, n in falls.items()}
+    if x := machine.footing:
+        found["base"] = f"{x.kind} {LENGTH.show(x.length)} long, {LENGTH.show(x.width)} apart"
+        found |= {"mats": f"{x.mat[0]:g} m2 each"} if x.mat else {}
+    return found
+
+
+def standing_limits(yard: Yard, machine: Mechanism) -> Iterator[Limit]:
+    """What each track, outrigger or wheel of a machine may bear, and how near the machine may come to tipping."""
+    name, footing, given = machine.name, machine.footing, _given(yard, machine)
+    if footing is None:
+        note = UNKNOWN if given is None else "it stands on a foundation"
+        elements = (name,) if given is None else ()
+        yield Limit(
+            subject=name, quantity="ground pressure", unit="Pa", elements=elements, note=note, where=machine.where
+        )
+        return
+    at = {"elements": (name,), "where": machine.where}
+    if footing.kind == "wheels":
+        most = given.wheels.capacity if given and given.wheels else None
+        by, note = ("its type", LEFT_OUT) if most else ("", "give its wheels a 'capacity'")
+        for corner in CORNERS:
+            yield Limit(
+                subject=f"{name} {corner}", quantity="wheel load", unit="kg", value=most, over=corner, source=by,
+                note=note, **at,  # type: ignore[arg-type]
+            )  # fmt: skip
+    else:
+        most, path = yard.scene.ground.bearing, ("ground", "bearing")
+        by, note = ("the scene", LEFT_OUT) if most else ("", "write 'ground: {bearing: 200 kPa}', what it may bear")
+        at |= {"where": yard.source.where(path)} if most else {}
+        for each in SIDES if footing.kind == "tracks" else CORNERS:
+            yield Limit(
+                subject=f"{name} {each}", quantity="ground pressure", unit="Pa", value=most, over=each, source=by,
+                note=note, **at,  # type: ignore[arg-type]
+            )  # fmt: skip
+    yield Limit(
+        subject=name, quantity="uplift", unit="", value=1.0, source=STATICS, note=LEFT_OUT, **at,  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def wind_limits(yard: Yard, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[Limit]:
+    """In which wind machines with hooks may work: their own limits, and that of the scene."""
+    most, where = yard.scene.limits.wind, yard.source.where(("limits",))
+    if not winds:
+        by = "the scene" if most is not None else ""
+        note = "no wind is modelled"
+        yield Limit(subject="all", quantity="wind", unit="m/s", value=most, source=by, note=note, where=where)
+        return
+    row = {"quantity": "wind", "unit": "m/s", "elements": winds}
+    unknown = not machines
+    for machine in machines:
+        given = _parts(yard, machine)
+        own = given.wind if given else None
+        unknown |= own is None
+        if own is not None:
+            yield Limit(subject=machine.name, value=own, source="its type", where=machine.where, **row)  # type: ignore[arg-type]
+    if most is not None:
+        yield Limit(subject="all", value=most, source="the scene", where=where, **row)  # type: ignore[arg-type]
+    elif unknown:
+        yield Limit(subject="all", note="give it under 'limits: {wind: ...}'", where=where, **row)  # type: ignore[arg-type]
+
+
+def _given(yard: Yard, machine: Mechanism) -> Stands | None:
+    parts = _parts(yard, machine)
+    return parts.stands if parts else None
+
+
+def _parts(yard: Yard, machine: Mechanism) -> Parts[Any] | PortalParts | None:
+    """The keys of a machine."""
+    scene = yard.scene
+    if machine.name in scene.cranes:
+        return scene.cranes[machine.name].parts
+    return scene.machines.get(machine.name) or scene.mechanism

@@ -1,0 +1,64 @@
+"""The keys of what a machine stands on, and of the ground below."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from heavylift.nodes.scene.keys.base import Base, Name, Place
+from heavylift.nodes.scene.text import units as u
+from pydantic import Field, model_validator
+
+
+class Tracks(Base):
+    """Two tracks along the x of their body."""
+
+    length: u.Extent  # of each that bears
+    width: u.Extent  # of each
+    apart: u.Extent  # from middle to middle
+
+
+class Outriggers(Base):
+    """Four outriggers."""
+
+    length: u.Extent  # between front and rear ones
+    width: u.Extent  # between left and right ones
+    pad: Annotated[u.Area, Field(gt=0)]  # of each
+
+
+class Wheels(Base):
+    """Wheels at four corners, on rails or on the ground."""
+
+    length: u.Extent  # between front and rear corners
+    width: u.Extent  # between left and right corners
+    each: Annotated[int, Field(ge=1)]  # of wheels at a corner
+    capacity: u.Mass | None = None  # of each wheel; left out: not judged
+
+
+class Stands(Base):
+    """What a machine stands on; without tracks, outriggers and wheels on a foundation, which nobody checks here."""
+
+    on: str  # the body that has them
+    at: Place = (0.0, 0.0, 0.0)  # middle of the base on the ground, in the frame of that body
+    tracks: Tracks | None = None
+    outriggers: Outriggers | None = None
+    wheels: Wheels | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Stands:
+        if sum(x is not None for x in (self.tracks, self.outriggers, self.wheels)) > 1:
+            raise ValueError("a machine stands on 'tracks', on 'outriggers' or on 'wheels'")
+        return self
+
+
+class Mats(Base):
+    """Mats below each track or each outrigger of a crane, which spread its load."""
+
+    area: Annotated[u.Area, Field(gt=0)]  # that bears
+    mass: u.AnyMass = 0.0
+
+
+class Ground(Base):
+    """What cranes on tracks and outriggers stand on."""
+
+    bearing: u.Pressure | None = None  # permissible pressure; left out: not judged
+    mats: dict[Name, Mats] = Field(default_factory=dict)  # by crane

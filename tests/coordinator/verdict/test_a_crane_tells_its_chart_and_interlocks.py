@@ -1,0 +1,70 @@
+"""Radius and chart in each stage, how a crane is set up, interlocks with their margin, speed as hooks lift off."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import acos, cos, degrees, radians
+
+import pytest
+from heavylift.coordinator.ladder import Played, play
+from heavylift.nodes.limits import Reached
+from heavylift.nodes.scene import check, load
+
+LIGHT = "block.mass=40 t"
+
+
+@cache
+def played(name: str, *settings: str) -> Played:
+    return play(load(name, list(settings)).plan)
+
+
+def test_each_stage_has_its_radius_load_and_chart() -> None:
+    """At rest: the tip of 42 m stands 14 m out, then luffs by the scene; the next longer radius of the chart counts."""
+    scene = load("crawler", [LIGHT])
+    found = Reached(scene.plan).see_path(scene.states)
+    stages = list(dict.fromkeys(x.stage for x in found))
+    assert [x.when for x in found] == ["begins", "most", "ends"] * len(stages)
+    chart = {14.0: 104.5e3, 16.0: 86e3, 18.0: 72.5e3, 20.0: 62.5e3, 24.0: 48.5e3}
+    up = [x for x in found if x.stage == "up"]
+    assert [x.radius for x in up] == pytest.approx([14.0] * 3, abs=1e-6)
+    assert [x.load for x in up] == pytest.approx([43e3] * 3, rel=1e-6)
+    out = [x for x in found if x.stage == "luff out"]
+    assert out[-1].radius == pytest.approx(1.5 + 42.0 * cos(radians(60.8)), abs=0.02)
+    assert degrees(acos((out[0].radius - 1.5) / 42.0)) == pytest.approx(degrees(acos(12.5 / 42.0)), abs=0.1)
+    for x in found:
+        assert x.capacity == next(most for radius, most in chart.items() if x.radius <= radius)
+        assert x.use == x.load / x.capacity
+    told = str(check(scene))
+    assert "Radius and chart:" in told
+    assert "boom 42 m, counterweight 100 t, falls 16, base tracks 7.8 m long, 7.2 m apart" in told
+
+
+def test_the_largest_of_a_run_is_that_of_its_check() -> None:
+    run = played("crawler", LIGHT)
+    hook = next(c for c in run.verdict.checks if c.quantity == "hook load")
+    most = max((x for x in run.verdict.reach if x.when == "most"), key=lambda x: x.load / x.capacity)
+    assert hook.use == pytest.approx(most.load / most.capacity, rel=1e-12)
+    assert (hook.t, hook.value) == (most.t, most.load)
+
+
+def test_an_interlock_that_never_trips_has_a_row_with_its_margin() -> None:
+    heavy, light = played("crawler"), played("crawler", LIGHT)
+    (own,) = (c for c in light.verdict.checks if c.quantity == "interlock")
+    hook = next(c for c in light.verdict.checks if c.quantity == "hook load")
+    assert own.state != "red"
+    assert (own.shown, own.limit) == (f"{100 * (own.value or 0):.0f} %", 1.0)
+    assert own.use == pytest.approx(hook.use or 0.0, rel=0.03)  # its moment is that chart; peaks lie between samples
+    tripped = [c for c in heavy.verdict.checks if c.quantity == "interlock"]
+    assert [c.state for c in tripped] == ["red"]
+    assert "stopped" in tripped[0].sentence
+
+
+@pytest.mark.parametrize(("most", "state"), [("0.9 m/min", "red"), ("1.1 m/min", "green")])
+def test_hooks_lift_off_slowly(most: str, state: str) -> None:
+    """The crawler hoists with 1 m/min until its load is lifted."""
+    checks = load("crawler", [LIGHT, f"limits={{touch: {most}}}"]).checks
+    (own,) = (c for c in checks if c.quantity == "lift-off speed")
+    assert own.state == state
+    assert own.value == pytest.approx(1.0 / 60.0, rel=1e-12)
+    assert own.stage == "lift off"
+    assert next(c for c in checks if c.quantity == "landing speed").value == pytest.approx(0.5 / 60.0, rel=1e-12)

@@ -1,0 +1,207 @@
+"""Tracks, outriggers and wheels against closed forms, to 1e-9; and each bundled type against the sum of its weights."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import cos, radians, sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.kernel import SceneError
+from heavylift.nodes.limits import corner_load, resultant, standing, stood, track_pressure, way_to_tip
+from heavylift.nodes.limits.ground import CORNERS, SIDES
+from heavylift.nodes.limits.signals import Signals, signals_of
+from heavylift.nodes.plan.mechanism import Mechanism
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.scene import begun_with, load, parse
+from heavylift.nodes.scene.text import library
+
+EXACT = 1e-9
+BASE = 7.2, 6.4  # length and width [m]
+
+
+def at(*values: float) -> np.ndarray:
+    return np.array(values)
+
+
+def corners(V: float, x: float, y: float) -> dict[str, float]:
+    return {name: float(corner_load(at(V), at(x), at(y), BASE, name)[0]) for name in CORNERS}
+
+
+def test_four_outriggers_bear_a_quarter_and_the_two_moments() -> None:
+    """V/4 +- Mx/(2b) +- My/(2a) of a rigid base on equal springs."""
+    V, Mx, My = 800e3, 560e3, 480e3
+    found = corners(V, My / V, Mx / V)
+    for name, (along, across) in CORNERS.items():
+        told = V / 4 + along * My / (2 * BASE[0]) + across * Mx / (2 * BASE[1])
+        assert found[name] == pytest.approx(told, rel=EXACT)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_other_three_bear_it_where_one_outrigger_would_be_pulled(seed: int) -> None:
+    """Three supports follow from forces and moments alone, here by a linear system; none of them is pulled."""
+    random = np.random.default_rng(seed)
+    V, u, v = 1e6 * random.uniform(0.5, 2.0), random.uniform(-1, 1), random.uniform(-1, 1)
+    if abs(u) + abs(v) <= 1.0:
+        u, v = (np.sign(u) - u, np.sign(v) - v)  # the same place beyond the line on which one lifts
+    x, y = u * BASE[0] / 2, v * BASE[1] / 2
+    lifted = next(k for k, (a, b) in CORNERS.items() if a * u < 0 and b * v < 0)
+    three = [k for k in CORNERS if k != lifted]
+    rows = [[1.0] * 3, [CORNERS[k][0] * BASE[0] / 2 for k in three], [CORNERS[k][1] * BASE[1] / 2 for k in three]]
+    told = dict(zip(three, np.linalg.solve(rows, [V, V * x, V * y]), strict=True))
+    found = corners(V, x, y)
+    assert found[lifted] == 0.0
+    for name in three:
+        assert found[name] == pytest.approx(told[name], rel=EXACT, abs=EXACT * V)
+
+
+def test_what_goes_over_the_edge_of_its_base_tips() -> None:
+    assert way_to_tip(at(3.6), at(0.0), BASE, lifts=False)[0] == pytest.approx(1.0, rel=EXACT)
+    assert way_to_tip(at(1.8), at(-1.6), BASE, lifts=False)[0] == pytest.approx(0.5, rel=EXACT)
+    assert way_to_tip(at(1.8), at(-1.6), BASE, lifts=True)[0] == pytest.approx(1.0, rel=EXACT)  # a corner is free
+    assert min(corners(1e6, 1.8, -1.6).values()) == pytest.approx(0.0, abs=EXACT * 1e6)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.4, 7.8 / 6, 2.0, 3.0])
+def test_tracks_press_as_a_trapezoid_and_beyond_the_middle_third_as_a_triangle(e: float) -> None:
+    """p = V/(b L) (1 + 6e/L) for e <= L/6, else 2V / (3 b (L/2 - e)); the load of a track by the lever."""
+    V, y, (length, apart), breadth = 2.4e6, 0.9, (7.8, 7.2), 1.2
+    for side, sign in SIDES.items():
+        own = V * (0.5 + sign * y / apart)
+        told = own / (breadth * length) * (1 + 6 * e / length)
+        if e > length / 6:
+            told = 2 * own / (3 * breadth * (length / 2 - e))
+        found = track_pressure(at(V), at(-e), at(y), (length, apart), breadth, side)
+        assert found[0] == pytest.approx(told, rel=EXACT)
+    assert track_pressure(at(V), at(3.9), at(0.0), (7.8, 7.2), breadth, "left")[0] == np.inf
+
+
+@cache
+def lift(crane: str, folder: str, setting: str = "") -> tuple[Plan, Mechanism, Signals]:
+    """A lift by a crane of a type, at rest along its list."""
+    head = "name,mass [t],size x [m],size y [m],size z [m]\n"
+    long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
+    (Path(folder) / "blocks.csv").write_text(f"{head}B,10,{long},{wide},4\n", encoding="utf-8")
+    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    scene = parse(text.replace(f"type: {crane}", f"type: {crane}{setting}"), str(Path(folder) / "made.yaml"))
+    (machine,) = (m for m in scene.plan.machines if m.name == "crane")
+    return scene.plan, machine, signals_of(scene.states)
+
+
+@pytest.mark.parametrize("crane", sorted(library()))
+def test_each_type_presses_with_its_weights_and_what_hangs_there(
+    crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """V = g sum(m) and the place sum(m x) / sum(m), with the weight of block, rigging and hook blocks below the hooks:
+    equal to all that is there, once it hangs free."""
+    monkeypatch.chdir(tmp_path)
+    plan, machine, signals = lift(crane, str(tmp_path))
+    if machine.footing is None:
+        assert [x.note for x in plan.limits if x.quantity == "ground pressure"] == ["it stands on a foundation"]
+        return
+    found = resultant(plan, machine, signals)
+    assert found is not None
+    bodies = {body.name: body for m in plan.machines for body in m.system.bodies if body.mass}
+    assert standing(machine) < {*bodies} or machine.levels
+    free = [k for k in range(len(signals.t)) if "up" in signals.named[k]]
+    assert free
+    p0, R0 = (x[free[-1]] for x in signals.poses[machine.footing.body])
+    middle = p0 + R0 @ np.array(machine.footing.at)
+    mass, first = 0.0, np.zeros(3)
+    for name, body in bodies.items():
+        p, R = (x[free[-1]] for x in signals.poses[name])
+        mass += body.mass
+        first += body.mass * (p + R @ np.array(body.com))
+    x, y, _ = R0.T @ (first / mass - middle)
+    V, ex, ey = (column[free[-1]] for column in found)
+    size = machine.footing.length + machine.footing.width
+    assert pytest.approx(mass * plan.gravity, rel=1e-7) == V  # of the tensions of the path
+    assert [ex, ey] == pytest.approx([x, y], abs=1e-6 * size)
+
+
+def test_while_a_crane_slews_the_corner_that_it_passes_counts() -> None:
+    """A crawler's worst track: over 100 degrees of slewing the load passes the side, where its lever is longest."""
+    scene = load("crawler")
+    (machine,) = (m for m in scene.plan.machines if m.name == "crawler")
+    path = signals_of(scene.states)
+    found = resultant(scene.plan, machine, path)
+    assert found is not None
+    k = path.named.index("slew")
+    V, x, y = (float(column[k]) for column in found)
+    e = (x * x + y * y) ** 0.5
+    use = next(u for u in scene.uses if (u.limit.quantity, u.limit.over) == ("ground pressure", "left"))
+    footing = machine.footing
+    assert footing is not None
+    every = [e * f(radians(a)) for f in (cos, sin) for a in np.linspace(0.0, 100.0, 2001)]
+    most = track_pressure(np.full(2001, V), np.array(every[:2001]), np.array(every[2001:]), (7.8, 7.2), 1.2, "left")
+    assert use.stage == "slew"
+    assert use.value == pytest.approx(float(most.max()), rel=2e-3)  # it is looked at each 100 / 24 degrees
+    ends = stood(scene.plan, use.limit, Signals(path.t[-1:], {}, {})) is None
+    assert ends
+    assert float(most.max()) > 1.05 * max(float(most[0]), float(most[-1]))
+
+
+def test_mats_spread_the_load_and_add_their_weight() -> None:
+    plain = {u.limit.over: u for u in load("crawler").uses if u.limit.quantity == "ground pressure"}
+    laid = load("crawler", ["ground={bearing: 300 kPa, mats: {crawler: {area: 20 m2, mass: 6 t}}}"])
+    for use in (u for u in laid.uses if u.limit.quantity == "ground pressure"):
+        told = ((plain[use.limit.over].value or 0.0) * 1.2 * 7.8 + 6e3 * 9.80665) / 20.0
+        assert use.value == pytest.approx(told, rel=EXACT)
+        assert use.limit.value == 300e3
+    with pytest.raises(SceneError, match=r"mats are not smaller than what stands on each of them, 9\.36 m2"):
+        load("crawler", ["ground={mats: {crawler: {area: 9 m2}}}"])
+    with pytest.raises(SceneError, match="'hall' stands on no tracks and no outriggers"):
+        load("hall", ["ground={mats: {hall: {area: 9 m2}}}"])
+    with pytest.raises(SceneError, match="there is no crane 'other'"):
+        load("crawler", ["ground={mats: {other: {area: 9 m2}}}"])
+
+
+def states(scene: str, quantity: str, *settings: str) -> set[str]:
+    return {c.state for c in load(scene, list(settings)).checks if c.quantity == quantity}
+
+
+def test_what_the_ground_may_bear_decides() -> None:
+    assert states("crawler", "ground pressure") == {"amber"}
+    told = next(c.sentence for c in load("crawler").checks if c.quantity == "ground pressure")
+    assert "write 'ground: {bearing: 200 kPa}'" in told
+    assert states("crawler", "ground pressure", "ground={bearing: 500 kPa}") == {"green"}
+    assert states("crawler", "ground pressure", "ground={bearing: 100 kPa}") == {"red"}
+    assert states("hall", "wheel load") == {"green"}
+    assert states("jib", "ground pressure") == {"none"}
+
+
+WIND = "wind={speed: %s m/s, direction: [1, 0, 0]}"
+
+
+@pytest.mark.parametrize(("scene", "most"), [("crawler", 12.0), ("jib", 20.0), ("hall", 20.0)])
+def test_each_type_has_its_own_limit_of_wind(scene: str, most: float) -> None:
+    assert states(scene, "wind") == {"none"}
+    assert states(scene, "wind", WIND % (most - 0.1)) == {"green"}
+    assert states(scene, "wind", WIND % (most + 0.1)) == {"red"}
+    assert states(scene, "wind", WIND % (most - 0.1), f"limits={{wind: {most - 1} m/s}}") == {"green", "red"}
+
+
+@pytest.mark.parametrize(("crane", "charts"), [("crawler-250", 6), ("rough-terrain-59", 3)])
+def test_no_load_of_a_chart_tips_its_crane(crane: str, charts: int, tmp_path: Path) -> None:
+    """Boom and chart of each, at each radius: the sum of moments about the edge of the base over 360 degrees."""
+    kind = library()[crane].read_text(encoding="utf-8")
+    text = f"heavylift: 1\nname: a\nend: 1 s\ncranes: {{a: {{type: {crane}%s}}}}\n"
+    import yaml
+
+    found = yaml.safe_load(kind)["hooks"]["main"]["capacity charts"]
+    assert len(found) == charts
+    for chart in found:
+        set_up = "".join(f", {key}: {chart[key]}" for key in ("boom", "counterweight") if key in chart)
+        for radius, most in chart["chart"]:
+            plan = parse(text % f"{set_up}, radius: {radius}", str(tmp_path / "a.yaml"), passing=True).plan
+            (machine,) = plan.machines
+            footing, bodies = machine.footing, {b.name: b for b in machine.system.bodies}
+            assert footing is not None
+            boom, upper = bodies["a.boom"], bodies["a.upper"]
+            r, load_ = float(radius.split()[0]), float(most.split()[0]) * 1e3
+            foot = next(j for j in machine.system.joints if j.child == "a.boom").p_PJ[0]
+            parts = [(boom.mass, foot + (r - foot) / 2), (upper.mass, upper.com[0]), (load_, r)]
+            parts += [(b.mass, b.com[0]) for n, b in bodies.items() if n in ("a.ballast", "a.tracks", "a.carrier")]
+            e = sum(m * x for m, x in parts) / sum(m for m, _ in parts)
+            assert e < min(footing.length, footing.width) / 2, (chart, radius)
