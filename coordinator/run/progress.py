@@ -25,12 +25,17 @@ from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.format.text import clock
 from heavylift.recordings.read.verdict import Check, Judged
+from heavylift.recordings.sheets.sheet import CLOCK, Column, Table
+from heavylift.recordings.sheets.terminal import table_text
 
 from .watch import Watch
 
 if TYPE_CHECKING:
     from rich.live import Live
     from rich.text import Text
+
+
+ROPES = Column("rope"), Column("peak", "kN", 1), Column("at", CLOCK, 0), Column("rated", "kN", 0), Column("use", "%", 1)
 
 
 class Progress(Watch):
@@ -136,16 +141,14 @@ def summary(
     if result.peaks:
         limits = rated(plan)
         red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
-        rows = [("rope", "peak kN", "at", "rated kN", "use %")]
+        rows = []
         for name, (tension, when) in result.peaks.items():
             limit = limits.get(name)
-            rest = (f"{limit / 1e3:.0f}", f"{100 * tension / limit:.1f}") if limit else ("-", "-")
-            rows.append((name, f"{tension / 1e3:.1f}", clock(when), *rest))
-        first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
-        for i, (name, *figures) in enumerate(rows):
-            style = "bold red" if i and name in red else None if i else "bold"
-            right = (figure.rjust(width) for figure, width in zip(figures, others, strict=True))
-            _tell("  ".join((name.ljust(first), *right)), style)
+            rest = (limit / 1e3, 100 * tension / limit) if limit else (None, None)
+            rows.append((name, tension / 1e3, when, *rest))
+        styles = ["bold", *("bold red" if name in red else None for name in result.peaks)]
+        for line, style in zip(table_text(Table("Ropes", ROPES, tuple(rows))).splitlines(), styles, strict=True):
+            _tell(line, style)
     if answer is not None:
         _tell(f"\n{answer}")
     if certificate is not None:

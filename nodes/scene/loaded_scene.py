@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 class Facts(msgspec.Struct, frozen=True):
     """What a run asks of the keys of a scene besides its plan; `named`: keys of its fidelity and of its steps that it
     names itself, and that are never chosen otherwise; `placement`: node -> process, for the nodes that the
-    scene places; `remote`: processes that it places on other hosts; `tandem`: what each crane may carry beside another.
+    scene places; `remote`: processes that it places on other hosts; `tandem`: what each crane may carry beside another;
+    `project`: what the document says of itself.
     """
 
     ask: tuple[Asked, ...]
@@ -36,6 +37,7 @@ class Facts(msgspec.Struct, frozen=True):
     placement: dict[str, str]
     remote: list[str]
     tandem: dict[str, float]
+    project: dict[str, str] = {}
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ def block_table(plan: dict[str, Any]) -> list[tuple[str, str]]:
     told = ", ".join(f"{moment / 1e3:.0f}" if moment >= 1e6 else f"{moment / 1e3:.3g}" for moment in moments)
     rows += [("moments of inertia about it", f"{told} t m2")]
     rows += [("begins at x, y, z", f"{x:g}, {y:g}, {z:.4g} m")]
-    return [*rows, ("lugs", f"{len(block.get('lugs', ()))}"), ("stools", f"{block['stools']} places")]
+    return [*rows, ("lugs", f"{len(block.get('lugs', ()))}"), ("supports", f"{block['stools']} places")]
 
 
 def _told(value: object) -> str:

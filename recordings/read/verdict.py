@@ -12,6 +12,7 @@ from typing import Literal
 
 import msgspec
 import numpy as np
+from heavylift.recordings.sheets.sheet import Table
 from heavylift.recordings.write.rows import Peak
 
 from .contents import READ, Contents
@@ -78,6 +79,7 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
 
     `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
     and what is not determined.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
+    `tables`: what only the scene knows, for the report.
     """
 
     red: bool
@@ -91,6 +93,7 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
     rows: tuple[tuple[str, ...], ...] = ()
     told: tuple[str, ...] = ()
     dynamic: tuple[float, str] | None = None
+    tables: tuple[Table, ...] = ()
 
 
 def contents(rec: Recording) -> Contents:
