@@ -11,9 +11,10 @@ scene     what was lifted, with what, and how it was computed
 
 from heavylift.kernel.on_demand import face
 
-from .document import report
+from .beside import alternatives
+from .document import report, sheet
 from .facts import Facts, facts
 
-__all__ = ["Facts", "facts", "report"]
+__all__ = ["Facts", "alternatives", "facts", "report", "sheet"]
 
 face(__name__)

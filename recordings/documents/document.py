@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from heavylift.kernel.errors import RecordingError, path_text
-from heavylift.recordings.drawings import drawings
+from heavylift.recordings.drawings import drawings, write_dxf
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import AGAIN, Judged, as_recorded, complaints, opened
+from heavylift.recordings.read.verdict import AGAIN, Judged, as_recorded, complaints, opened, recorded_verdict
 from heavylift.recordings.render.plot import plot
 from heavylift.recordings.render.storyboard import storyboard
 from heavylift.recordings.sheets.sheet import Chart, Column, Sheet, Table
@@ -22,6 +22,8 @@ from heavylift.recordings.write.outputs import output_path
 
 from .facts import Facts, facts
 from .tables import tables
+
+DRAWN = (".dxf",)
 
 
 class Project(NamedTuple):
@@ -48,13 +50,17 @@ def report(
     force: bool = False,
     **given: str,
 ) -> Path:
-    """Write the document of a recording to a .html, .pdf, .xlsx, .json or .txt file; RecordingError if one of them
-    cannot be used.
+    """Write the document of a recording to a .html, .pdf, .xlsx, .json or .txt file, or its drawings to a .dxf file;
+    RecordingError if one of them cannot be used.
 
     `verdict`: of who knows the scene, where the recording has none of its own (`heavylift report` gives it); `given`:
     what `Project` names, instead of what the scene says.
     """
-    out = output_path(out, "a report", FORMATS)
+    out = output_path(out, "a report", (*FORMATS, *DRAWN))
+    if out.suffix.lower() in DRAWN:
+        rec = opened(path)
+        found = verdict or recorded_verdict(rec)
+        return write_dxf(rec, out, found, project_of(rec, **given)._asdict(), force)
     drawn = out.suffix.lower() in (".html", ".pdf")
     return write(sheet(opened(path), verdict, drawn, **given), out, "a report", force)
 
@@ -70,8 +76,8 @@ def sheet(rec: Recording, verdict: Judged | None = None, pictures: bool = False,
 
 
 def _charts(rec: Recording, project: Project, found: Facts) -> Iterator[Chart]:
-    yield from _picture(rec, plot, "Tensions over time")
-    yield from _picture(rec, storyboard, "The lift at some instants")
+    yield from picture(rec, plot, "Tensions over time")
+    yield from picture(rec, storyboard, "The lift at some instants")
     yield from drawings(rec, found.verdict, project._asdict())
 
 
@@ -116,7 +122,7 @@ def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
     return " ".join([*(f"Wrong: {what}." for what in wrong), told]), state
 
 
-def _picture(rec: Recording, draw: Callable[[Recording, Path], Path], title: str) -> Iterator[Chart]:
+def picture(rec: Recording, draw: Callable[[Recording, Path], Path], title: str) -> Iterator[Chart]:
     """A figure as PNG; none of what a recording has nothing of."""
     with tempfile.TemporaryDirectory() as folder:
         try:

@@ -14,13 +14,14 @@ FORMULAS = tuple("=+-@\t\r\uff1d\uff0b\uff0d\uff20")  # how they begin, in wide 
 MOST = 30  # names in a sentence
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns side by side, numbers to the right, each cell as it may be printed; nothing if there are no rows."""
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool] = ()) -> str:
+    """Columns side by side, `numeric` ones (else those of digits) to the right, each cell as it may be printed; nothing
+    if there are no rows."""
     if not rows:
         return ""
     head, rows = shown(head), shown(rows)
     widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
-    right = [all(not row[i] or row[i][0].isdigit() for row in rows) for i in range(len(head))]
+    right = numeric or [all(not row[i] or row[i][0].isdigit() for row in rows) for i in range(len(head))]
     lines = [
         "  ".join(
             cell.rjust(width) if flush else cell.ljust(width)

@@ -133,4 +133,4 @@ def data(sheet: Sheet) -> dict[str, Any]:
 
 
 def _finite(value: Value) -> Value:
-    return None if isinstance(value, float) and not isfinite(value) else value
+    return value if value is None or isinstance(value, str) else float(value) if isfinite(value) else None

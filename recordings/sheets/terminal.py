@@ -14,7 +14,8 @@ from .sheet import Notes, Sheet, Table, plain
 def table_text(made: Table) -> str:
     """A table as lines, each cell as it may be printed; nothing without rows."""
     rows = [[column.text(cell) for column, cell in zip(made.columns, row, strict=True)] for row in made.rows]
-    return table([column.heading for column in made.columns], rows)
+    numeric = [column.numeric for column in made.columns]
+    return table([column.heading for column in made.columns], rows, numeric)
 
 
 def text(sheet: Sheet) -> str:
