@@ -124,9 +124,10 @@ def report(
     if other is not None:
         out = output_path(out, "a report", FORMATS)
         drawn = out.suffix.lower() in (".html", ".pdf") and (output is not None or not as_json)
-        found = alternatives(*map(facts, every, verdicts), pictures=drawn)
+        one, second = map(facts, every, verdicts)
+        found = alternatives(one, second, drawn)
     elif as_json:
-        found = sheet(every[0], verdicts[0], **given)
+        found = sheet(every[0], verdicts[0], False, **given)
     if as_json:
         more = {"verdict": verdicts[0], "wrong": wrong, "as_recorded": as_recorded(every[0])}
         typer.echo(msgspec.json.encode({**data(found), **more}).decode())

@@ -11,7 +11,7 @@ import msgspec
 from heavylift.nodes.plan.fidelity import percent
 from heavylift.recordings.render.paper import save
 from heavylift.recordings.sheets.figures import BAND, COLOURS, LIMIT, PAPER, in_page, styled
-from heavylift.recordings.sheets.sheet import Cell, Chart, Column, Marked, Notes, Sheet, Table
+from heavylift.recordings.sheets.sheet import Cell, Chart, Column, Marked, Notes, Part, Sheet, Table
 from heavylift.recordings.sheets.terminal import table_csv
 from heavylift.recordings.sheets.writing import printed
 from heavylift.recordings.write.outputs import output_path
@@ -76,7 +76,7 @@ def sheet(measured: Measured) -> Sheet:
     heads = (Column("level"), Column("steps"), *times, *asked, Column("failed"))
     rows = [_row(measured, row) for row in sorted(measured.rows, key=lambda row: (row.worst == inf, row.run_s))]
     command = (measured.pick.command,) if measured.pick else ()
-    parts = [
+    parts: list[Part] = [
         Notes("The same run", command),
         Chart("Speed against the worst error", in_page(_drawn(measured, "none"))),
         Table(RUNGS, heads, tuple(rows)),

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, Self, TextIO
 
 import msgspec
-from heavylift.coordinator.record.scene import Result, rated
+from heavylift.coordinator.record.facts import rated
+from heavylift.coordinator.record.scene import Result
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.checks import ASSUMED, UNKNOWN, WARNED

@@ -9,7 +9,7 @@ from heavylift.coordinator.ladder.in_memory import Played
 from heavylift.nodes.models.parts.messages import Done
 from heavylift.nodes.plan.actions import Action, Wait
 from heavylift.nodes.scene import LoadedScene
-from heavylift.recordings.sheets.sheet import CLOCK, Column, Table
+from heavylift.recordings.sheets.sheet import CLOCK, Cell, Column, Table
 from heavylift.recordings.sheets.terminal import table_text
 
 from .timing import Step
@@ -44,7 +44,7 @@ class Planned:
         assert self.run_before is not None
         assert self.run_after is not None
         ends = [done(run) for run in (self.run_before, self.run_after)]
-        rows = [*self.rows, ("all moves are done", *ends, f"{self.gain / ends[0]:.0%} sooner")]
+        rows: list[tuple[Cell, ...]] = [*self.rows, ("all moves are done", *ends, f"{self.gain / ends[0]:.0%} sooner")]
         return [table_text(Table("Timing", HEADS, tuple(rows))), self.run_after.verdict.line]
 
     def data(self) -> dict[str, object]:

@@ -16,7 +16,7 @@ from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import AGAIN, Judged, as_recorded, complaints, opened, recorded_verdict
 from heavylift.recordings.render.plot import plot
 from heavylift.recordings.render.storyboard import storyboard
-from heavylift.recordings.sheets.sheet import Chart, Column, Sheet, Table
+from heavylift.recordings.sheets.sheet import Chart, Column, Part, Sheet, Table
 from heavylift.recordings.sheets.writing import FORMATS, write
 from heavylift.recordings.write.outputs import output_path
 
@@ -69,16 +69,14 @@ def sheet(rec: Recording, verdict: Judged | None = None, pictures: bool = False,
     """The document of a recording; pictures only where they can be printed."""
     found, project = facts(rec, verdict), project_of(rec, **given)
     lead, state = _lead(rec, found)
-    first, second, *rest = [_issue(rec, project), *tables(found)] + [None] * 2
-    parts = [first, second, *(_charts(rec, project, found) if pictures else ()), *rest]
+    first, *rest = tables(found) or [Table("", ())]
+    curves = picture(rec, plot, "Tensions over time") if pictures else ()
+    parts: list[Part] = [_issue(rec, project), first, *curves, *rest]
+    if pictures:
+        parts += picture(rec, storyboard, "The lift at some instants")
+        parts += drawings(rec, found.verdict, project._asdict())
     title = f"Lift report: {project.name or rec.run.get('scene', rec.path.stem)}"
-    return Sheet(title, lead, state, tuple(part for part in parts if part))
-
-
-def _charts(rec: Recording, project: Project, found: Facts) -> Iterator[Chart]:
-    yield from picture(rec, plot, "Tensions over time")
-    yield from picture(rec, storyboard, "The lift at some instants")
-    yield from drawings(rec, found.verdict, project._asdict())
+    return Sheet(title, lead, state, tuple(parts))
 
 
 def _issue(rec: Recording, project: Project) -> Table:

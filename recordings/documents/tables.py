@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from math import degrees
 
-from heavylift.recordings.format.text import duration
 from heavylift.recordings.read.verdict import Check
 from heavylift.recordings.sheets.sheet import CLOCK, Cell, Column, Marked, Table, trimmed, words
 
@@ -45,7 +44,7 @@ def _findings(f: Facts) -> Iterator[Table]:
 def _checks(f: Facts) -> Iterator[Table]:
     """All checks in short, the worst of each quantity."""
     if f.verdict:
-        rows = ((Marked(row[0], _colour(row[0])), *row[1:]) for row in f.verdict.rows)
+        rows: list[list[Cell]] = [[Marked(row[0], _colour(row[0])), *row[1:]] for row in f.verdict.rows]
         yield words("Checks", f.verdict.head, rows, *f.verdict.told)
 
 
@@ -76,7 +75,7 @@ def _ropes(f: Facts) -> Iterator[Table]:
     for name, peak in f.peaks.items():
         check, sling = limits.get(name), slings.get(name)
         limit = check.limit if check else rated.get(name)
-        use: Cell = 100.0 * peak.tension / limit if limit else None
+        use = 100.0 * peak.tension / limit if limit else None
         state = check.state if check else "red" if limit and peak.tension > limit else ""
         row = (name, ", ".join(sling.lugs) if sling else "", peak.tension / 1e3, peak.tension / TONNE, peak.time,
                f.stage_at(peak.time), limit / 1e3 if limit else None, Marked(use, state) if state else use)  # fmt: skip
@@ -97,7 +96,7 @@ def _quantities(f: Facts) -> Iterator[Table]:
             groups.setdefault((c.quantity, c.unit), []).append(c)
     for (quantity, unit), checks in groups.items():
         told, factor, digits = UNITS.get(unit, (unit, 1.0, 2))
-        heads = (Column(""), Column("worst", told, digits), Column("limit", told, digits), Column("allowed"),
+        heads = (Column("item"), Column("worst", told, digits), Column("limit", told, digits), Column("allowed"),
                  Column("use", "%", 1), Column("error", told, digits), AT, Column("stage"), Column("state"),
                  Column("basis"))  # fmt: skip
         bases = list(dict.fromkeys(c.basis for c in checks))
@@ -131,12 +130,18 @@ def _stages(f: Facts) -> Iterator[Table]:
     foreseen = f.verdict.dynamic if f.verdict else None
     rows = []
     for s in f.stages:
-        factors = (s.dynamic.get(crane) for crane in cranes)
-        marked = (Marked(x) if x is not None and foreseen and x > foreseen[0] else x for x in factors)
+        known = (s.dynamic.get(crane) for crane in cranes)
+        marked = (Marked(x) if x is not None and foreseen and x > foreseen[0] else x for x in known)
         use = 100.0 * s.use if s.rope else None
-        rows.append((s.name, s.start, duration(s.end - s.start), s.rope, use, *marked))
+        rows.append((s.name, s.start, s.end - s.start, s.rope, use, *marked))
     factors = [Column(f"dynamic factor of {crane}", digits=3) for crane in cranes]
-    heads = (Column("stage"), Column("from", CLOCK), Column("lasts"), Column("governing rope"), Column("use", "%", 1))
+    heads = (
+        Column("stage"),
+        Column("from", CLOCK),
+        Column("lasts", "s", 1),
+        Column("governing rope"),
+        Column("use", "%", 1),
+    )
     notes = [f"Dynamic factor required: {foreseen[0]:g} ({foreseen[1]}); more is marked."] if foreseen else []
     yield Table("Stages", (*heads, *factors), tuple(rows), tuple(notes if cranes else []))
     path = tuple((s.name, s.start, s.lowest, *map(degrees, s.tilt), *s.com) for s in f.stages if s.com and s.tilt)

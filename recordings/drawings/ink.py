@@ -13,7 +13,7 @@ Style = Literal["crane", "block", "deck", "hook", "frame", "world", "rope", "thi
 TEXT = 2.2  # height of letters [mm]
 WIDE = 0.62  # of it: a letter
 ROW = 6.5  # between dimension lines [mm]
-SCALES = tuple(a * 10**k for k in range(1, 5) for a in (1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 7.5))
+SCALES = [a * 10.0**k for k in range(1, 5) for a in (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.5)]
 
 
 class Path(NamedTuple):
@@ -82,7 +82,8 @@ def _pair(p: Floats) -> tuple[float, float]:
 
 def fitting(width: float, height: float, room: tuple[float, float]) -> float:
     """The first scale at which width x height [m] fit in a room [mm]."""
-    return next((s for s in SCALES if width * 1e3 / s <= room[0] and height * 1e3 / s <= room[1]), SCALES[-1])
+    fits = (s for s in SCALES if width * 1e3 / s <= room[0] and height * 1e3 / s <= room[1])
+    return next(fits, SCALES[-1])
 
 
 def hull(points: Floats) -> Floats:

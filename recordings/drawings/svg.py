@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 
 import numpy as np
 
-from .ink import TEXT, WIDE, Dimension, Item, Path, Text, View
+from .ink import TEXT, WIDE, Dimension, Path, Text, View
 
 INK, RED = "#111", "#a3182b"
 STYLES = {
@@ -35,11 +35,12 @@ def _items(view: View, height: float) -> Iterable[str]:
         return x0 + x, height - y0 - y
 
     for item in view.items:
-        for part in dimension(item) if isinstance(item, Dimension) else (item,):
+        parts: Sequence[Path | Text] = dimension(item) if isinstance(item, Dimension) else (item,)
+        for part in parts:
             yield _path(part, at) if isinstance(part, Path) else _text(part, *at(*part.at))
 
 
-def _path(item: Path, at) -> str:  # type: ignore[no-untyped-def]
+def _path(item: Path, at: Callable[[float, float], tuple[float, float]]) -> str:
     fill, stroke, width = STYLES[item.style]
     points = " ".join("{:.2f},{:.2f}".format(*at(x, y)) for x, y in item.points)
     dash = ' stroke-dasharray="3 0.8 0.6 0.8"' if item.style == "axis" else ""
@@ -54,7 +55,7 @@ def _text(item: Text, x: float, y: float) -> str:
     return f'<text {place}{turn}{bold} fill="{INK}">{escape(item.words)}</text>'
 
 
-def dimension(d: Dimension) -> list[Item]:
+def dimension(d: Dimension) -> list[Path | Text]:
     """A dimension as lines with slashes and its number above; beside it where there is no room."""
     flip = d.way == "v"  # drawn as if it were horizontal, then mirrored at the diagonal
     a, b = sorted((d.a[::-1], d.b[::-1])) if flip else sorted((d.a, d.b))

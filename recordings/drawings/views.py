@@ -76,7 +76,9 @@ def _elevation(x: Instant, view: View, h: Floats, v: Floats) -> View:
     view.items.append(Text((low[0] - 4.0, -TEXT - 0.6), level))
     below = (low[1] - 4.0 - ROW * k for k in count(1))
     eyes = [view.paper(np.array([hook.eye @ h, hook.eye[2]])) for hook in x.hooks]
-    for hook in (hook for hook in x.hooks if hook.axis is not None):
+    for hook in x.hooks:
+        if hook.axis is None:
+            continue
         foot = view.paper(np.array([hook.axis @ h, max(0.0, hook.axis[2])]))
         view.items.append(Path(np.array([[foot[0], low[1] - 2.0], [foot[0], high[1] + 2.0]]), "axis"))
         view.across(foot, view.paper(np.array([hook.eye @ h, hook.eye[2]])), next(below), "R ")

@@ -12,6 +12,7 @@ from heavylift.recordings.format.text import GENERATOR
 from .sheet import Cell, Chart, Column, Marked, Part, Sheet, Table
 
 STYLE = (Path(__file__).parents[1] / "page" / "report.css").read_text(encoding="utf-8")
+SHORT = 14  # [letters] of a cell that stays on one line
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
@@ -64,12 +65,12 @@ def table_html(table: Table) -> str:
 
 
 def _cell(column: Column, cell: Cell) -> str:
-    state = cell.state if isinstance(cell, Marked) else ""
-    return f"<td{_kind(column, state)}>{escape(column.text(cell))}</td>"
+    text, state = column.text(cell), cell.state if isinstance(cell, Marked) else ""
+    return f"<td{_kind(column, state, short=len(text) <= SHORT)}>{escape(text)}</td>"
 
 
-def _kind(column: Column, state: str = "") -> str:
-    kinds = " ".join(filter(None, ("n" if column.numeric else "", state)))
+def _kind(column: Column, state: str = "", short: bool = False) -> str:
+    kinds = " ".join(filter(None, ("n" if column.numeric else "s" if short else "", state)))
     return f' class="{escape(kinds)}"' if kinds else ""
 
 
