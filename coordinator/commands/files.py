@@ -110,9 +110,9 @@ def report(
     """
     from heavylift.recordings import Recording
     from heavylift.recordings import report as write
-    from heavylift.recordings.documents import alternatives, facts, sheet
+    from heavylift.recordings.documents import alternatives, facts, report_sheet
     from heavylift.recordings.read.verdict import as_recorded, complaints
-    from heavylift.recordings.sheets.sheet import data
+    from heavylift.recordings.sheets.sheet import data_of
     from heavylift.recordings.sheets.writing import FORMATS
     from heavylift.recordings.sheets.writing import write as write_sheet
     from heavylift.recordings.write.outputs import beside, output_path
@@ -127,10 +127,10 @@ def report(
         one, second = map(facts, every, verdicts)
         found = alternatives(one, second, drawn)
     elif as_json:
-        found = sheet(every[0], verdicts[0], False, **given)
+        found = report_sheet(every[0], verdicts[0], False, **given)
     if as_json:
         more = {"verdict": verdicts[0], "wrong": wrong, "as_recorded": as_recorded(every[0])}
-        typer.echo(msgspec.json.encode({**data(found), **more}).decode())
+        typer.echo(msgspec.json.encode({**data_of(found), **more}).decode())
     if output is not None or not as_json:
         if other is not None:
             out = write_sheet(found, out, "a report", force)

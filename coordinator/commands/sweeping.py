@@ -51,11 +51,11 @@ def sweep(
     """
     from heavylift.coordinator.run.arguments import whole
     from heavylift.coordinator.sweeps.dask_workers import dask_workers
-    from heavylift.coordinator.sweeps.page import sheet, told
+    from heavylift.coordinator.sweeps.page import study_sheet, told
     from heavylift.coordinator.sweeps.summary import measured_error, summary
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all
     from heavylift.coordinator.sweeps.sweeping import verified
-    from heavylift.recordings.sheets.page import page
+    from heavylift.recordings.sheets.page import page_of
 
     loaded, verify = o.scene_of(scene, sets), whole("--verify", verify)
     seconds = o.wall_s("--limit", limit)
@@ -68,11 +68,11 @@ def sweep(
             )  # fmt: skip
         except Stopped:
             if progress.study is not None:
-                (output / "summary.html").write_text(page(sheet(progress.study)), encoding="utf-8")
+                (output / "summary.html").write_text(page_of(study_sheet(progress.study)), encoding="utf-8")
             raise
         finally:
             progress.end()
-    (output / "summary.html").write_text(page(sheet(study)), encoding="utf-8")
+    (output / "summary.html").write_text(page_of(study_sheet(study)), encoding="utf-8")
     found, again = summary(study), verified(study, verify)
     differing = [number for number, equal in again if not equal]
     if as_json:

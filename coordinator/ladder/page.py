@@ -46,9 +46,9 @@ def write(measured: Measured, out: str | Path, force: bool = False) -> Path:
         case ".json":
             text: str | bytes = json.dumps(data(measured), indent=1) + "\n"
         case ".csv":
-            text = table_csv(next(table for table in sheet(measured).tables if table.title == RUNGS))
+            text = table_csv(next(table for table in tradeoff_sheet(measured).tables if table.title == RUNGS))
         case _:
-            text = printed(sheet(measured), path)
+            text = printed(tradeoff_sheet(measured), path)
     return written(text, path, "a trade-off", KINDS, force)
 
 
@@ -69,7 +69,7 @@ def _finite(x: object) -> object:
     return None if isinstance(x, float) and not isfinite(x) else x
 
 
-def sheet(measured: Measured) -> Sheet:
+def tradeoff_sheet(measured: Measured) -> Sheet:
     """What was measured: advice, figure, rungs, the fastest first, and those without a run."""
     asked = (Column(f"error of {quantity}", "%", 3) for quantity in measured.ask)
     times = Column("kernel", "s", 3), Column("start", "s", 3)

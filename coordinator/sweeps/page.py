@@ -40,7 +40,7 @@ def told(study: Study, found: Summary) -> str:
     return f"{len(study.plan.variants)} variants of {study.plan.scene.plan.name}: {counts}{left}{cut}{short}"
 
 
-def sheet(study: Study) -> Sheet:
+def study_sheet(study: Study) -> Sheet:
     """The sheet of a study as it is now."""
     found = summary(study)
     counts = ((status, MEANT[status], n) for status, n in found.counts.items())

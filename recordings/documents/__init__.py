@@ -12,9 +12,9 @@ scene     what was lifted, with what, and how it was computed
 from heavylift.kernel.on_demand import face
 
 from .beside import alternatives
-from .document import report, sheet
+from .document import report, report_sheet
 from .facts import Facts, facts
 
-__all__ = ["Facts", "alternatives", "facts", "report", "sheet"]
+__all__ = ["Facts", "alternatives", "facts", "report", "report_sheet"]
 
 face(__name__)

@@ -21,7 +21,7 @@ from heavylift.recordings.sheets.writing import FORMATS, write
 from heavylift.recordings.write.outputs import output_path
 
 from .facts import Facts, facts
-from .tables import tables
+from .tables import tables_of
 
 DRAWN = (".dxf",)
 
@@ -62,14 +62,14 @@ def report(
         found = verdict or recorded_verdict(rec)
         return write_dxf(rec, out, found, project_of(rec, **given)._asdict(), force)
     drawn = out.suffix.lower() in (".html", ".pdf")
-    return write(sheet(opened(path), verdict, drawn, **given), out, "a report", force)
+    return write(report_sheet(opened(path), verdict, drawn, **given), out, "a report", force)
 
 
-def sheet(rec: Recording, verdict: Judged | None = None, pictures: bool = False, **given: str) -> Sheet:
+def report_sheet(rec: Recording, verdict: Judged | None = None, pictures: bool = False, **given: str) -> Sheet:
     """The document of a recording; pictures only where they can be printed."""
     found, project = facts(rec, verdict), project_of(rec, **given)
     lead, state = _lead(rec, found)
-    first, *rest = tables(found) or [Table("", ())]
+    first, *rest = tables_of(found) or [Table("", ())]
     curves = picture(rec, plot, "Tensions over time") if pictures else ()
     parts: list[Part] = [_issue(rec, project), first, *curves, *rest]
     if pictures:

@@ -169,7 +169,7 @@ TABLES: tuple[Callable[[Facts], Iterable[Table]], ...] = (
 )  # fmt: skip
 
 
-def tables(found: Facts) -> list[Table]:
+def tables_of(found: Facts) -> list[Table]:
     """All tables that have rows, in the order in which a planner reads them."""
     with found.rec.reading():
         return [table for make in TABLES for table in make(found) if table.rows]

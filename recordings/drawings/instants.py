@@ -77,7 +77,7 @@ class Instant(NamedTuple):
 def instants(rec: Recording, verdict: Judged | None) -> list[Instant]:
     """Those of a recording in which something hangs on a hook; none of any other."""
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
-    if not any(crane.hooks for crane in machines.cranes(plan)) or "/poses" not in rec.topics:
+    if not _hooks(plan) or "/poses" not in rec.topics:
         return []
     near = next(iter(verdict.clearances), None) if verdict else None
     wanted = _wanted(rec, near)
@@ -94,6 +94,11 @@ def instants(rec: Recording, verdict: Judged | None) -> list[Instant]:
         for k, (_, title, at) in zip(numbers, wanted, strict=True)
     ]
     return _thinned(frames)
+
+
+def _hooks(plan: dict[str, Any]) -> list[dict[str, Any]]:
+    """Hooks of which is known on which body they are."""
+    return [hook for machine in plan.get("machines", []) for hook in machine.get("hooks", []) if "eye" in hook]
 
 
 def _wanted(rec: Recording, near: Clearance | None) -> list[tuple[float, str, Clearance | None]]:
@@ -137,7 +142,7 @@ def _instant(
 
     every = plan.get("machines", [])
     cargo = {x["body"]: x for machine in every for x in machine.get("cargo", [])}
-    hooks = [hook for machine in every for hook in machine.get("hooks", [])]
+    hooks = _hooks(plan)
     slings = {tie["rope"] for tie in machines.ties(plan)}
     eyes = {hook["eye"]["body"] for hook in hooks}
     hung = {

@@ -16,7 +16,7 @@ SHORT = 14  # [letters] of a cell that stays on one line
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
-def page(sheet: Sheet) -> str:
+def page_of(sheet: Sheet) -> str:
     """The page of a sheet."""
     body = "\n".join(filter(None, map(_part, sheet.parts)))
     return f"""<!doctype html>

@@ -116,7 +116,7 @@ def trimmed(table: Table) -> Table:
     return msgspec.structs.replace(table, columns=tuple(columns[i] for i in kept), rows=picked)
 
 
-def data(sheet: Sheet) -> dict[str, Any]:
+def data_of(sheet: Sheet) -> dict[str, Any]:
     """A sheet as plain data, charts left out; times in seconds."""
     tables = [
         {

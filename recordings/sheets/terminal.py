@@ -18,7 +18,7 @@ def table_text(made: Table) -> str:
     return table([column.heading for column in made.columns], rows, numeric)
 
 
-def text(sheet: Sheet) -> str:
+def text_of(sheet: Sheet) -> str:
     """A whole sheet but for its charts."""
     parts = [f"{sheet.title}\n{sheet.lead}"]
     for part in sheet.parts:

@@ -25,7 +25,7 @@ FORBIDDEN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")  # characters that no wo
 NAMELESS = re.compile(r"[\\/*?:\[\]\x00-\x1f]")  # and no name of a leaf
 
 
-def workbook(sheet: Sheet) -> bytes:
+def workbook_of(sheet: Sheet) -> bytes:
     """A .xlsx file; RecordingError if the library for it is not installed."""
     missing = "a workbook needs openpyxl: pip install 'heavylift[xlsx]'; or write the report as .html"
     book = extra("openpyxl", RecordingError(missing)).Workbook()

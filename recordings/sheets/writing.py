@@ -10,10 +10,10 @@ from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 
 from .browser import print_page
-from .page import page
-from .sheet import Sheet, data
-from .terminal import text
-from .workbook import workbook
+from .page import page_of
+from .sheet import Sheet, data_of
+from .terminal import text_of
+from .workbook import workbook_of
 
 FORMATS = (".html", ".pdf", ".xlsx", ".json", ".txt")
 PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
@@ -29,11 +29,11 @@ def printed(sheet: Sheet, out: Path) -> str | bytes:
     """A sheet in the form that the ending of `out` asks for."""
     match out.suffix.lower():
         case ".pdf":
-            return print_page(page(sheet), out) + PRINTED
+            return print_page(page_of(sheet), out) + PRINTED
         case ".xlsx":
-            return workbook(sheet)
+            return workbook_of(sheet)
         case ".json":
-            return msgspec.json.format(msgspec.json.encode(data(sheet)), indent=1) + b"\n"
+            return msgspec.json.format(msgspec.json.encode(data_of(sheet)), indent=1) + b"\n"
         case ".txt":
-            return text(sheet)
-    return page(sheet)
+            return text_of(sheet)
+    return page_of(sheet)
