@@ -18,14 +18,13 @@ import msgspec
 from heavylift.coordinator.record.facts import rated
 from heavylift.coordinator.record.scene import Result
 from heavylift.kernel.errors import HeavyliftError, printable
+from heavylift.kernel.findings import Check, clock
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.checks import ASSUMED, UNKNOWN, WARNED
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.fidelity import Answer
-from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.format.text import clock
-from heavylift.recordings.read.verdict import Check, Judged
+from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.sheets.sheet import CLOCK, Column, Table
 from heavylift.recordings.sheets.terminal import table_text
 
@@ -180,18 +179,14 @@ REMEDY = {
 def tell_verdict(verdict: Judged) -> None:
     """Print what was found, the smallest clearance, and the verdict as the last line."""
     styles = {"red": "bold red", "warning": "yellow", "note": None}
-    grouped = likewise(msgspec.convert(msgspec.to_builtins(f), Finding) for f in verdict.findings)
+    grouped = likewise(verdict.findings)
     if grouped:
         _tell("")
     for f in grouped:
-        at = f", at {clock(f.t)}" if f.t is not None else ""
-        stage = f" ({f.stage})" if f.stage else ""
-        told = f"{f.severity}: {f.sentence}{at}{stage}" + (f" [{f.where}]" if f.where else "")
-        _tell(told, styles[f.severity])
+        _tell(f"{f.severity}: {f.told}", styles[f.severity])
     _open_checks(verdict)
     if verdict.clearances and not verdict.red:
-        c = verdict.clearances[0]
-        _tell(f"smallest clearance: {c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}")
+        _tell(f"smallest clearance: {verdict.clearances[0].told}")
     styles = {"red": "bold red", "undecided": "bold yellow", "amber": "yellow"}
     _tell(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
 
@@ -201,7 +196,7 @@ def _open_checks(verdict: Judged) -> None:
     kinds: dict[str, list[Check]] = {}
     for check in verdict.checks:
         if check.state in ("undecided", "amber") and check.why != WARNED:
-            kinds.setdefault(check.why or check.state, []).append(check)
+            kinds.setdefault(check.word, []).append(check)
     for kind, checks in kinds.items():
         if kind in (UNKNOWN, ASSUMED):
             names = ", ".join(dict.fromkeys(check.quantity for check in checks))

@@ -17,12 +17,12 @@ from itertools import groupby, pairwise
 
 from heavylift.coordinator.ladder.in_memory import CUT, Played, play
 from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.kernel.findings import clock
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.rewriting import rewritten
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
-from heavylift.recordings.format.text import clock
 
 from .timetable import Parts, Planned, done, last_wait
 from .timing import Step, overlaps, ramps, speeds

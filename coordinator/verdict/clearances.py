@@ -12,8 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.findings import Finding
 from heavylift.nodes.models import system
-from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import GROUND, Kind, Shapes, Solid, Strand
 from heavylift.recordings.read.verdict import Clearance

@@ -9,19 +9,19 @@ import msgspec
 import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
+from heavylift.kernel.findings import Finding
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
-from heavylift.nodes.plan.limit import Finding, Use
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
-from heavylift.recordings.read import verdict as read
-from heavylift.recordings.read.verdict import Clearance, Found, Judged, recorded_verdict
+from heavylift.recordings.read.verdict import Clearance, Judged, recorded_verdict
 
 from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
@@ -169,8 +169,8 @@ def judged_with_uses(
         dynamic=dynamics_foreseen(plan),
         clearances=tuple(bench.clearances),
         not_looked_at=tuple(bench.not_looked_at),
-        findings=tuple(msgspec.convert(msgspec.to_builtins(findings), list[Found])),
-        checks=tuple(msgspec.convert(msgspec.to_builtins(checks), list[read.Check])),
+        findings=tuple(findings),
+        checks=tuple(checks),
     )
     return verdict, bench.uses
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import msgspec
 from heavylift.kernel.description.mechanics import Threshold
+from heavylift.kernel.findings import Severity
 
 from .actions import Item
-from .limit import Severity
 from .mechanism import driven
 
 

@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
+from heavylift.kernel.findings import Check, Finding
 from heavylift.nodes.limits.checks import Errors, checks_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import Answer, Asked, Question
-from heavylift.nodes.plan.limit import Check, Finding, Use
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.statics import Followed, StaticState, follow, goal_states
 from heavylift.nodes.statics.findings import path_findings

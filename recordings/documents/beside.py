@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from heavylift.kernel.findings import Check
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.read.verdict import Check
 from heavylift.recordings.render.storyboard import storyboard
 from heavylift.recordings.sheets.sheet import Cell, Column, Marked, Part, Sheet, Table, words
 
@@ -80,7 +80,7 @@ def _worst(checks: Iterable[Check]) -> dict[str, Check]:
 def _cells(c: Check | None) -> tuple[Cell, ...]:
     if c is None:
         return None, None, None, "-"
-    return c.subject, c.shown, None if c.use is None else 100.0 * c.use, Marked(c.why or c.state, c.state)
+    return c.subject, c.shown, None if c.use is None else 100.0 * c.use, Marked(c.word, c.state)
 
 
 def _table(

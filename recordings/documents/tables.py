@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from math import degrees
 
-from heavylift.recordings.read.verdict import Check
+from heavylift.kernel.findings import Check
 from heavylift.recordings.sheets.sheet import CLOCK, Cell, Column, Marked, Table, trimmed, words
 
 from .facts import Facts
@@ -106,7 +106,7 @@ def _quantities(f: Facts) -> Iterator[Table]:
             worst, limit, error = (None if x is None else factor * x for x in (c.value, c.limit, c.error))
             use = None if c.use is None or between else 100.0 * c.use
             allowed = (None, c.allowed) if between else (limit, "")
-            state = Marked(c.why or c.state, c.state)
+            state = Marked(c.word, c.state)
             rows.append((c.subject, worst, *allowed, use, error, c.t, c.stage, state, c.basis if bases[1:] else ""))
         notes = [f"Basis: {bases[0]}."] if len(bases) == 1 else []
         notes += ["The limit is the least value."] if any(c.allowed.startswith("at least") for c in checks) else []

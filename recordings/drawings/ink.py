@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -12,6 +13,7 @@ Floats = NDArray[np.float64]
 Style = Literal["crane", "block", "deck", "hook", "frame", "world", "rope", "thin", "axis", "near", "frame line"]
 TEXT = 2.2  # height of letters [mm]
 WIDE = 0.62  # of it: a letter
+TICK, GAP, OVER = 0.8, 0.8, 1.2  # [mm] half a slash; from a point to its extension line; of that beyond the dimension
 ROW = 6.5  # between dimension lines [mm]
 SCALES = [a * 10.0**k for k in range(1, 5) for a in (1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.5)]
 
@@ -121,3 +123,43 @@ def clipped(outline: Floats, low: Floats, high: Floats) -> Floats:
                 kept += [p + (q - p) * a / (a - b)] if a * b < 0.0 else []
             outline = np.array(kept).reshape(-1, 2)
     return outline
+
+
+def points_of(item: Item) -> Floats:
+    if isinstance(item, Path):
+        return item.points
+    if isinstance(item, Dimension):
+        return np.concatenate([points_of(part) for part in parts(item)])
+    width = WIDE * item.size * len(item.words)
+    start = {"start": 0.0, "middle": -width / 2, "end": -width}[item.anchor]
+    x, y = item.at
+    if item.angle:
+        return np.array([[x - item.size, y + start], [x, y + start + width]])
+    return np.array([[x + start, y], [x + start + width, y + item.size]])
+
+
+def parts(item: Item) -> Sequence[Path | Text]:
+    """What is drawn of an item."""
+    return _dimension(item) if isinstance(item, Dimension) else (item,)
+
+
+def _dimension(d: Dimension) -> list[Path | Text]:
+    """A dimension as lines with slashes and its number above; beside it where there is no room."""
+    flip = d.way == "v"  # drawn as if it were horizontal, then mirrored at the diagonal
+    a, b = sorted((d.a[::-1], d.b[::-1])) if flip else sorted((d.a, d.b))
+    ends = [(a[0], d.at), (b[0], d.at)]
+    lines = [[p, (p[0], d.at + (OVER if d.at > p[1] else -OVER))] for p in (_off(a, d.at), _off(b, d.at))]
+    wide = WIDE * TEXT * len(d.words)
+    inside = b[0] - a[0] > wide + 1.0
+    lines.append([ends[0], ends[1] if inside else (b[0] + wide + 2.5, d.at)])
+    lines += [[(x - TICK, y - TICK), (x + TICK, y + TICK)] for x, y in ends]
+    middle = (a[0] + b[0]) / 2 if inside else b[0] + 1.6 + wide / 2
+    if flip:
+        words = Text((d.at - 0.7, middle), d.words, "middle", 90.0)
+        return [*(Path(np.array(line)[:, ::-1], "thin") for line in lines), words]
+    return [*(Path(np.array(line), "thin") for line in lines), Text((middle, d.at + 0.7), d.words, "middle")]
+
+
+def _off(p: tuple[float, ...], at: float) -> tuple[float, float]:
+    step = min(GAP, abs(at - p[1]))
+    return p[0], p[1] + (step if at > p[1] else -step)

@@ -74,7 +74,7 @@ class Instant(NamedTuple):
         return np.concatenate([np.zeros((0, 3)), *(x.corners for x in self.solids if x.kind in kinds)])
 
 
-def instants(rec: Recording, verdict: Judged | None) -> list[Instant]:
+def instants_of(rec: Recording, verdict: Judged | None) -> list[Instant]:
     """Those of a recording in which something hangs on a hook; none of any other."""
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
     if not _hooks(plan) or "/poses" not in rec.topics:

@@ -7,14 +7,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from heavylift.recordings.format.text import clock
+from heavylift.kernel.findings import clock
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.sheets.sheet import Chart
 
-from .ink import WIDE, Dimension, Item, Path, Text, View
-from .instants import Instant, instants
-from .svg import dimension, svg
+from .ink import Path, Text, View, points_of
+from .instants import Instant, instants_of
+from .svg import svg_of
 from .views import general, rigging
 
 SIZE = 283.0, 196.0  # [mm] A4 without its margins
@@ -34,13 +34,13 @@ class Drawing(NamedTuple):
 
 def drawings(rec: Recording, verdict: Judged | None, project: Mapping[str, str]) -> list[Chart]:
     """The drawings of a recording, as far as something hangs on hooks."""
-    return [Chart(x.title, svg(x.views, SIZE, x.title)) for x in drawn(rec, verdict, project)]
+    return [Chart(x.title, svg_of(x.views, SIZE, x.title)) for x in drawn(rec, verdict, project)]
 
 
 def drawn(rec: Recording, verdict: Judged | None, project: Mapping[str, str]) -> list[Drawing]:
     """The same as views."""
     with rec.reading():
-        found = instants(rec, verdict)
+        found = instants_of(rec, verdict)
         return [_drawing(x, i, len(found), rec, project) for i, x in enumerate(found, 1)]
 
 
@@ -75,23 +75,10 @@ def _drawing(x: Instant, number: int, of: int, rec: Recording, project: Mapping[
 
 def _extent(view: View) -> tuple[tuple[float, float], tuple[float, float]]:
     """Low and high corner of all items of a view, its title above them."""
-    points = np.concatenate([_points(item) for item in view.items])
+    points = np.concatenate([points_of(item) for item in view.items])
     (x, y), (right, top) = points.min(axis=0), points.max(axis=0)
     view.items.append(Text((x, top + 3.0), view.title, size=3.0, bold=True))
     return (float(x), float(y)), (float(right), float(top) + 6.0)
-
-
-def _points(item: Item) -> np.ndarray:
-    if isinstance(item, Path):
-        return item.points
-    if isinstance(item, Dimension):
-        return np.concatenate([_points(part) for part in dimension(item)])
-    width = WIDE * item.size * len(item.words)
-    start = {"start": 0.0, "middle": -width / 2, "end": -width}[item.anchor]
-    x, y = item.at
-    if item.angle:
-        return np.array([[x - item.size, y + start], [x, y + start + width]])
-    return np.array([[x + start, y], [x + start + width, y + item.size]])
 
 
 def _frame() -> View:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from html import escape
 
-import numpy as np
-
-from .ink import TEXT, WIDE, Dimension, Path, Text, View
+from .ink import Path, Text, View, parts
 
 INK, RED = "#111", "#a3182b"
 STYLES = {
@@ -16,10 +14,9 @@ STYLES = {
     "rope": ("none", INK, 0.18), "thin": ("none", "#666", 0.12), "axis": ("none", "#666", 0.13),
     "near": ("none", RED, 0.35), "frame line": ("none", INK, 0.35),
 }  # fmt: skip
-TICK, GAP, OVER = 0.8, 0.8, 1.2  # [mm] half a slash, between a point and its line, of that beyond the dimension line
 
 
-def svg(views: Sequence[View], size: tuple[float, float], title: str) -> str:
+def svg_of(views: Sequence[View], size: tuple[float, float], title: str) -> str:
     """Views on a sheet of this size [mm]."""
     body = "".join(f"<g>{''.join(_items(view, size[1]))}</g>" for view in views)
     fonts = 'font-family="DejaVu Sans, Arial, sans-serif"'
@@ -35,8 +32,7 @@ def _items(view: View, height: float) -> Iterable[str]:
         return x0 + x, height - y0 - y
 
     for item in view.items:
-        parts: Sequence[Path | Text] = dimension(item) if isinstance(item, Dimension) else (item,)
-        for part in parts:
+        for part in parts(item):
             yield _path(part, at) if isinstance(part, Path) else _text(part, *at(*part.at))
 
 
@@ -53,25 +49,3 @@ def _text(item: Text, x: float, y: float) -> str:
     bold = ' font-weight="bold"' if item.bold else ""
     place = f'x="{x:.2f}" y="{y:.2f}" font-size="{item.size:g}" text-anchor="{item.anchor}"'
     return f'<text {place}{turn}{bold} fill="{INK}">{escape(item.words)}</text>'
-
-
-def dimension(d: Dimension) -> list[Path | Text]:
-    """A dimension as lines with slashes and its number above; beside it where there is no room."""
-    flip = d.way == "v"  # drawn as if it were horizontal, then mirrored at the diagonal
-    a, b = sorted((d.a[::-1], d.b[::-1])) if flip else sorted((d.a, d.b))
-    ends = [(a[0], d.at), (b[0], d.at)]
-    lines = [[p, (p[0], d.at + (OVER if d.at > p[1] else -OVER))] for p in (_off(a, d.at), _off(b, d.at))]
-    wide = WIDE * TEXT * len(d.words)
-    inside = b[0] - a[0] > wide + 1.0
-    lines.append([ends[0], ends[1] if inside else (b[0] + wide + 2.5, d.at)])
-    lines += [[(x - TICK, y - TICK), (x + TICK, y + TICK)] for x, y in ends]
-    middle = (a[0] + b[0]) / 2 if inside else b[0] + 1.6 + wide / 2
-    if flip:
-        words = Text((d.at - 0.7, middle), d.words, "middle", 90.0)
-        return [*(Path(np.array(line)[:, ::-1], "thin") for line in lines), words]
-    return [*(Path(np.array(line), "thin") for line in lines), Text((middle, d.at + 0.7), d.words, "middle")]
-
-
-def _off(p: tuple[float, ...], at: float) -> tuple[float, float]:
-    step = min(GAP, abs(at - p[1]))
-    return p[0], p[1] + (step if at > p[1] else -step)

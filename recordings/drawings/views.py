@@ -13,7 +13,7 @@ from math import atan2, cos, degrees, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from .ink import ROW, TEXT, WIDE, Path, Text, View, clipped, fitting, hull, within
+from .ink import ROW, TEXT, WIDE, Path, Text, View, clipped, fitting, hull, parts, points_of, within
 from .instants import Instant, Line
 
 Floats = NDArray[np.float64]
@@ -159,12 +159,27 @@ def _near(x: Instant, view: View, right: Floats, up: Floats) -> None:
     middle, ring = (a + b) / 2, np.array([[cos(k), sin(k)] for k in np.linspace(0.0, 2.0 * pi, 25)])
     outlines = [item.points for item in view.items if isinstance(item, Path) and item.closed]
     ways = [length * np.array([i, j]) for length in (5.0, 9.0, 14.0) for i, j in ((1, 1), (-1, 1), (1, -1), (-1, -1))]
-    free = (w for w in ways if not any(within(o, middle + w + [4.0 * np.sign(w[0]), 0.7]) for o in outlines))
-    way = next(free, ways[0])
+    texts = [points_of(x) for item in view.items for x in parts(item) if isinstance(x, Text)]
+    told = f"{x.near.distance:.2f}"
+    made = [_beside(middle + w, float(np.sign(w[0])), told) for w in ways]
+    free = (k for k, text in enumerate(made) if not _covered(points_of(text), outlines, texts))
+    k = next(free, 0)
+    way = ways[k]
     view.items += [Path(np.array([a, b]), "near"), Path(middle + 2.2 * ring, "near")]
     view.items.append(Path(np.array([middle + way / np.hypot(*way) * 2.2, middle + way]), "near"))
-    place = float(middle[0] + way[0] + np.sign(way[0]) * 0.6), float(middle[1] + way[1] - 0.8)
-    view.items.append(Text(place, f"{x.near.distance:.2f}", "start" if way[0] > 0 else "end", bold=True))
+    view.items.append(made[k])
+
+
+def _beside(p: Floats, side: float, told: str) -> Text:
+    """Words to the right (1) or left (-1) of a point."""
+    return Text((float(p[0] + side * 0.6), float(p[1] - 0.8)), told, "start" if side > 0 else "end", bold=True)
+
+
+def _covered(box: Floats, outlines: list[Floats], texts: list[Floats]) -> bool:
+    """Whether a text with these two corners lies on an area or over another text."""
+    low, high = box.min(axis=0), box.max(axis=0)
+    over = any((low < o.max(axis=0)).all() and (high > o.min(axis=0)).all() for o in texts)
+    return over or any(within(o, (low + high) / 2) for o in outlines)
 
 
 def _spread(points: list[Floats], axis: int) -> list[Floats]:

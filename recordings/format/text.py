@@ -68,12 +68,3 @@ def duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes:02} min {rest:02} s" if hours else f"{minutes} min {rest:02} s"
-
-
-def clock(seconds: float, digits: int = 0) -> str:
-    """A time of the run: 1:02, 1:06:04, with digits behind the second 1:02.5."""
-    unit = 10**digits
-    minutes, rest = divmod(round(seconds * unit), 60 * unit)
-    hours, minutes = divmod(minutes, 60)
-    told = f"{rest / unit:0{3 + digits if digits else 2}.{digits}f}"
-    return f"{hours}:{minutes:02}:{told}" if hours else f"{minutes}:{told}"

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.findings import clock
 from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.format.settings import settings
-from heavylift.recordings.format.text import clock, duration
+from heavylift.recordings.format.text import duration
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.said import silent
 from heavylift.recordings.read.verdict import opened

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.text import GENERATOR, clock
+from heavylift.kernel.findings import clock
+from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.format.viewer_messages import Box, corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal

@@ -11,7 +11,8 @@ from math import isfinite
 from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
-from heavylift.recordings.format.text import GENERATOR, clock
+from heavylift.kernel.findings import clock
+from heavylift.recordings.format.text import GENERATOR
 
 CLOCK = "h:min:s"
 Value: TypeAlias = str | float | None
