@@ -11,7 +11,7 @@ import msgspec
 from heavylift.nodes.plan.fidelity import percent
 from heavylift.recordings.render.paper import save
 from heavylift.recordings.sheets.figures import BAND, COLOURS, LIMIT, PAPER, in_page, styled
-from heavylift.recordings.sheets.sheet import Cell, Chart, Column, Marked, Notes, Part, Sheet, Table
+from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
 from heavylift.recordings.sheets.terminal import table_csv
 from heavylift.recordings.sheets.writing import printed
 from heavylift.recordings.write.outputs import output_path
@@ -24,11 +24,9 @@ if TYPE_CHECKING:
 
 KINDS = (".html", ".pdf", ".xlsx", ".png", ".svg", ".csv", ".json")
 RUNGS = "Rungs, the fastest first"
-HELD = (Column("rope"), Column("w", "rad/s", 3), Column("h", "ms"), Column("damping measured", "%", 3),
-        Column("-w h/4", "%", 3))  # fmt: skip
-APART = (Column("nodes in"), Column("buys"), Column("wall", "s", 2), Column("kernel", "s", 2), Column("CPU", "s", 2),
-         Column("grants", digits=0), Column("per grant beside the kernel", "ms", 3),
-         Column("recording", "MB", 2))  # fmt: skip
+HELD = columns("rope", "w [rad/s] .3", "h [ms]", "damping measured [%] .3", "-w h/4 [%] .3")
+APART = columns("nodes in", "buys", "wall [s] .2", "kernel [s] .2", "CPU [s] .2", "grants .0",
+                "per grant beside the kernel [ms] .3", "recording [MB] .2")  # fmt: skip
 FLOOR = 1e-9  # relative error that is drawn at least
 
 
@@ -71,9 +69,8 @@ def _finite(x: object) -> object:
 
 def tradeoff_sheet(measured: Measured) -> Sheet:
     """What was measured: advice, figure, rungs, the fastest first, and those without a run."""
-    asked = (Column(f"error of {quantity}", "%", 3) for quantity in measured.ask)
-    times = Column("kernel", "s", 3), Column("start", "s", 3)
-    heads = (Column("level"), Column("steps"), *times, *asked, Column("failed"))
+    asked = (f"error of {quantity} [%]" for quantity in measured.ask)
+    heads = columns("level", "steps", "kernel [s]", "start [s]", *asked, "failed")
     rows = [_row(measured, row) for row in sorted(measured.rows, key=lambda row: (row.worst == inf, row.run_s))]
     command = (measured.pick.command,) if measured.pick else ()
     parts: list[Part] = [
@@ -92,8 +89,13 @@ def _row(measured: Measured, row: Row) -> tuple[Cell, ...]:
     advised = row is measured.pick
     level = Marked(row.level, "pick") if advised else row.level
     errors = [(row.errors.get(q), row.errors.get(q, 0.0) > measured.limit) for q in measured.ask]
-    told = (None if e is None else Marked(100.0 * e) if beyond else 100.0 * e for e, beyond in errors)
-    return level, row.how, row.run_s, row.start_s, *told, row.reason
+    told = (None if e is None else Marked(_short(100.0 * e)) if beyond else _short(100.0 * e) for e, beyond in errors)
+    return level, row.how, _short(row.run_s), _short(row.start_s), *told, row.reason
+
+
+def _short(x: float) -> float:
+    """Two digits that count, as many as it is worth."""
+    return float(f"{x:.2g}")
 
 
 def _worth(measured: Measured) -> list[str]:

@@ -25,7 +25,7 @@ from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import Judged
-from heavylift.recordings.sheets.sheet import CLOCK, Column, Table
+from heavylift.recordings.sheets.sheet import Table, columns
 from heavylift.recordings.sheets.terminal import table_text
 
 from .watch import Watch
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
 
-ROPES = Column("rope"), Column("peak", "kN", 1), Column("at", CLOCK, 0), Column("rated", "kN", 0), Column("use", "%", 1)
+ROPES = columns("rope", "peak [kN] .1", "at [h:min:s] .0", "rated [kN] .0", "use [%] .1")
 
 
 class Progress(Watch):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings.sheets.figures import COLOURS, LIMIT, in_page
-from heavylift.recordings.sheets.sheet import CLOCK, Cell, Chart, Column, Notes, Sheet, Table
+from heavylift.recordings.sheets.sheet import Cell, Chart, Notes, Sheet, Table, columns
 
 from .limiting import Limited
 from .page import canvas
@@ -17,8 +17,7 @@ from .page import canvas
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-HEADS = (Column("number"), Column("green up to"), Column("red at"), Column("most used there"), Column("to"),
-         Column("in"), Column("at", CLOCK), Column("what turns red"))  # fmt: skip
+HEADS = columns("number", "green up to", "red at", "most used there", "to", "in", "at [h:min:s]", "what turns red")
 COLUMNS = 3  # of figures
 TOLD = (
     "The largest value of each number, alone, for which the verdict of a run is green. "

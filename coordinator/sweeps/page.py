@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from heavylift.recordings.sheets.figures import COLOURS, INK, LIMIT, PAPER, QUIET, in_page, styled
-from heavylift.recordings.sheets.sheet import Chart, Column, Marked, Notes, Sheet, Table, words
+from heavylift.recordings.sheets.sheet import Chart, Marked, Notes, Sheet, Table, columns, words
 
 from .axes import Axis
 from .designs import FEWEST
@@ -45,7 +45,7 @@ def study_sheet(study: Study) -> Sheet:
     found = summary(study)
     counts = ((status, MEANT[status], n) for status, n in found.counts.items())
     parts = [
-        Table("Variants", (Column("status"), Column(""), Column("variants", digits=0)), tuple(counts)),
+        Table("Variants", columns("status", "", "variants .0"), tuple(counts)),
         Notes("What was varied", tuple(_varied(study))),
         *_limits(study, found),
         *_responses(study, found),
@@ -75,10 +75,9 @@ def _range(axis: Axis) -> str:
 
 def _limits(study: Study, found: Summary) -> list[Table]:
     sampled, level = bool(study.plan.sample), f"at {LEVEL:.0%}"
-    heads = [Column("limit"), Column("variants", digits=0), Column("mean use", "%", 1), Column("largest use", "%", 1)]
-    heads += [Column("beyond", digits=0)]
-    chances = (Column("probability of exceeding", "%", 2), Column(f"at least, {level}", "%", 2))
-    heads += [*chances, Column(f"at most, {level}", "%", 2)] if sampled else []
+    heads = ["limit", "variants .0", "mean use [%] .1", "largest use [%] .1", "beyond .0"]
+    chances = "probability of exceeding [%] .2", f"at least, {level} [%] .2", f"at most, {level} [%] .2"
+    heads += chances if sampled else []
     rows = []
     for x in found.chances[:LISTED]:
         most = Marked(100.0 * x.most) if x.most > 1.0 else 100.0 * x.most
@@ -90,7 +89,7 @@ def _limits(study: Study, found: Summary) -> list[Table]:
         notes.append(f"Probabilities are of the {n} independent draws that came to their end (Clopper and Pearson).")
     if len(found.chances) > LISTED:
         notes.append(f"{len(found.chances) - LISTED} less used limits stand in rows.parquet only.")
-    return [Table("Limits, the most used first", tuple(heads), tuple(rows), tuple(notes))]
+    return [Table("Limits, the most used first", columns(*heads), tuple(rows), tuple(notes))]
 
 
 def _responses(study: Study, found: Summary) -> list[Chart]:
@@ -172,7 +171,7 @@ def canvas(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> 
 def _indices(study: Study, found: Summary) -> list[Table | Notes]:
     if not study.plan.sample:
         return []
-    heads = Column("input"), *(Column(x, digits=3) for x in ("alone (first)", "+-", "with others (total)", "+- "))
+    heads = columns("input", "alone (first) .3", "+- .3", "with others (total) .3", "+- .3")
     how = "Sobol indices" if study.plan.design == "sobol" else "first-order indices by random balance designs"
     note = f"{how}: parts of the variance, half-widths at {LEVEL:.0%} (SALib)."
     made: list[Table | Notes] = [

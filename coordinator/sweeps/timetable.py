@@ -9,12 +9,12 @@ from heavylift.coordinator.ladder.in_memory import Played
 from heavylift.nodes.models.parts.messages import Done
 from heavylift.nodes.plan.actions import Action, Wait
 from heavylift.nodes.scene import LoadedScene
-from heavylift.recordings.sheets.sheet import CLOCK, Cell, Column, Table
+from heavylift.recordings.sheets.sheet import Cell, Table, columns
 from heavylift.recordings.sheets.terminal import table_text
 
 from .timing import Step
 
-HEADS = Column("stage"), Column("before", CLOCK, 0), Column("after", CLOCK, 0), Column("what limits it")
+HEADS = columns("stage", "before [h:min:s] .0", "after [h:min:s] .0", "what limits it")
 Parts = dict[Step, float]  # how far each step is taken, of 1
 
 

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from heavylift.kernel.findings import Check
 from heavylift.recordings.format.text import duration
 from heavylift.recordings.render.storyboard import storyboard
-from heavylift.recordings.sheets.sheet import Cell, Column, Marked, Part, Sheet, Table, words
+from heavylift.recordings.sheets.sheet import Cell, Column, Marked, Part, Sheet, Table, columns, words
 
 from .document import picture
 from .facts import Facts
-from .scene import block_table, scene_table
+from .scene import block_rows, scene_table
 
 WORST = ("red", "undecided", "amber", "green", "none")
 
@@ -51,7 +51,8 @@ def _short(a: Facts, b: Facts) -> Iterable[tuple[str, str, str]]:
     """What differs of scene and block, and how long it takes."""
     told = [{"duration": duration(f.rec.fact("sim_s", 0.0))} for f in (a, b)]
     for known, f in zip(told, (a, b), strict=True):
-        known |= dict(block_table(f.plan)) | dict(scene_table(f.rec, f.plan))
+        known |= {what: f"{', '.join(f'{x:g}' for x in values)} {unit}" for what, values, unit in block_rows(f.plan)}
+        known |= dict(scene_table(f.rec, f.plan))
     for name in dict.fromkeys([*told[0], *told[1]]):
         one, other = (x.get(name, "") for x in told)
         if one != other or name == "duration":
@@ -61,11 +62,9 @@ def _short(a: Facts, b: Facts) -> Iterable[tuple[str, str, str]]:
 def _uses(a: Facts, b: Facts, names: tuple[str, str]) -> Table:
     """Of each quantity the check that stands worst in each."""
     one, other = (_worst(f.verdict.checks if f.verdict else ()) for f in (a, b))
-    heads = [Column("check")]
-    for name in names:
-        heads += [Column(f"{name}: worst of"), Column("value"), Column("use", "%", 1), Column("state")]
+    each = (heading for name in names for heading in (f"{name}: worst of", "value", "use [%] .1", "state"))
     rows = tuple((quantity, *_cells(one.get(quantity)), *_cells(other.get(quantity))) for quantity in {**one, **other})
-    return Table("Largest use of each quantity", tuple(heads), rows)
+    return Table("Largest use of each quantity", columns("check", *each), rows)
 
 
 def _worst(checks: Iterable[Check]) -> dict[str, Check]:

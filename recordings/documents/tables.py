@@ -10,19 +10,17 @@ from collections.abc import Callable, Iterable, Iterator
 from math import degrees
 
 from heavylift.kernel.findings import Check
-from heavylift.recordings.sheets.sheet import CLOCK, Cell, Column, Marked, Table, trimmed, words
+from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns, trimmed, words
 
 from .facts import Facts
 from .loads import Borne
-from .scene import block_table, scene_table
+from .scene import block_rows, scene_table
 
 TONNE = 9806.65  # [N] its weight
 UNITS = {"N": ("kN", 1e-3, 1), "kg": ("t", 1e-3, 1), "rad": ("deg", degrees(1.0), 2)}  # as people read them
 ELSEWHERE = ("rope tension", "sling tension", "clearance")  # quantities that have tables of their own
-AT = Column("at", CLOCK)
-PLACE = tuple(Column(axis, "m", 2) for axis in "xyz")
-OWN_PLACE = tuple(Column(axis, "m", 2) for axis in "uvw")
-FORCE = Column("largest load", "kN", 1), Column("as a mass", "t", 1)
+PLACE = columns("x [m] .2", "y [m] .2", "z [m] .2")
+FORCE = columns("largest load [kN] .1", "as a mass [t] .1", "at [h:min:s]")
 SAMPLED = "Directions are those at samples, tensions the largest since the sample before."
 CORNERS = (
     "What stands and hangs on a portal is shared by its four corners as by a rigid frame on equal springs; "
@@ -36,9 +34,9 @@ def _findings(f: Facts) -> Iterator[Table]:
     for x in f.verdict.findings if f.verdict else ():
         told = f"{x.sentence} [{x.where}]" if x.where else x.sentence
         rows.append((x.severity, Marked(told) if x.severity == "red" else told, x.t, x.stage))
-    yield Table("Findings", (Column(""), Column("what"), AT, Column("stage")), tuple(rows))
+    yield Table("Findings", columns("", "what", "at [h:min:s]", "stage"), tuple(rows))
     notes = ((Marked(told), t) for t, told in f.rec.notes())
-    yield Table("Notes of the kernel", (Column("what"), AT), tuple(notes))
+    yield Table("Notes of the kernel", columns("what", "at [h:min:s]"), tuple(notes))
 
 
 def _checks(f: Facts) -> Iterator[Table]:
@@ -54,7 +52,7 @@ def _clearances(f: Facts) -> Iterator[Table]:
         red = f.verdict and any(x.kind == "clearance" and x.subject == f"{c.a} and {c.b}" for x in f.verdict.findings)
         rows.append((f"{c.a} and {c.b}", Marked(c.distance) if red else c.distance, c.limit, c.t, c.place))
     unseen = tuple(f"Not checked: {x}." for x in f.verdict.not_looked_at) if f.verdict else ()
-    heads = Column("between"), Column("smallest", "m", 2), Column("required", "m", 2), AT, Column("where")
+    heads = columns("between", "smallest [m] .2", "required [m] .2", "at [h:min:s]", "where")
     yield Table("Smallest clearances", heads, tuple(rows), (*unseen, "Required 0: not through each other."))
 
 
@@ -63,7 +61,8 @@ def _of_verdict(f: Facts) -> Iterator[Table]:
 
 
 def _scene(f: Facts) -> Iterator[Table]:
-    yield words("Block", ("", ""), block_table(f.plan))
+    rows = ((what, *values, *[None] * (3 - len(values)), unit) for what, values, unit in block_rows(f.plan))
+    yield trimmed(Table("Block", columns("", "value, u or x .3", "v or y .3", "w or z .3", "unit"), tuple(rows)))
     yield words("Scene", ("", ""), scene_table(f.rec, f.plan))
 
 
@@ -81,9 +80,8 @@ def _ropes(f: Facts) -> Iterator[Table]:
                f.stage_at(peak.time), limit / 1e3 if limit else None, Marked(use, state) if state else use)  # fmt: skip
         lies = (degrees(sling.angle), degrees(sling.widest)) if sling else (None, None)
         rows.append((*row, check.error / 1e3 if check and check.error is not None else None, *lies))
-    heads = (Column("rope"), Column("lug"), Column("peak tension", "kN", 1), FORCE[1], AT, Column("stage"),
-             Column("limit", "kN", 1), Column("use", "%", 1), Column("error", "kN", 1),
-             Column("angle to vertical then", "deg", 1), Column("at most", "deg", 1))  # fmt: skip
+    heads = columns("rope", "lug", "peak tension [kN] .1", "as a mass [t] .1", "at [h:min:s]", "stage", "limit [kN] .1",
+                    "use [%] .1", "error [kN] .1", "angle to vertical then [deg] .1", "at most [deg] .1")  # fmt: skip
     bases = dict.fromkeys(f"{c.quantity}: {c.basis}." for c in limits.values() if c.basis)
     yield trimmed(Table("Ropes and slings", heads, tuple(rows), tuple(bases)))
 
@@ -96,9 +94,9 @@ def _quantities(f: Facts) -> Iterator[Table]:
             groups.setdefault((c.quantity, c.unit), []).append(c)
     for (quantity, unit), checks in groups.items():
         told, factor, digits = UNITS.get(unit, (unit, 1.0, 2))
-        heads = (Column("item"), Column("worst", told, digits), Column("limit", told, digits), Column("allowed"),
-                 Column("use", "%", 1), Column("error", told, digits), AT, Column("stage"), Column("state"),
-                 Column("basis"))  # fmt: skip
+        form = f"[{told}] .{digits}" if told else f".{digits}"
+        heads = columns("item", f"worst {form}", f"limit {form}", "allowed", "use [%] .1", f"error {form}",
+                        "at [h:min:s]", "stage", "state", "basis")  # fmt: skip
         bases = list(dict.fromkeys(c.basis for c in checks))
         rows = []
         for c in sorted(checks, key=lambda c: c.subject):
@@ -116,13 +114,14 @@ def _quantities(f: Facts) -> Iterator[Table]:
 def _borne(f: Facts) -> Iterator[Table]:
     """Forces on lugs, supports and corners of portals, with their directions and places."""
     lugs = tuple((*_load(x), *(part / 1e3 for part in x.parts or ())) for x in f.loads.lugs)
-    axes = (Column(f"along {axis}", "kN", 1) for axis in "uvw")
+    axes = columns(*(f"along {axis} [kN] .1" for axis in "uvw"))
+    heads = columns("lug", "u [m] .2", "v [m] .2", "w [m] .2")
     note = f"u, v, w are the axes of the block. {SAMPLED}"
-    yield Table("Loads on lugs", (Column("lug"), *OWN_PLACE, *FORCE, AT, *axes), lugs, (note,))
+    yield Table("Loads on lugs", (*heads, *FORCE, *axes), lugs, (note,))
     supports = tuple(map(_load, f.loads.supports))
-    yield Table("Reactions of supports", (Column("support"), *PLACE, *FORCE, AT), supports, ("At samples.",))
+    yield Table("Reactions of supports", (*columns("support"), *PLACE, *FORCE), supports, ("At samples.",))
     corners = tuple(map(_load, f.loads.portals))
-    yield Table("Reactions of portals", (Column("corner"), *PLACE, *FORCE, AT), corners, (CORNERS,))
+    yield Table("Reactions of portals", (*columns("corner"), *PLACE, *FORCE), corners, (CORNERS,))
 
 
 def _stages(f: Facts) -> Iterator[Table]:
@@ -134,29 +133,20 @@ def _stages(f: Facts) -> Iterator[Table]:
         marked = (Marked(x) if x is not None and foreseen and x > foreseen[0] else x for x in known)
         use = 100.0 * s.use if s.rope else None
         rows.append((s.name, s.start, s.end - s.start, s.rope, use, *marked))
-    factors = [Column(f"dynamic factor of {crane}", digits=3) for crane in cranes]
-    heads = (
-        Column("stage"),
-        Column("from", CLOCK),
-        Column("lasts", "s", 1),
-        Column("governing rope"),
-        Column("use", "%", 1),
-    )
+    factors = (f"dynamic factor of {crane} .3" for crane in cranes)
+    heads = columns("stage", "from [h:min:s]", "lasts [s] .1", "governing rope", "use [%] .1", *factors)
     notes = [f"Dynamic factor required: {foreseen[0]:g} ({foreseen[1]}); more is marked."] if foreseen else []
-    yield Table("Stages", (*heads, *factors), tuple(rows), tuple(notes if cranes else []))
+    yield Table("Stages", heads, tuple(rows), tuple(notes if cranes else []))
     path = tuple((s.name, s.start, s.lowest, *map(degrees, s.tilt), *s.com) for s in f.stages if s.com and s.tilt)
-    tilts = Column("least tilt", "deg", 1), Column("largest tilt", "deg", 1)
-    heads = (Column("stage"), Column("from", CLOCK), Column("lowest point", "m", 2), *tilts)
-    note = (
-        "Tilt is the angle of the block's w axis to the vertical; x, y, z: centre of gravity at the end of the stage."
-    )
+    heads = columns("stage", "from [h:min:s]", "lowest point [m] .2", "least tilt [deg] .1", "largest tilt [deg] .1")
+    note = "Tilt: angle of the block's w axis to the vertical; x, y, z: centre of gravity at the end of the stage."
     yield Table("Path of the block", (*heads, *PLACE), path, (note,))
 
 
 def _errors(f: Facts) -> Iterator[Table]:
     """How sure the figures are."""
     errors = ((name, 100.0 * x) for name, x in f.rec.fact("errors", {}).items() if isinstance(x, float))
-    yield Table("Errors of figures", (Column("figure"), Column("error", "%", 3)), tuple(errors))
+    yield Table("Errors of figures", columns("figure", "error [%] .3"), tuple(errors))
     for fact, head, title in (
         ("measured", "run less log, uncertainties at 95 %", "Beside a measured lift"),
         ("certified", "figures, with half-widths at 95 %", "Certificate"),

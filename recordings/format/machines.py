@@ -51,10 +51,10 @@ def ties(plan: Data) -> list[Data]:
 
 
 def block(plan: Data) -> Data:
-    """What is lifted, with its pose at the start and how many stools it has; empty if that is nothing or several."""
+    """What is lifted, with its pose at the start and how many supports it has; empty if that is nothing or several."""
     found = [(machine, cargo) for machine in plan.get("machines", []) for cargo in machine.get("cargo", [])]
     if len(found) != 1:
         return {}
     (machine, cargo), system = found[0], found[0][0]["system"]
     pose = next((x["q0"] for x in system["joints"] if x["child"] == cargo["body"]), [0.0] * 7)
-    return {**cargo, "name": machine["name"], "pose": pose, "stools": len(system.get("supports", []))}
+    return {**cargo, "name": machine["name"], "pose": pose, "supports": len(system.get("supports", []))}

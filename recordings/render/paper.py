@@ -95,6 +95,22 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
         yield start, stop
 
 
+def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
+    """Places nearest to the wanted ones, rising by `gap` or more, none above its `highest`."""
+    blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
+    for i, place in enumerate(wanted):
+        blocks.append((place - i * gap, 1))
+        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
+            (a, n), (b, m) = blocks[-2:]
+            blocks[-2:] = [((a * n + b * m) / (n + m), n + m)]
+    free = [mean for mean, n in blocks for _ in range(n)]
+    places = [max(0.0, mean) + i * gap for i, mean in enumerate(free)]
+    for i in reversed(range(len(places))):
+        after = places[i + 1] - gap if i + 1 < len(places) else highest[i]
+        places[i] = min(places[i], highest[i], after)
+    return places
+
+
 def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:
     """Write a figure to a .png or .svg file, and return which (outputs.py); RecordingError if the system refuses."""
     form = out.suffix.lower()[1:]

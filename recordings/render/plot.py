@@ -24,7 +24,7 @@ from heavylift.recordings.write.outputs import output_path
 from numpy.typing import NDArray
 
 from .curves import curves
-from .paper import FORMATS, INK, QUIET, banded, digits, limited, on_paper, save, tidied, timed
+from .paper import FORMATS, INK, QUIET, banded, digits, limited, on_paper, save, spread, tidied, timed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -304,19 +304,3 @@ def _label_stages(axes: Axes, times: Sequence[float], names: Sequence[str]) -> N
                 color=INK,
                 arrowprops=None if text else LEADER,
             )
-
-
-def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Places nearest to the wanted ones, rising by `gap` or more, none above its `highest`."""
-    blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
-    for i, place in enumerate(wanted):
-        blocks.append((place - i * gap, 1))
-        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
-            (a, n), (b, m) = blocks[-2:]
-            blocks[-2:] = [((a * n + b * m) / (n + m), n + m)]
-    free = [mean for mean, n in blocks for _ in range(n)]
-    places = [max(0.0, mean) + i * gap for i, mean in enumerate(free)]
-    for i in reversed(range(len(places))):
-        after = places[i + 1] - gap if i + 1 < len(places) else highest[i]
-        places[i] = min(places[i], highest[i], after)
-    return places

@@ -57,6 +57,16 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
         return f"{value:.6g}" if self.digits is None else f"{value:z.{self.digits}f}"
 
 
+def columns(*headings: str) -> tuple[Column, ...]:
+    """Columns from their headings: `stage`, `peak [kN] .1`, `at [h:min:s]`; behind the unit digits behind the point."""
+    found = []
+    for heading in headings:
+        told, _, digits = heading.partition(" .")
+        name, _, unit = told.removesuffix("]").partition(" [")
+        found.append(Column(name, unit, int(digits) if digits else None))
+    return tuple(found)
+
+
 class Table(msgspec.Struct, frozen=True, omit_defaults=True):
     """A table with notes below it; one without rows is not printed.  `blank`: a form with lines to be filled in."""
 
