@@ -26,8 +26,7 @@ from .history import BLOCK, History, Past
 from .moving import Moving, moving
 from .nearest import Known, search
 from .rotating import matrices, turned
-from .steps import Minimum
-from .stretches import whole
+from .stretches import Minimum, whole
 
 Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are told

@@ -28,6 +28,7 @@ from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import Past, blocks, history_of, rests
 from .limits import impacts, signals_of_run
+from .tables import tables_of_plan
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 RESOLVED = "resolved.json"  # the plan in a recording
@@ -167,6 +168,7 @@ def judged_with_uses(
         rows=tuple(rows(checks)),
         told=(*hoisting_foreseen(plan), *shared(plan)),
         dynamic=dynamics_foreseen(plan),
+        tables=tables_of_plan(plan),
         clearances=tuple(bench.clearances),
         not_looked_at=tuple(bench.not_looked_at),
         findings=tuple(findings),

@@ -99,8 +99,8 @@ class Facts:
         uses = {rope: most.get(rope, 0.0) / limit for rope, limit in rated.items()}
         rope = max(uses, key=lambda r: uses[r], default="")
         for crane in machines.cranes(self.plan):
-            columns = [tension.names.index(hook.rope) for hook in crane.hooks if hook.rope in tension.names]
-            load, dead = tension.values[:, columns].sum(axis=1), sum(hook.dead for hook in crane.hooks)
+            columns = [tension.names.index(rope) for rope in crane.dead if rope in tension.names]
+            load, dead = tension.values[:, columns].sum(axis=1), sum(crane.dead.values())
             if late.any() and columns:
                 rest = max(float(load[inside][0]), float(np.mean(load[late])))
                 if rest > EMPTY * dead * self.gravity:

@@ -19,19 +19,12 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
         x, y, z = block["pose"][:3]
         told = f"{block['mass'] / 1e3:g} t, centre at {x:g}, {y:g}, {z:.3g} m, {len(block.get('lugs', ()))} lugs"
         rows.append(("block" if block["body"] == "block" else f"block {block['body']}", told))
-    tandem: dict[str, float] = rec.fact("tandem", {})
-    cranes, slings = machines.cranes(plan), machines.ties(plan)
-    for crane in cranes:
-        share, hooks = tandem.get(crane.name, 1.0), f"{len(crane.hooks)} hook{'s' if len(crane.hooks) > 1 else ''}"
-        at = "" if crane.start is None else f"at {crane.start:g} m, "
-        told = f"{at}carries {crane.capacity / 1e3:g} t on {hooks}" if crane.capacity else f"{at}{hooks}"
-        if share < 1.0:
-            told += f" ({100 * share:g} % of {crane.capacity / share / 1e3:g} t, as cranes lift together)"
-        rows.append((f"crane {crane.name}", told))
+    cranes, slings = [crane.name for crane in machines.cranes(plan)], machines.ties(plan)
+    rows += [("cranes", ", ".join(cranes))] if cranes else []
     if slings:
         hooked = sum(1 for tie in slings if tie.get("lug"))
         rows.append(("rig", f"{len(slings)} slings, {hooked} hooked at the start"))
-    named = {crane.name for crane in cranes} | {block.get("name", "")}
+    named = {*cranes, block.get("name", "")}
     for machine in (x for x in plan.get("machines", []) if x["name"] not in named and not x.get("levels")):
         system = machine["system"]
         told = f"{len(system['bodies'])} bodies, {len(system['joints'])} joints"
