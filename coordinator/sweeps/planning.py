@@ -21,9 +21,9 @@ from heavylift.kernel.findings import clock
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.loading import parse
-from heavylift.nodes.scene.text.rewriting import rewritten
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 
+from .rewriting import rewritten
 from .timetable import Parts, Planned, done, last_wait
 from .timing import Step, overlaps, ramps, speeds
 
