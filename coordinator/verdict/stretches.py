@@ -1,5 +1,5 @@
-"""Stretches of samples of two shapes with bounds of what they are apart in them; and the steps between samples: what the
-two are apart at least in each, and exactly where that is in doubt."""
+"""Stretches of samples of two shapes with bounds of what they are apart in them; and the steps between samples: what
+the two are apart at least in each, and exactly where that is in doubt."""
 
 from __future__ import annotations
 
