@@ -3,7 +3,6 @@
 What a scene is and how it becomes code, lowest layer first; each imports those above it in this list
     errors, trust, cache   the exception tree of heavylift; whose Python code may run; files of compiled code
     on_demand              public names of a package, imported when they are first used
-    findings               what is found of a lift, and each check of it, as every room reads it
     version                which heavylift this is, and what to do with what another one has made
     description            bodies, joints, forces and contacts as plain data, without NumPy; the joint table
     compiler               tracing of plain Python, LLVM IR, machine code of this process

@@ -128,7 +128,7 @@ class _Progress:
             self._live.stop()
 
     def _line(self, now: float) -> str:
-        from heavylift.kernel.findings import clock
+        from heavylift.kernel.description.findings import clock
 
         rate = max(self._done - 1, 0.5) / max(0.5, now - self._began)
         counts = ", ".join(f"{n} {status}" for status, n in sorted(self._counts.items()))

@@ -24,8 +24,8 @@ from heavylift.coordinator.participants.recalled import Past
 from heavylift.coordinator.record.scene import MERGED, Result
 from heavylift.coordinator.replay.deviation import Deviation
 from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError, path_text
-from heavylift.kernel.findings import clock
 from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import Event, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Protocol, Self, TextIO
 import msgspec
 from heavylift.coordinator.record.facts import rated
 from heavylift.coordinator.record.scene import Result
+from heavylift.kernel.description.findings import Check, clock
 from heavylift.kernel.errors import HeavyliftError, printable
-from heavylift.kernel.findings import Check, clock
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.checks import ASSUMED, UNKNOWN, WARNED
 from heavylift.nodes.limits.telling import likewise

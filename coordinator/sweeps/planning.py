@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 from heavylift.coordinator.ladder.in_memory import CUT, Played, play
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, SceneError
-from heavylift.kernel.findings import clock
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.loading import parse

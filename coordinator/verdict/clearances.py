@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
+from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.findings import Finding
 from heavylift.nodes.models import system
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import GROUND, Kind, Shapes, Solid, Strand

@@ -11,7 +11,7 @@ from itertools import pairwise
 from math import inf
 from typing import Any
 
-from heavylift.kernel.findings import Finding
+from heavylift.kernel.description.findings import Finding
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.parts.messages import BrakeState, Limit, OperatorCommand, Overload, Skipped, Stage, Tripped

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
+from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
-from heavylift.kernel.findings import Finding
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.findings import Finding
+from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.on_demand import face, on_demand
 from heavylift.nodes.plan.limit import Limit, Use
 

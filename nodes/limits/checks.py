@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 
-from heavylift.kernel.findings import Check, Finding, State, clock
+from heavylift.kernel.description.findings import Check, Finding, State, clock
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from heavylift.kernel.findings import Finding
+from heavylift.kernel.description.findings import Finding
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace

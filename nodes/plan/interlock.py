@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import msgspec
+from heavylift.kernel.description.findings import Severity
 from heavylift.kernel.description.mechanics import Threshold
-from heavylift.kernel.findings import Severity
 
 from .actions import Item
 from .mechanism import driven

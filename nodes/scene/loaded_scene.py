@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.kernel.findings import Check, Finding
+from heavylift.kernel.description.findings import Check, Finding
 from heavylift.nodes.limits.checks import Errors, checks_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path

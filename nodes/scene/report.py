@@ -11,9 +11,9 @@ from itertools import groupby, pairwise
 from math import degrees, pi, sqrt
 from typing import TYPE_CHECKING
 
+from heavylift.kernel.description.findings import Check, Finding, State, clock
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
-from heavylift.kernel.findings import Check, Finding, State, clock
 from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from heavylift.kernel.findings import Finding, Severity
+from heavylift.kernel.description.findings import Finding, Severity
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Slings, Turn

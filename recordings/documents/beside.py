@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from heavylift.kernel.findings import Check
+from heavylift.kernel.description.findings import Check
 from heavylift.recordings.format.text import duration
 from heavylift.recordings.render.storyboard import storyboard
 from heavylift.recordings.sheets.sheet import Cell, Column, Marked, Part, Sheet, Table, columns, words

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from math import degrees
 
-from heavylift.kernel.findings import Check
+from heavylift.kernel.description.findings import Check
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns, trimmed, words
 
 from .facts import Facts

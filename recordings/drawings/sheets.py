@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from heavylift.kernel.findings import clock
+from heavylift.kernel.description.findings import clock
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.sheets.sheet import Chart

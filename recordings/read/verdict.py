@@ -11,7 +11,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from heavylift.kernel.findings import Check, Finding, State, clock
+from heavylift.kernel.description.findings import Check, Finding, State, clock
 from heavylift.recordings.sheets.sheet import Table
 from heavylift.recordings.write.rows import Peak
 

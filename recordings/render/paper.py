@@ -12,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.findings import clock
+from heavylift.kernel.description.findings import clock
 from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.partfile import PartFile
 

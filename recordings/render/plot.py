@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import RecordingError
-from heavylift.kernel.findings import clock
 from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration

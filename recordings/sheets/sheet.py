@@ -11,7 +11,7 @@ from math import isfinite
 from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
-from heavylift.kernel.findings import clock
+from heavylift.kernel.description.findings import clock
 from heavylift.recordings.format.text import GENERATOR
 
 CLOCK = "h:min:s"

@@ -27,7 +27,7 @@ from heavylift.recordings.drawings import (
     within,
     write_dxf,
 )
-from heavylift.recordings.read.verdict import recorded_verdict
+from heavylift.recordings.read import recorded_verdict
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays

@@ -17,7 +17,7 @@ from heavylift.kernel import RecordingError
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
 from heavylift.recordings.documents import Facts, alternatives, facts, report_sheet, tables_of
-from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.read import Judged
 from heavylift.recordings.sheets import Table, plain
 from small_run import POSE, SECOND, Stage
 

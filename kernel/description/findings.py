@@ -1,13 +1,23 @@
-"""What is found of a lift before and after a run, and each check of it: rows that every room reads and tells alike."""
+"""Findings and checks of a lift, before and after a run, and notes of one that goes on: every room tells them alike.
+
+A note belongs to the instant that it tells of, as a sample does, and comes out the same however a run is cut up.
+"""
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import msgspec
 
 Severity: TypeAlias = Literal["red", "warning", "note"]
 State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a check, worst first
+
+
+class Note(NamedTuple):
+    """A sentence and the simulation time that it tells of [ns]."""
+
+    t_ns: int
+    sentence: str
 
 
 UNITS = (1, 10, 100, 1000)  # in a second, by the digits behind it
