@@ -101,8 +101,8 @@ def test_empty_hooks_and_stages_at_rest_are_not_red(tmp_path: Path) -> None:
     empty = 'actions=[{all hooks: "unhook"}, {stage: empty, all hooks: "hoist 10 m/min by 3 m"}, {wait: 10 s}]'
     run(load("lift", [empty, "end=60 s"]), tmp_path / "empty.mcap", in_process=True)
     text = report(tmp_path / "empty.mcap", tmp_path / "empty.html").read_text()
-    assert 'class="bad"' not in text
-    assert "<td>off-lead along</td><td>crane.H1 (of 3)</td><td></td>" in text
+    assert ' red">' not in text.partition("</style>")[2]
+    assert '<td class="s">off-lead along</td><td>crane.H1 (of 3)</td><td class="s"></td>' in text
     assert "it did not occur" in text
 
 
