@@ -161,16 +161,8 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
         lowest = figure.add_subplot(grid[1], sharex=upper)
         _panel(lowest, curves, range(len(curves.names)), stages)
         upper.tick_params(labelbottom=False)
-        lowest.legend(
-            loc="lower left",
-            bbox_to_anchor=(0, 1.0),
-            ncols=legend_columns,
-            frameon=False,
-            handlelength=1.6,
-            columnspacing=1.6,
-            borderaxespad=0.1,
-            labelcolor=INK,
-        )
+        lowest.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=legend_columns, frameon=False, labelcolor=INK,
+                      handlelength=1.6, columnspacing=1.6, borderaxespad=0.1)  # fmt: skip
         note = "dashed: measured; " * bool(curves.measured) + "curves that coincide lie inside one another"
         figure.text(RIGHT, 13 / (72 * HEIGHT), note, size=LABEL, color=QUIET, ha="right")
     if curves.over:
