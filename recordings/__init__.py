@@ -6,8 +6,8 @@ Reading:    Recording("run.mcap")["rope/tension"], ["legs/1"].tension, .events()
 For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself;
             curves("run.mcap", ["rope/tension/*"], "run.html") any signals, overlay(a, b, out) those of two runs.
 A page:     view("run.mcap", "run.html") shows the lift in 3D with signals, stages and events.
-A document: report("run.mcap", "report.html") tells what each stage asked of ropes, cranes, lugs, stools and wheels;
-            .pdf on A4, .xlsx as a workbook.
+A document: report("run.mcap", "report.html") has verdict, checks, loads, stages and dimensioned drawings;
+            .pdf on A4, .xlsx, .json, .txt; the drawings alone as .dxf.
 Two runs:   compare("a.mcap", "b.mcap") tells where they part; recover("run.mcap.part") saves what a killed run left.
 Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
 Equal runs: Digest().hexdigest() is one line that two equal runs share.

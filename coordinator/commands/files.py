@@ -92,28 +92,51 @@ def view(
 @app.command()
 def report(
     file: o.File,
-    output: Annotated[Path | None, o.written_to("document, .html, .pdf or .xlsx; default NAME-report.html")] = None,
-    revision: Annotated[str, typer.Option("--revision", help="revision of the document")] = "0",
-    author: Annotated[str, typer.Option("--author", help="who prepared it")] = "",
+    other: Annotated[
+        Path | None, typer.Argument(help="an alternative, shown beside it", autocompletion=completing.recordings)
+    ] = None,
+    output: Annotated[
+        Path | None,
+        o.written_to("document: .html, .pdf, .xlsx, .json, .txt; drawings: .dxf; default NAME-report.html"),
+    ] = None,
+    revision: Annotated[str, typer.Option("--revision", help="of the document, instead of the scene's")] = "",
+    author: Annotated[str, typer.Option("--author", help="who prepared it, instead of the scene's")] = "",
     force: o.Force = False,
     as_json: o.Json = False,
 ) -> None:
-    """Write the planner's document: verdict, limits, loads, stages.    heavylift report turnover.mcap -o run.pdf"""
+    """Write the planner's document: verdict, tables, drawings.    heavylift report turnover.mcap -o run.pdf
+
+    With a second recording, two alternatives beside each other: heavylift report lift.mcap slower.mcap
+    """
     from heavylift.recordings import Recording
     from heavylift.recordings import report as write
-    from heavylift.recordings.documents import Issue, facts
+    from heavylift.recordings.documents import alternatives, facts, report_sheet
     from heavylift.recordings.read.verdict import as_recorded, complaints
-    from heavylift.recordings.write.outputs import beside
+    from heavylift.recordings.sheets.sheet import data_of
+    from heavylift.recordings.sheets.writing import FORMATS
+    from heavylift.recordings.sheets.writing import write as write_sheet
+    from heavylift.recordings.write.outputs import beside, output_path
 
-    rec = Recording(file)
-    found, wrong = _verdict(rec), complaints(rec)
+    every = [Recording(path) for path in (file, other) if path is not None]
+    verdicts, wrong = [_verdict(rec) for rec in every], [what for rec in every for what in complaints(rec)]
+    given = {"revision": revision, "author": author}
+    out = output or beside(file, "-report.html")
+    if other is not None:
+        out = output_path(out, "a report", FORMATS)
+        drawn = out.suffix.lower() in (".html", ".pdf") and (output is not None or not as_json)
+        one, second = map(facts, every, verdicts)
+        found = alternatives(one, second, drawn)
+    elif as_json:
+        found = report_sheet(every[0], verdicts[0], False, **given)
     if as_json:
-        told = msgspec.to_builtins(facts(rec, found), enc_hook=str)
-        more = {"wrong": wrong, "as_recorded": as_recorded(rec)}
-        typer.echo(msgspec.json.encode({"verdict": found, **more, **told}).decode())
+        more = {"verdict": verdicts[0], "wrong": wrong, "as_recorded": as_recorded(every[0])}
+        typer.echo(msgspec.json.encode({**data_of(found), **more}).decode())
     if output is not None or not as_json:
-        out = write(rec, output or beside(file, "-report.html"), found, force, Issue(revision, author))
-        opened = "" if out.suffix == ".xlsx" else "; open it in a browser"
+        if other is not None:
+            out = write_sheet(found, out, "a report", force)
+        else:
+            out = write(every[0], out, verdicts[0], force, **given)
+        opened = "; open it in a browser" if out.suffix == ".html" else ""
         typer.echo(f"wrote {out}{opened}", err=as_json)
     if wrong:
         typer.echo("\n".join(f"heavylift: {what}" for what in wrong), err=True)

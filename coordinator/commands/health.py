@@ -94,7 +94,7 @@ def _package(needed: Requirement, purpose: str = "") -> Finding:
 
 
 def _browser() -> Finding:
-    from heavylift.recordings.documents.browser import BROWSERS
+    from heavylift.recordings.sheets.browser import BROWSERS
 
     found = next((path for name in BROWSERS if (path := shutil.which(name))), "")
     told = found or "no Chromium or Chrome; needed for reports as .pdf, pages open in any browser"

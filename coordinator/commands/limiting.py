@@ -35,8 +35,9 @@ def limits(
     it is red at the start, never turns red, or is green again beyond; with --all only if it is red at the start.
     """
     from heavylift.coordinator.sweeps.limiting import askable, limits_of_all
-    from heavylift.coordinator.sweeps.limits_page import limits_page, listed
-    from heavylift.recordings.write.partfile import written
+    from heavylift.coordinator.sweeps.limits_page import limits_sheet, limits_table
+    from heavylift.recordings.sheets.terminal import table_text
+    from heavylift.recordings.sheets.writing import write
 
     if bool(of) == every:
         raise SceneError("limits: say --of 'block.mass=300..900 t', or --all")
@@ -45,11 +46,11 @@ def limits(
     if as_json:
         typer.echo(json.dumps([one.data() for one in found]))
     elif every:
-        typer.echo(listed(found))
+        typer.echo(table_text(limits_table(found)))
     else:
         typer.echo("\n".join(map(str, found)))
     if output is not None:
-        path = written(limits_page(loaded, found), output, "a page", (".html",), force)
+        path = write(limits_sheet(loaded, found), output, "a table of limits", force)
         typer.echo(f"wrote {path}", err=as_json)
     if any(one.wrong for one in found) and (of or all(one.wrong for one in found)):
         raise typer.Exit(1)

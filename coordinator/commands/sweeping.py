@@ -51,10 +51,11 @@ def sweep(
     """
     from heavylift.coordinator.run.arguments import whole
     from heavylift.coordinator.sweeps.dask_workers import dask_workers
-    from heavylift.coordinator.sweeps.page import page, told
+    from heavylift.coordinator.sweeps.page import study_sheet, told
     from heavylift.coordinator.sweeps.summary import measured_error, summary
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all
     from heavylift.coordinator.sweeps.sweeping import verified
+    from heavylift.recordings.sheets.page import page_of
 
     loaded, verify = o.scene_of(scene, sets), whole("--verify", verify)
     seconds = o.wall_s("--limit", limit)
@@ -67,11 +68,11 @@ def sweep(
             )  # fmt: skip
         except Stopped:
             if progress.study is not None:
-                (output / "summary.html").write_text(page(progress.study), encoding="utf-8")
+                (output / "summary.html").write_text(page_of(study_sheet(progress.study)), encoding="utf-8")
             raise
         finally:
             progress.end()
-    (output / "summary.html").write_text(page(study), encoding="utf-8")
+    (output / "summary.html").write_text(page_of(study_sheet(study)), encoding="utf-8")
     found, again = summary(study), verified(study, verify)
     differing = [number for number, equal in again if not equal]
     if as_json:
@@ -127,7 +128,7 @@ class _Progress:
             self._live.stop()
 
     def _line(self, now: float) -> str:
-        from heavylift.recordings.format.text import clock
+        from heavylift.kernel.description.findings import clock
 
         rate = max(self._done - 1, 0.5) / max(0.5, now - self._began)
         counts = ", ".join(f"{n} {status}" for status, n in sorted(self._counts.items()))

@@ -1,31 +1,32 @@
-"""What is written of a measured ladder: .html (a page), .png or .svg (the work-precision figure), .csv or .json."""
+"""What is written of a measured ladder: its sheet, .png or .svg (the work-precision figure), .csv or .json."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-from collections.abc import Sequence
-from html import escape
 from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 from heavylift.nodes.plan.fidelity import percent
-from heavylift.recordings.format.html import Cell, bullets, document, table
-from heavylift.recordings.format.text import cell
 from heavylift.recordings.render.paper import save
+from heavylift.recordings.sheets.figures import BAND, COLOURS, LIMIT, PAPER, in_page, styled
+from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
+from heavylift.recordings.sheets.terminal import table_csv
+from heavylift.recordings.sheets.writing import printed
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 
-from .pictures import BAND, COLOURS, LIMIT, PAPER, STYLE, in_page, styled, wide
-from .tradeoff import Measured
+from .tradeoff import Measured, Row
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-KINDS = (".html", ".png", ".svg", ".csv", ".json")
+KINDS = (".html", ".pdf", ".xlsx", ".png", ".svg", ".csv", ".json")
+RUNGS = "Rungs, the fastest first"
+HELD = columns("rope", "w [rad/s] .3", "h [ms]", "damping measured [%] .3", "-w h/4 [%] .3")
+APART = columns("nodes in", "buys", "wall [s] .2", "kernel [s] .2", "CPU [s] .2", "grants .0",
+                "per grant beside the kernel [ms] .3", "recording [MB] .2")  # fmt: skip
 FLOOR = 1e-9  # relative error that is drawn at least
 
 
@@ -38,14 +39,14 @@ def write(measured: Measured, out: str | Path, force: bool = False) -> Path:
     """Write in the form that the ending asks for, and return where."""
     path = checked(out)
     match path.suffix.lower():
-        case ".html":
-            text = page(measured)
-        case ".csv":
-            text = _csv(measured)
-        case ".json":
-            text = json.dumps(data(measured), indent=1) + "\n"
-        case _:
+        case ".png" | ".svg":
             return save(_drawn(measured, "path"), path, force, dpi=110)
+        case ".json":
+            text: str | bytes = json.dumps(data(measured), indent=1) + "\n"
+        case ".csv":
+            text = table_csv(next(table for table in tradeoff_sheet(measured).tables if table.title == RUNGS))
+        case _:
+            text = printed(tradeoff_sheet(measured), path)
     return written(text, path, "a trade-off", KINDS, force)
 
 
@@ -66,31 +67,35 @@ def _finite(x: object) -> object:
     return None if isinstance(x, float) and not isfinite(x) else x
 
 
-def page(measured: Measured) -> str:
-    """A page without scripts, for the screen and on paper."""
-    title = f"Speed against accuracy: {measured.scene}"
-    good = sorted((row for row in measured.rows if row.worst < inf), key=lambda row: row.run_s)
-    failed = [[row.level, row.how, row.reason] for row in measured.rows if row.worst == inf]
-    head = ["level", "steps", "kernel s", "start s", *measured.ask]
-    body: list[list[Cell]] = [
-        [row.level, row.how, f"{row.run_s:.3g}", f"{row.start_s:.3g}"]
-        + [(percent(row.errors[q]), row.errors[q] > measured.limit) for q in measured.ask]
-        for row in good
-    ]
-    marks = ["pick" if row is measured.pick else "" for row in good]
-    parts = [
-        f"<h1>{escape(title)}</h1>",
-        f'<p class="verdict{"" if measured.pick else " bad"}">{escape(measured.advice)}</p>',
-        f"<pre>{escape(measured.pick.command)}</pre>" if measured.pick else "",
-        f"<figure>{in_page(_drawn(measured, 'none'))}</figure>",
-        "<h2>Rungs, the fastest first</h2>",
-        wide(table(head, body, "left2", marks=marks)),
-        f"<h2>Without a run</h2>\n{wide(table(['level', 'steps', 'why'], failed, 'left3'))}" if failed else "",
+def tradeoff_sheet(measured: Measured) -> Sheet:
+    """What was measured: advice, figure, rungs, the fastest first, and those without a run."""
+    asked = (f"error of {quantity} [%]" for quantity in measured.ask)
+    heads = columns("level", "steps", "kernel [s]", "start [s]", *asked, "failed")
+    rows = [_row(measured, row) for row in sorted(measured.rows, key=lambda row: (row.worst == inf, row.run_s))]
+    command = (measured.pick.command,) if measured.pick else ()
+    parts: list[Part] = [
+        Notes("The same run", command),
+        Chart("Speed against the worst error", in_page(_drawn(measured, "none"))),
+        Table(RUNGS, heads, tuple(rows)),
         *_communication(measured),
-        "<h2>What these numbers are worth</h2>",
-        bullets(_worth(measured)),
+        Notes("What these numbers are worth", tuple(_worth(measured))),
     ]
-    return document(title, STYLE, parts)
+    title = f"Speed against accuracy: {measured.scene}"
+    return Sheet(title, measured.advice, "" if measured.pick else "bad", tuple(parts))
+
+
+def _row(measured: Measured, row: Row) -> tuple[Cell, ...]:
+    """A rung; errors beyond what is asked are marked, and the one that is advised."""
+    advised = row is measured.pick
+    level = Marked(row.level, "pick") if advised else row.level
+    errors = [(row.errors.get(q), row.errors.get(q, 0.0) > measured.limit) for q in measured.ask]
+    told = (None if e is None else Marked(_short(100.0 * e)) if beyond else _short(100.0 * e) for e, beyond in errors)
+    return level, row.how, _short(row.run_s), _short(row.start_s), *told, row.reason
+
+
+def _short(x: float) -> float:
+    """Two digits that count, as many as it is worth."""
+    return float(f"{x:.2g}")
 
 
 def _worth(measured: Measured) -> list[str]:
@@ -104,55 +109,17 @@ def _worth(measured: Measured) -> list[str]:
     ]
 
 
-def _communication(measured: Measured) -> list[str]:
-    parts: list[str] = []
-    if measured.held:
-        told = "Two solvers, one for each end of a rope, hold its force for h: it gains energy. Nodes never do so."
-        rows: Sequence[Sequence[Cell]] = [
-            [x.pair, f"{x.omega:.3g}", f"{x.h * 1e3:g}", f"{100 * x.measured:.3f} %", f"{100 * x.law:.3f} %"]
-            for x in measured.held
-        ]
-        head = ["rope", "w [rad/s]", "h [ms]", "damping measured", "-w h/4"]
-        parts += [
-            "<h2>Forces held between processes</h2>",
-            f'<p class="quiet">{told}</p>',
-            wide(table(head, rows, "left1")),
-        ]
-    if measured.distributed:
-        rows = [
-            [x.where, x.buys, f"{x.wall_s:.3g}", f"{x.kernel_s:.3g}", f"{x.cpu_s:.3g}", str(x.grants),
-             f"{x.per_grant * 1e3:.3g}", f"{x.recorded_bytes / 1e6:.3g}"]
-            for x in measured.distributed
-        ]  # fmt: skip
-        head = [
-            "nodes in",
-            "buys",
-            "wall s",
-            "kernel s",
-            "CPU s",
-            "grants",
-            "ms per grant beside the kernel",
-            "recording MB",
-        ]
-        parts += ["<h2>What is distributed, what that costs and buys</h2>", wide(table(head, rows, "left2"))]
-    return parts
-
-
-def _csv(measured: Measured) -> str:
-    """One line a rung; errors relative."""
-    out = io.StringIO()
-    lines = csv.writer(out, lineterminator="\n")
-    lines.writerow(
-        map(cell, ["level", "steps", "start [s]", "kernel [s]", *(f"{q} error" for q in measured.ask), "failed"])
+def _communication(measured: Measured) -> list[Table]:
+    told = "Two solvers, one for each end of a rope, hold its force for h: it gains energy. Nodes never do so."
+    held = tuple((x.pair, x.omega, x.h * 1e3, 100 * x.measured, 100 * x.law) for x in measured.held)
+    apart = tuple(
+        (x.where, x.buys, x.wall_s, x.kernel_s, x.cpu_s, x.grants, x.per_grant * 1e3, x.recorded_bytes / 1e6)
+        for x in measured.distributed
     )
-    for row in measured.rows:
-        lines.writerow(
-            map(
-                cell,
-                [row.level, row.how, row.start_s, row.run_s, *(row.errors.get(q) for q in measured.ask), row.reason],
-            )
-        )
-    return out.getvalue()
+    return [
+        Table("Forces held between processes", HELD, held, (told,)),
+        Table("What is distributed, what that costs and buys", APART, apart),
+    ]
 
 
 def _drawn(measured: Measured, fonts: str) -> Figure:

@@ -1,7 +1,8 @@
 """What a run puts on record, in the words of `heavylift.recordings`.
 
 tape                any run: events, protocol traffic, the reason of its end
-scene               the run of a scene: facts, samples, pictures, the energy balance
+facts               what a recording says of its scene at the start
+scene               the run of a scene: samples, pictures, the energy balance
 drawing, shapes     what viewers draw
 resting             what ropes would carry at rest, at the times of a run
 energy, budget      the balance of energy; where the wall time went

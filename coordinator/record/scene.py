@@ -22,10 +22,8 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError, path_text
 from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.models import KERNEL, NodeModel, sample_port, system
-from heavylift.nodes.models.levels.listing import left_out
 from heavylift.nodes.models.parts.messages import OperatorCommand, Sample, StateEvent
-from heavylift.nodes.plan.plan import Plan, encode
-from heavylift.nodes.plan.spellings import BEAMS
+from heavylift.nodes.plan.plan import encode
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.format.samples import Batch, decode_batch
 from heavylift.recordings.read.verdict import Judged
@@ -35,6 +33,7 @@ from numpy.typing import NDArray
 from .budget import Budget, clocked
 from .drawing import RopeLines, boxes, surroundings
 from .energy import EnergyAudit
+from .facts import facts_of, rated
 from .tape import FileTape, Held
 
 if TYPE_CHECKING:
@@ -89,26 +88,7 @@ class Record(FileTape):
         self._errors = scene.errors
         self._layout = SampleLayout([])
         self._ropes = RopeLines([])
-        facts = {
-            "scene": plan.name,
-            "seed": plan.seed,
-            **_asked(scene),
-            "modelled": told_of(plan),
-            "errors": self._errors,
-            "tolerance": f"{plan.tolerance:.6g}",
-            "method": plan.method,
-            **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
-            "samples_hz": plan.samples_hz,
-            "fidelity": {key: getattr(plan.fidelity, key) for key in plan.fidelity.__struct_fields__ if key != "where"},
-            **({"answer": msgspec.to_builtins(scene.answer) | {"told": str(scene.answer)}} if scene.answer else {}),
-            "nodes": [*models, KERNEL],
-            "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
-            "rated": rated(plan),
-            "tandem": scene.facts.tandem,
-            "supports": supports(plan),
-            **(more or {}),
-            BEAMS: hanging(plan),
-        }
+        facts = facts_of(scene, [*models, KERNEL], placement) | dict(more or {})
         attachments = {path_text(scene.path.name): scene.text.encode(), RESOLVED: encode(plan)}
         attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}
         attachments[LAYOUT] = layout([r.name for r in system(plan, models).all_ropes], *surroundings(plan))
@@ -270,41 +250,3 @@ class Record(FileTape):
             for name, p in self.recorder.peaks.items()
         ]
         self._page.end(status, told, peaks, str(self.recorder.path))
-
-
-def told_of(plan: Plan) -> str:
-    """What its fidelity leaves out."""
-    out = left_out(plan)
-    return f"left out: {', '.join(out)}" if out else "as it is written"
-
-
-def _asked(scene: LoadedScene) -> dict[str, object]:
-    """What a scene asks and how accurately; nothing of one that asks nothing."""
-    if not scene.facts.ask:
-        return {}
-    return {"asked": ", ".join(scene.facts.ask), "accuracy": f"{100 * scene.facts.accuracy:.6g} %"}
-
-
-def supports(plan: Plan) -> list[dict[str, object]]:
-    """Where bodies can stand: name, body, point of it, height of the pad [m]."""
-    found = [support for machine in plan.machines for support in machine.system.supports]
-    return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
-
-
-def hanging(plan: Plan) -> dict[str, str]:
-    """Machines that hang on the hook of another one, with its rope."""
-    owners = {body.name: machine.name for machine in plan.machines for body in machine.system.bodies}
-    hooks = [(machine.name, hook) for machine in plan.machines for hook in machine.hooks]
-    on = {owners[hook.eye.body]: hook.rope for name, hook in hooks if owners.get(hook.eye.body, name) != name}
-    return {machine.name: on[machine.name] for machine in plan.machines if machine.name in on}
-
-
-ROPES = ("rope tension", "sling tension")  # limits of one rope at rest
-
-
-def rated(plan: Plan) -> dict[str, float]:
-    """Tension that counts as 100 % of use, per rope [N]; ropes without one are left out."""
-    hooks = {hook.rope: hook.rated for machine in plan.machines for hook in machine.hooks if hook.rated}
-    slings = {tie.rope: tie.rated for machine in plan.machines for tie in machine.ties if tie.rated}
-    most = {q: {x.subject: x.value for x in plan.limits if x.quantity == q and x.value} for q in ROPES}
-    return most["rope tension"] | hooks | slings | most["sling tension"]

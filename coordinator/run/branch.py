@@ -24,6 +24,7 @@ from heavylift.coordinator.participants.recalled import Past
 from heavylift.coordinator.record.scene import MERGED, Result
 from heavylift.coordinator.replay.deviation import Deviation
 from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError, path_text
 from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import Event, Tag, seconds
@@ -33,7 +34,7 @@ from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.units import DURATION
 from heavylift.recordings import Recording, file_path
-from heavylift.recordings.format.text import clock, meant
+from heavylift.recordings.format.text import meant
 from heavylift.recordings.write.outputs import PART, beside
 from numpy.typing import NDArray
 

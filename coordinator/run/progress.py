@@ -15,22 +15,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, Self, TextIO
 
 import msgspec
-from heavylift.coordinator.record.scene import Result, rated
+from heavylift.coordinator.record.facts import rated
+from heavylift.coordinator.record.scene import Result
+from heavylift.kernel.description.findings import Check, clock
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.checks import ASSUMED, UNKNOWN, WARNED
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.plan.fidelity import Answer
-from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.format.text import clock
-from heavylift.recordings.read.verdict import Check, Judged
+from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.sheets.sheet import Table, columns
+from heavylift.recordings.sheets.terminal import table_text
 
 from .watch import Watch
 
 if TYPE_CHECKING:
     from rich.live import Live
     from rich.text import Text
+
+
+ROPES = columns("rope", "peak [kN] .1", "at [h:min:s] .0", "rated [kN] .0", "use [%] .1")
 
 
 class Progress(Watch):
@@ -136,18 +141,16 @@ def summary(
     if result.peaks:
         limits = rated(plan)
         red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
-        rows = [("rope", "peak kN", "at", "rated kN", "use %")]
+        rows = []
         for name, (tension, when) in result.peaks.items():
             if "~" in name:  # a piece of a rope
                 continue
             limit = limits.get(name)
-            rest = (f"{limit / 1e3:.0f}", f"{100 * tension / limit:.1f}") if limit else ("-", "-")
-            rows.append((name, f"{tension / 1e3:.1f}", clock(when), *rest))
-        first, *others = (max(map(len, column)) for column in zip(*rows, strict=True))
-        for i, (name, *figures) in enumerate(rows):
-            style = "bold red" if i and name in red else None if i else "bold"
-            right = (figure.rjust(width) for figure, width in zip(figures, others, strict=True))
-            _tell("  ".join((name.ljust(first), *right)), style)
+            rest = (limit / 1e3, 100 * tension / limit) if limit else (None, None)
+            rows.append((name, tension / 1e3, when, *rest))
+        styles = ["bold", *("bold red" if name in red else None for name in result.peaks)]
+        for line, style in zip(table_text(Table("Ropes", ROPES, tuple(rows))).splitlines(), styles, strict=True):
+            _tell(line, style)
     if answer is not None:
         _tell(f"\n{answer}")
     if certificate is not None:
@@ -178,18 +181,14 @@ REMEDY = {
 def tell_verdict(verdict: Judged) -> None:
     """Print what was found, the smallest clearance, and the verdict as the last line."""
     styles = {"red": "bold red", "warning": "yellow", "note": None}
-    grouped = likewise(msgspec.convert(msgspec.to_builtins(f), Finding) for f in verdict.findings)
+    grouped = likewise(verdict.findings)
     if grouped:
         _tell("")
     for f in grouped:
-        at = f", at {clock(f.t)}" if f.t is not None else ""
-        stage = f" ({f.stage})" if f.stage else ""
-        told = f"{f.severity}: {f.sentence}{at}{stage}" + (f" [{f.where}]" if f.where else "")
-        _tell(told, styles[f.severity])
+        _tell(f"{f.severity}: {f.told}", styles[f.severity])
     _open_checks(verdict)
     if verdict.clearances and not verdict.red:
-        c = verdict.clearances[0]
-        _tell(f"smallest clearance: {c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}")
+        _tell(f"smallest clearance: {verdict.clearances[0].told}")
     styles = {"red": "bold red", "undecided": "bold yellow", "amber": "yellow"}
     _tell(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
 
@@ -199,7 +198,7 @@ def _open_checks(verdict: Judged) -> None:
     kinds: dict[str, list[Check]] = {}
     for check in verdict.checks:
         if check.state in ("undecided", "amber") and check.why != WARNED:
-            kinds.setdefault(check.why or check.state, []).append(check)
+            kinds.setdefault(check.word, []).append(check)
     for kind, checks in kinds.items():
         if kind in (UNKNOWN, ASSUMED):
             names = ", ".join(dict.fromkeys(check.quantity for check in checks))

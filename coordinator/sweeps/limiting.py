@@ -19,11 +19,11 @@ from heavylift.coordinator.ladder.choosing import level_of
 from heavylift.coordinator.ladder.in_memory import play
 from heavylift.coordinator.ladder.measuring import WITNESSED
 from heavylift.coordinator.supervision.pool import Pool, cores
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, unstated
 from heavylift.nodes.scene.loading import parse
-from heavylift.recordings.format.text import clock
 
 from .axes import RANGE, Axis, Variant, axes_of
 from .motions import motion_of, motions

@@ -1,18 +1,15 @@
-"""The page of `heavylift limits`: how far each number may go, what limits it there, and the use on the way."""
+"""The sheet of `heavylift limits`: how far each number may go, what limits it there, and the use on the way."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from math import ceil, isfinite, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
-from heavylift.coordinator.ladder.pictures import COLOURS, LIMIT, STYLE, in_page, wide
 from heavylift.nodes.scene import LoadedScene
-from heavylift.recordings.format import text
-from heavylift.recordings.format.html import Cell, bullets, document, table
-from heavylift.recordings.format.text import clock
+from heavylift.recordings.sheets.figures import COLOURS, LIMIT, in_page
+from heavylift.recordings.sheets.sheet import Cell, Chart, Notes, Sheet, Table, columns
 
 from .limiting import Limited
 from .page import canvas
@@ -20,45 +17,37 @@ from .page import canvas
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-HEAD = ["number", "green up to", "red at", "most used there", "to", "in", "at", "what turns red"]
+HEADS = columns("number", "green up to", "red at", "most used there", "to", "in", "at [h:min:s]", "what turns red")
 COLUMNS = 3  # of figures
+TOLD = (
+    "The largest value of each number, alone, for which the verdict of a run is green. "
+    "Bars: of the use that turns red, by tighter steps and the next richer rung, at 95 %."
+)
 
 
-def listed(found: Sequence[Limited]) -> str:
-    """The table as text."""
-    return text.table(HEAD, [_row(one) for one in found])
+def limits_table(found: Sequence[Limited]) -> Table:
+    """A row for each number."""
+    return Table("How far each number may go", HEADS, tuple(map(_row, found)))
 
 
-def _row(one: Limited) -> list[str]:
-    """A line of the table."""
+def _row(one: Limited) -> tuple[Cell, ...]:
     if one.wrong:
-        return [one.path, one.shown(one.green), one.shown(one.red), "", "", "", "", one.wrong]
+        return one.path, one.shown(one.green), one.shown(one.red), "", "", "", None, one.wrong
     most = one.most
-    used = most.get("use", nan)
-    where = [str(most["limit"]), one.used, str(most["limit stage"]), clock(most["limit at [s]"], 1)]
-    return [one.path, one.limit, one.shown(one.red), *(where if isfinite(used) else [""] * 4), one.why]
+    where = str(most["limit"]), one.used, str(most["limit stage"]), float(most["limit at [s]"])
+    used = where if isfinite(most.get("use", nan)) else ("", "", "", None)
+    return one.path, one.limit, one.shown(one.red), *used, one.why
 
 
-def limits_page(scene: LoadedScene, found: Sequence[Limited]) -> str:
-    """Self-contained HTML without scripts."""
-    title = f"How far {scene.plan.name} may go"
-    rows: list[list[Cell]] = [[*_row(one)] for one in found]
-    body = [
-        f"<h1>{escape(title)}</h1>",
-        '<p class="quiet">The largest value of each number, alone, for which the verdict of a run is green. Bars: of '
-        "the use that turns red, by tighter steps and the next richer rung, at 95 %.</p>",
-        wide(table(HEAD[:-1], [row[:-1] for row in rows], "left1")),
-        "<h2>What turns red</h2>",
-        bullets(f"{one.path}: {one.wrong or one.why}" for one in found),
-        "<h2>Largest use of a load's limit on the way</h2>",
-        f"<figure>{_figure([one for one in found if one.red is not None and len(_points(one)[0]) > 1])}</figure>",
-    ]
-    return document(title, STYLE, body)
+def limits_sheet(scene: LoadedScene, found: Sequence[Limited]) -> Sheet:
+    """Table, reasons and curves."""
+    drawn = [one for one in found if one.red is not None and len(_points(one)[0]) > 1]
+    reasons = Notes("What turns red", tuple(f"{one.path}: {one.wrong or one.why}" for one in found))
+    charts = [Chart("Largest use of a load's limit on the way", _figure(drawn))] if drawn else []
+    return Sheet(f"How far {scene.plan.name} may go", TOLD, "", (limits_table(found), reasons, *charts))
 
 
 def _figure(found: Sequence[Limited]) -> str:
-    if not found:
-        return ""
     columns = min(COLUMNS, len(found))
     figure = canvas(ceil(len(found) / columns), columns)
     for ax, one in zip(figure.axes, found, strict=False):

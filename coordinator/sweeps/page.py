@@ -1,21 +1,16 @@
-"""The page of a study: counts, limits, response curves, histograms, indices, and how to repeat what went wrong.
-
-Self-contained HTML without scripts, in the style of the trade-off's; light, dark and on paper.
-"""
+"""The sheet of a study: counts, limits, response curves, histograms, indices, and how to repeat what went wrong."""
 
 from __future__ import annotations
 
-from html import escape
-from math import isfinite
 from textwrap import fill
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from heavylift.coordinator.ladder.pictures import COLOURS, INK, LIMIT, PAPER, QUIET, STYLE, in_page, styled, wide
-from heavylift.recordings.format.html import Cell, bullets, document, table
+from heavylift.recordings.sheets.figures import COLOURS, INK, LIMIT, PAPER, QUIET, in_page, styled
+from heavylift.recordings.sheets.sheet import Chart, Marked, Notes, Sheet, Table, columns, words
 
 from .axes import Axis
-from .designs import FEWEST, Index
+from .designs import FEWEST
 from .study import Study
 from .summary import LEVEL, RESULTS, Summary, summary
 from .variant import FAILED
@@ -46,25 +41,21 @@ def told(study: Study, found: Summary) -> str:
     return f"{len(study.plan.variants)} variants of {study.plan.scene.plan.name}: {counts}{left}{cut}{short}"
 
 
-def page(study: Study) -> str:
-    """The page of a study as it is now."""
-    found, plan = summary(study), study.plan
-    title = f"Study of {plan.scene.plan.name}"
-    bad = any(status in FAILED for status in found.counts)
-    counts: list[list[Cell]] = [[status, MEANT[status], str(n)] for status, n in found.counts.items()]
-    body = [
-        f"<h1>{escape(title)}</h1>",
-        f'<p class="verdict{" bad" if bad else ""}">{escape(told(study, found))}</p>',
-        wide(table(["status", "", "variants"], counts, "left2")),
-        "<h2>What was varied</h2>",
-        bullets(_varied(study)),
+def study_sheet(study: Study) -> Sheet:
+    """The sheet of a study as it is now."""
+    found = summary(study)
+    counts = ((status, MEANT[status], n) for status, n in found.counts.items())
+    parts = [
+        Table("Variants", columns("status", "", "variants .0"), tuple(counts)),
+        Notes("What was varied", tuple(_varied(study))),
         *_limits(study, found),
         *_responses(study, found),
         *_histograms(found),
         *_indices(study, found),
         *_failures(study),
     ]
-    return document(title, STYLE, body)
+    bad = any(status in FAILED for status in found.counts)
+    return Sheet(f"Study of {study.plan.scene.plan.name}", told(study, found), "bad" if bad else "", tuple(parts))
 
 
 def _varied(study: Study) -> list[str]:
@@ -83,31 +74,26 @@ def _range(axis: Axis) -> str:
     return f"anything from {axis.low:g} to {axis.high:g} {axis.unit}"
 
 
-def _limits(study: Study, found: Summary) -> list[str]:
-    if not found.chances:
-        return []
-    sampled = bool(study.plan.sample)
-    head = ["limit", "variants", "mean use", "largest use", "beyond"]
-    head += ["probability of exceeding", f"between, at {LEVEL:.0%}"] if sampled else []
-    rows: list[list[Cell]] = []
+def _limits(study: Study, found: Summary) -> list[Table]:
+    sampled, level = bool(study.plan.sample), f"at {LEVEL:.0%}"
+    heads = ["limit", "variants .0", "mean use [%] .1", "largest use [%] .1", "beyond .0"]
+    chances = "probability of exceeding [%] .2", f"at least, {level} [%] .2", f"at most, {level} [%] .2"
+    heads += chances if sampled else []
+    rows = []
     for x in found.chances[:LISTED]:
-        row: list[Cell] = [x.limit, str(x.judged), _percent(x.mean), (_percent(x.most), x.most > 1.0), str(x.beyond)]
-        row += [_percent(x.part, 2), f"{_percent(x.low, 2)} and {_percent(x.high, 2)}"] if sampled else []
-        rows.append(row)
+        most = Marked(100.0 * x.most) if x.most > 1.0 else 100.0 * x.most
+        more = [100.0 * part for part in (x.part, x.low, x.high)] if sampled else []
+        rows.append((x.limit, x.judged, 100.0 * x.mean, most, x.beyond, *more))
     notes = []
-    if sampled:
+    if sampled and found.chances:
         n = found.chances[0].judged
         notes.append(f"Probabilities are of the {n} independent draws that came to their end (Clopper and Pearson).")
     if len(found.chances) > LISTED:
         notes.append(f"{len(found.chances) - LISTED} less used limits stand in rows.parquet only.")
-    return ["<h2>Limits, the most used first</h2>", wide(table(head, rows, "left1")), bullets(notes)]
+    return [Table("Limits, the most used first", columns(*heads), tuple(rows), tuple(notes))]
 
 
-def _percent(share: float, digits: int = 1) -> str:
-    return f"{100 * share:.{digits}f} %"
-
-
-def _responses(study: Study, found: Summary) -> list[str]:
+def _responses(study: Study, found: Summary) -> list[Chart]:
     """Each result over each axis: the variants, and the mean of those that are near, or have the same words."""
     words = {axis.label: axis.texts for axis in study.plan.axes if axis.texts and axis.numbers is None}
     names, axes = list(found.results), list(found.inputs)[:DRAWN]
@@ -134,8 +120,8 @@ def _responses(study: Study, found: Summary) -> list[str]:
                 ax.set_xticks(range(len(words[axis])), [fill(text, wide_as) for text in words[axis]])
     left = len(found.inputs) - len(axes)
     more = f" {left} more inputs stand in rows.parquet." if left > 0 else ""
-    quiet = f'<p class="quiet">A point is a variant, the line the mean of those that are near.{more}</p>'
-    return ["<h2>Responses</h2>", quiet, f"<figure>{in_page(figure)}</figure>"]
+    note = f"A point is a variant, the line the mean of those that are near.{more}"
+    return [Chart("Responses", in_page(figure), (note,))]
 
 
 def _means(x: np.ndarray, y: np.ndarray) -> tuple[list[float], list[float]]:
@@ -149,7 +135,7 @@ def _means(x: np.ndarray, y: np.ndarray) -> tuple[list[float], list[float]]:
     return [float(x[part].mean()) for part in parts], [float(y[part].mean()) for part in parts]
 
 
-def _histograms(found: Summary) -> list[str]:
+def _histograms(found: Summary) -> list[Chart]:
     names = [name for name, values in found.results.items() if len(values) > 1]
     if not names:
         return []
@@ -166,7 +152,7 @@ def _histograms(found: Summary) -> list[str]:
         ax.yaxis.set_major_locator(MaxNLocator(integer=True))
         ax.set_xlabel(RESULTS[name])
     figure.axes[0].set_ylabel("variants")
-    return ["<h2>Distributions</h2>", f"<figure>{in_page(figure)}</figure>"]
+    return [Chart("Distributions", in_page(figure))]
 
 
 def _around(values: np.ndarray) -> tuple[float, float] | None:
@@ -193,39 +179,32 @@ def canvas(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> 
         return figure
 
 
-def _indices(study: Study, found: Summary) -> list[str]:
+def _indices(study: Study, found: Summary) -> list[Table | Notes]:
     if not study.plan.sample:
         return []
-    head = ["input", "alone (first)", "+-", "with others (total)", "+-"]
-    parts = ["<h2>Which input moves which result</h2>"]
-    for name, listed in found.indices.items():
-        rows: list[list[Cell]] = [[x.axis, *_index(x)] for x in listed]
-        parts += [f"<h3>{escape(RESULTS[name])}</h3>", wide(table(head, rows, "left1"))]
-    if found.indices:
-        how = "Sobol indices" if study.plan.design == "sobol" else "first-order indices by random balance designs"
-        parts.append(f'<p class="quiet">{how}: parts of the variance, half-widths at {LEVEL:.0%} (SALib).</p>')
-    else:
-        fewest = FEWEST[study.plan.design]
-        why = f"every variant of the design must come to its end, {fewest} at least, and the results must vary"
-        parts.append(f'<p class="quiet">No indices: {why}.</p>')
-    return parts
-
-
-def _index(x: Index) -> list[Cell]:
-    numbers = (x.first, x.first_half, x.total, x.total_half)
-    return [f"{value:.3f}" if isfinite(value) else "" for value in numbers]
-
-
-def _failures(study: Study) -> list[str]:
-    bad = [study.rows[n] for n in sorted(study.rows) if study.rows[n]["status"] in FAILED]
-    if not bad:
-        return []
-    rows: list[list[Cell]] = [
-        [str(row["number"]), row["status"], _sentence(row), row["command"]] for row in bad[:LISTED]
+    heads = columns("input", "alone (first) .3", "+- .3", "with others (total) .3", "+- .3")
+    how = "Sobol indices" if study.plan.design == "sobol" else "first-order indices by random balance designs"
+    note = f"{how}: parts of the variance, half-widths at {LEVEL:.0%} (SALib)."
+    made: list[Table | Notes] = [
+        Table(
+            f"Which input moves the {RESULTS[name]}",
+            heads,
+            tuple((x.axis, x.first, x.first_half, x.total, x.total_half) for x in listed),
+            (note,),
+        )
+        for name, listed in found.indices.items()
     ]
-    more = f"{len(bad) - LISTED} more stand in rows.parquet." if len(bad) > LISTED else ""
-    head = ["variant", "status", "why", "to repeat it with a recording"]
-    return ["<h2>Variants to look at</h2>", wide(table(head, rows, "left4")), bullets([more] if more else [])]
+    fewest = FEWEST[study.plan.design]
+    why = f"every variant of the design must come to its end, {fewest} at least, and the results must vary"
+    return made or [Notes("Which input moves which result", (f"No indices: {why}.",))]
+
+
+def _failures(study: Study) -> list[Table]:
+    bad = [study.rows[n] for n in sorted(study.rows) if study.rows[n]["status"] in FAILED]
+    rows = tuple((str(row["number"]), row["status"], _sentence(row), row["command"]) for row in bad[:LISTED])
+    more = (f"{len(bad) - LISTED} more stand in rows.parquet.",) if len(bad) > LISTED else ()
+    head = ("variant", "status", "why", "to repeat it with a recording")
+    return [words("Variants to look at", head, rows, *more)]
 
 
 def _sentence(row: dict[str, str]) -> str:

@@ -17,12 +17,12 @@ from itertools import groupby, pairwise
 
 from heavylift.coordinator.ladder.choosing import answered, chosen
 from heavylift.coordinator.ladder.in_memory import CUT, Played, play
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
-from heavylift.recordings.format.text import clock
 
 from .rewriting import rewritten
 from .timetable import Parts, Planned, done, last_wait

@@ -9,10 +9,12 @@ from heavylift.coordinator.ladder.in_memory import Played
 from heavylift.nodes.models.parts.messages import Done
 from heavylift.nodes.plan.actions import Action, Wait
 from heavylift.nodes.scene import LoadedScene
-from heavylift.recordings.format.text import clock
+from heavylift.recordings.sheets.sheet import Cell, Table, columns
+from heavylift.recordings.sheets.terminal import table_text
 
 from .timing import Step
 
+HEADS = columns("stage", "before [h:min:s] .0", "after [h:min:s] .0", "what limits it")
 Parts = dict[Step, float]  # how far each step is taken, of 1
 
 
@@ -41,13 +43,9 @@ class Planned:
         """Lines for people: the stages before and after, and the verdict."""
         assert self.run_before is not None
         assert self.run_after is not None
-        rows: list[tuple[str, ...]] = [(name, clock(a), clock(b), why) for name, a, b, why in self.rows]
         ends = [done(run) for run in (self.run_before, self.run_after)]
-        rows.append(("all moves are done", *map(clock, ends), f"{self.gain / ends[0]:.0%} sooner"))
-        wide = max(len(name) for name, *_ in rows)
-        lines = [f"{name:<{wide}}  {a:>7}  {b:>7}  {why}".rstrip() for name, a, b, why in rows]
-        head = f"{'stage':<{wide}}  {'before':>7}  {'after':>7}  what limits it"
-        return [head, *lines, self.run_after.verdict.line]
+        rows: list[tuple[Cell, ...]] = [*self.rows, ("all moves are done", *ends, f"{self.gain / ends[0]:.0%} sooner")]
+        return [table_text(Table("Timing", HEADS, tuple(rows))), self.run_after.verdict.line]
 
     def data(self) -> dict[str, object]:
         """As plain data, SI units."""

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
+from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.models import system
-from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import GROUND, Kind, Shapes, Solid, Strand
 from heavylift.recordings.read.verdict import Clearance
@@ -26,8 +26,7 @@ from .history import BLOCK, History, Past
 from .moving import Moving, moving
 from .nearest import Known, search
 from .rotating import matrices, turned
-from .steps import Minimum
-from .stretches import whole
+from .stretches import Minimum, whole
 
 Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are told

@@ -11,11 +11,11 @@ from itertools import pairwise
 from math import inf
 from typing import Any
 
+from heavylift.kernel.description.findings import Finding
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.parts.messages import BrakeState, Limit, OperatorCommand, Overload, Skipped, Stage, Tripped
 from heavylift.nodes.plan.actions import Action, Condition, Landed, Move, Turn
-from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan, driven
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import recorded_peaks

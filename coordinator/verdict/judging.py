@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
+from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
@@ -16,19 +17,19 @@ from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.reach import Reached
 from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
-from heavylift.nodes.plan.limit import Finding, Reach, Use
+from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
-from heavylift.recordings.read import verdict as read
-from heavylift.recordings.read.verdict import Clearance, Found, Judged, recorded_verdict
+from heavylift.recordings.read.verdict import Clearance, Judged, recorded_verdict
 
 from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import Past, blocks, history_of, rests
 from .limits import impacts, signals_of_run
+from .tables import charts_used, tables_of_plan
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 RESOLVED = "resolved.json"  # the plan in a recording
@@ -173,11 +174,11 @@ def judged_with_uses(
         rows=tuple(rows(checks)),
         told=(*hoisting_foreseen(plan), *shared(plan)),
         dynamic=dynamics_foreseen(plan),
+        tables=(*tables_of_plan(plan), *charts_used(bench.reach)),
         clearances=tuple(bench.clearances),
         not_looked_at=tuple(bench.not_looked_at),
-        findings=tuple(msgspec.convert(msgspec.to_builtins(findings), list[Found])),
-        checks=tuple(msgspec.convert(msgspec.to_builtins(checks), list[read.Check])),
-        reach=tuple(msgspec.convert(msgspec.to_builtins(bench.reach), list[read.Reach])),
+        findings=tuple(findings),
+        checks=tuple(checks),
     )
     return verdict, bench.uses
 

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .moving import Moving
-from .steps import SHARP, Minimum, Steps, between, seen, steps_of
-from .stretches import SIZES, Stretches, bounded, cut, in_pieces
+from .stretches import SHARP, SIZES, Minimum, Steps, Stretches, between, bounded, cut, in_pieces, seen, steps_of
 from .together import Together
 
 Floats = NDArray[np.float64]

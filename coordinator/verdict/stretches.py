@@ -1,4 +1,5 @@
-"""Stretches of samples of two shapes each, with bounds of what they are apart in them."""
+"""Stretches of samples of two shapes with bounds of what they are apart in them; and the steps between samples: what
+the two are apart at least in each, and exactly where that is in doubt."""
 
 from __future__ import annotations
 
@@ -10,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .coarse import LONGEST, Coarse
-from .distance import bounds
+from .distance import Placed, bounds, bounds_along, bounds_between, exactly
+from .moving import Moving
+from .rotating import turned
 from .together import Together
 
 Floats = NDArray[np.float64]
@@ -18,6 +21,9 @@ Indices = NDArray[np.intp]
 SIZES = (LONGEST, 16, 4, 1)  # samples in a stretch, from the first cut to the last
 PIECE = 1 << 10  # stretches that are looked at together: so few that their numbers stay in the cache
 Some = TypeVar("Some")
+Ends = tuple[Placed, Placed]  # at the begin and the end of steps
+SHARP = 1e-3  # [m]
+FINEST = 2.0**-20  # part of the time between two samples that is not cut any more
 
 
 @dataclass(frozen=True)
@@ -106,3 +112,99 @@ def cut(all_: Together, now: Stretches, size: int) -> Stretches:
     one, two, middle = a[:, None], b[:, None], ((first + last) // 2)[:, None]
     way = all_.moved(one, two, k, middle) + all_.stray(one, two, k)
     return Stretches(a, b, first, last, way.max(axis=1, initial=0.0), np.full(len(a), -np.inf), now.group[of])
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """What two things come near to: at least `least` [m], `seen` on the way that is taken between samples, when [s];
+    the nearest points (3,), and the direction from a to b in the world, in a and in b."""
+
+    least: float
+    seen: float
+    t: float
+    a: Moving
+    b: Moving
+    near: tuple[Floats, Floats]
+    directions: tuple[Floats, Floats, Floats]
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Pairs of shapes from samples k to the next: where they are at both, how far they may leave straight ways in
+    between as they turn and as samples do not show, and what they are apart at least [m]."""
+
+    a: Indices
+    b: Indices
+    k: Indices
+    ends_a: Ends
+    ends_b: Ends
+    turning: Floats
+    stray: Floats
+    least: Floats
+    group: Indices
+
+    def sharpen(self, found: Minimum | None) -> None:
+        """Raise bounds by the direction in which things were nearest."""
+        if found is not None and len(self.least):
+            raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
+            np.maximum(self.least, raised, out=self.least)
+
+    def of(self, kept: NDArray[np.bool_] | Indices) -> Steps:
+        """Some of them."""
+        ends_a, ends_b = ((_some(x, kept), _some(y, kept)) for x, y in (self.ends_a, self.ends_b))
+        a, b, k, group = self.a[kept], self.b[kept], self.k[kept], self.group[kept]
+        return Steps(a, b, k, ends_a, ends_b, self.turning[kept], self.stray[kept], self.least[kept], group)
+
+
+def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
+    """Some of the poses; a component stays in one piece of memory."""
+    return Placed(*(np.asarray(y).T[..., kept].T for y in x))
+
+
+def steps_of(all_: Together, now: Stretches, n: int) -> Steps:
+    """Stretches of one step each; of shapes that come and go those at whose begin they are there."""
+    now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
+    k, after = now.first, np.minimum(now.first + 1, n - 1)
+    ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))
+    turning, stray = all_.turning(now.a, now.b, k, after), all_.stray(now.a, now.b, k)
+    least = bounds_between(ends_a, ends_b) - turning - stray
+    return Steps(now.a, now.b, k, ends_a, ends_b, turning, stray, least, now.group)
+
+
+def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: float) -> Minimum:
+    """The minimum from sample k to the next as far as it is below a bar [m]: halved in time until the gap along the
+    direction of the nearest points, least at one end of a piece, says that nothing nearer is in it."""
+    if k + 1 >= len(a.t):
+        return seen([(a, b, k)])[0]
+    best: Minimum | None = None
+    pieces = [(0.0, 1.0)]
+    while pieces:
+        low, high = pieces.pop()
+        (found,) = seen([(a, b, k)], (low + high) / 2, stray)
+        best = found if best is None or found.least < best.least else best
+        (a0, b0), (a1, b1) = ([_posed([(x, k)], s) for x in (a, b)] for s in (low, high))
+        gap = float(bounds_along((a0, a1), (b0, b1), *found.directions)[0])
+        if gap - turning * (high - low) ** 2 - stray < min(bar, best.least - SHARP) and high - low > FINEST:
+            pieces += [((low + high) / 2, high), (low, (low + high) / 2)]
+    assert best is not None
+    return best
+
+
+def seen(pairs: Sequence[tuple[Moving, Moving, int]], s: float = 0.0, stray: float = 0.0) -> list[Minimum]:
+    """What is seen of pairs of shapes at the part s from a sample of each to the next."""
+    x, y = _posed([(a, k) for a, _, k in pairs], s), _posed([(b, k) for _, b, k in pairs], s)
+    near = exactly(x, y)
+    n = near.normal
+    directions = zip(n, turned(x.R.transpose(0, 2, 1), n), turned(y.R.transpose(0, 2, 1), n), strict=True)
+    found = zip(pairs, near.distance.tolist(), near.a, near.b, directions, strict=True)
+    return [Minimum(gap - stray, gap, _time(a.t, k, s), a, b, (p, q), along) for (a, b, k), gap, p, q, along in found]
+
+
+def _time(t: Floats, k: int, s: float) -> float:
+    return float(t[k] if s == 0.0 else (1 - s) * t[k] + s * t[k + 1])
+
+
+def _posed(shapes: Sequence[tuple[Moving, int]], s: float) -> Placed:
+    """Each shape at the part s from its sample to the next."""
+    p, R, half = (np.array(column) for column in zip(*(x.at(k, s) for x, k in shapes), strict=True))
+    return Placed(p, R, half, np.array([x.radius for x, _ in shapes]))

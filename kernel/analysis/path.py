@@ -18,7 +18,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import power
-from heavylift.kernel.description.notes import Note
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.profile import REST
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import Actuator

@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection
 from functools import partial
 
 import numpy as np
-from heavylift.kernel.description.notes import Note
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.model.switching import StateEvent
 from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS

@@ -15,8 +15,8 @@ import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.mechanics import RigidRope, Rope, System, merge
-from heavylift.kernel.description.notes import Note
 from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateEvent

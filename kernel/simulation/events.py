@@ -10,7 +10,7 @@ from math import ceil
 from types import SimpleNamespace
 
 import numpy as np
-from heavylift.kernel.description.notes import Note
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Ended
 from heavylift.kernel.forces.ropes import RopeAt

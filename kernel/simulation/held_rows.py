@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
-from heavylift.kernel.description.notes import Note
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateEvent

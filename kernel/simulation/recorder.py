@@ -7,7 +7,7 @@ are one row, turned into as many as there are when somebody asks.
 from __future__ import annotations
 
 import numpy as np
-from heavylift.kernel.description.notes import Note
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.native.native_state import ROWS, NativeState
 from heavylift.kernel.simulation.safeguards.deflection_check import LASTING, check_compression, compressed, relieve

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
-from heavylift.kernel.description.notes import Note
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.simulation.assembly.assembly import INDEPENDENT
 from heavylift.kernel.simulation.native.native_state import NativeState
 

@@ -29,8 +29,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.on_demand import face, on_demand
-from heavylift.nodes.plan.limit import Finding, Limit, Use
+from heavylift.nodes.plan.limit import Limit, Use
 
 if TYPE_CHECKING:
     from .checks import checks_of, line_of, rows

@@ -14,11 +14,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 
-from heavylift.nodes.plan.limit import Check, Finding, State, Use
+from heavylift.kernel.description.findings import Check, Finding, State, clock
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 
 from .sentences import NOISE, bound, percent, shown
-from .telling import SAME, clock, finding_of
+from .telling import SAME, finding_of
 
 Errors = Mapping[str, float]  # relative: of "peak tension ROPE", "smallest clearance", "use of SUBJECT QUANTITY"
 NEAR = 0.1  # [m] errors of smaller clearances are relative to it
@@ -144,8 +145,8 @@ def _row(group: list[Check]) -> tuple[str, ...]:
     worst = next(check for check, size in zip(group, sizes, strict=True) if size >= least)
     many = len({check.subject for check in group})
     subject = worst.subject if many == 1 else f"{worst.subject} (of {many})"
-    at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
-    state = worst.why if worst.state == "none" else worst.why or worst.state
+    at = ", ".join(part for part in (clock(worst.t, 1) if worst.t else "", worst.stage) if part)
+    state = worst.why if worst.state == "none" else worst.word
     used = "" if worst.use is None or " to " in worst.allowed else percent(worst.use)
     basis = worst.sentence.partition(": ")[2] if worst.state == "none" else worst.basis or worst.sentence
     return state, worst.quantity, subject, worst.shown, at, worst.allowed, used, basis

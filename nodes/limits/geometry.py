@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import dist, hypot
 
+from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.description.points import Vector
-from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from heavylift.nodes.plan.limit import Finding, Limit, Use
+from heavylift.kernel.description.findings import Finding
+from heavylift.nodes.plan.limit import Limit, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 

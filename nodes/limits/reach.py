@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
+from heavylift.kernel.description.findings import clock
 from heavylift.nodes.plan.limit import Limit, Reach
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
@@ -13,7 +14,6 @@ from heavylift.nodes.statics.state import StaticState
 from .reading import axis_of, read
 from .sentences import percent
 from .signals import Signals, signals_of
-from .telling import clock
 
 REACH = ("stage", "hook", "", "at", "radius [m]", "load [t]", "chart [t]", "used")
 WHEN = ("begins", "most", "ends")

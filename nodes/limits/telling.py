@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from heavylift.nodes.plan.limit import Finding, Use
+from heavylift.kernel.description.findings import Finding
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace
 
@@ -54,10 +55,3 @@ def _together(group: list[Finding]) -> Finding:
     first = group[0]
     others = list(dict.fromkeys(f.subject for f in group[1:] if f.subject != first.subject))
     return replace(first, sentence=f"{first.sentence}; likewise {', '.join(others)}") if others else first
-
-
-def clock(t: float | None) -> str:
-    """A time of a run, m:ss.s or h:mm:ss.s; nothing for the start, or where there is none."""
-    minutes, seconds = divmod(round(t or 0.0, 1), 60.0)
-    hours, minutes = divmod(int(minutes), 60)
-    return (f"{hours}:{minutes:02}:{seconds:04.1f}" if hours else f"{minutes}:{seconds:04.1f}") if t else ""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import msgspec
+from heavylift.kernel.description.findings import Severity
 from heavylift.kernel.description.mechanics import Threshold
 
 from .actions import Item
-from .limit import Severity
 from .mechanism import driven
 
 

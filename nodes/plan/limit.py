@@ -1,8 +1,7 @@
 """What must not be exceeded: one row per subject and quantity, part of the plan, with where the number comes from.
 
 `check` judges the rows on the equilibrium path, `run` on what happened, the report shows them with their worst value.
-A row without a value is unknown: it is reported and not judged.  What
-was found of a scene or a run is a finding.
+A row without a value is unknown: it is reported and not judged.
 """
 
 from __future__ import annotations
@@ -57,8 +56,6 @@ Quantity: TypeAlias = Literal[
 ]
 STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
 TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
-Severity = Literal["red", "warning", "note"]
-State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a check, worst first
 
 
 class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -159,21 +156,6 @@ class Use:
         return (self.bound - self.value if self.limit.least else self.value - self.bound) - self.tolerance
 
 
-class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """What was found of a subject: a sentence for planners, and the numbers behind it."""
-
-    severity: Severity
-    kind: str  # "overload", "off-lead", "clearance", "two-blocked", "geometry", "stage", "cut", ...
-    subject: str  # the element's name as the scene has it
-    sentence: str
-    where: str = ""  # file:line:column of what the planner would change
-    stage: str = ""
-    t: float | None = None  # [s] simulation time of the worst value
-    value: float | None = None
-    limit: float | None = None
-    unit: str = ""
-
-
 class Reach(msgspec.Struct, frozen=True, kw_only=True):
     """At which radius [m] what hung on a hook [kg], what its chart allows there [kg], and when [s]: as a stage begins
     with a load, where it uses most of the chart, and as it ends."""
@@ -190,29 +172,3 @@ class Reach(msgspec.Struct, frozen=True, kw_only=True):
     def use(self) -> float:
         """1 at the chart, infinite beyond its last radius."""
         return self.load / self.capacity if self.capacity else inf
-
-
-class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """One row of the list that a planner signs: a quantity of a subject, its worst value and limit [unit], the error of
-    the value [unit] (None: unknown), and a state; which `amber` it is stands in `why`.
-
-    `shown`, `allowed`: value and limit as people write them; `basis`: where the limit comes from; `sentence`: what was
-    found, or what must be written or known for the row to turn green.
-    """
-
-    quantity: str
-    subject: str
-    state: State
-    why: str = ""
-    value: float | None = None
-    limit: float | None = None
-    unit: str = ""
-    use: float | None = None
-    error: float | None = None
-    t: float | None = None
-    stage: str = ""
-    basis: str = ""
-    where: str = ""
-    shown: str = ""
-    allowed: str = ""
-    sentence: str = ""

@@ -57,6 +57,7 @@ def facts(scene: schema.Scene) -> Facts:
         named=tuple(sorted({*scene.fidelity.model_fields_set, *(scene.model_fields_set & CHOICE)})),
         placement={node: process for process, hosting in scene.placement.items() for node in hosting.nodes},
         remote=[process for process, hosting in scene.placement.items() if hosting.host == "remote"],
+        project=scene.project.model_dump(exclude_defaults=True) if scene.project else {},
         tandem={name: crane.tandem for name, crane in scene.cranes.items() if len(scene.cranes) > 1},
     )
 

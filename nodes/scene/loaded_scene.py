@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
+from heavylift.kernel.description.findings import Check, Finding
 from heavylift.nodes.limits.checks import Errors, checks_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import MEANT, OF_TENSIONS, USUAL, Answer, Asked, Question
-from heavylift.nodes.plan.limit import Check, Finding, Use
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.statics import Followed, StaticState, follow, goal_states
 from heavylift.nodes.statics.findings import path_findings
@@ -28,7 +29,8 @@ class Facts(msgspec.Struct, frozen=True):
     """What a run asks of the keys of a scene besides its plan: what it asks itself, and its accuracy if that is
     `written`; `named`: keys that say how it is to be run, those of its fidelity too, and that are never chosen
     otherwise; `placement`: node -> process, for the nodes that the scene places; `remote`: processes that it places on
-    other hosts; `tandem`: what each crane may carry beside another.
+    other hosts; `tandem`: what each crane may carry beside another; `project`: what the
+    document says of itself.
     """
 
     own: tuple[Asked, ...]
@@ -37,6 +39,7 @@ class Facts(msgspec.Struct, frozen=True):
     placement: dict[str, str]
     remote: list[str]
     tandem: dict[str, float]
+    project: dict[str, str] = {}
 
     @property
     def ask(self) -> tuple[Asked, ...]:

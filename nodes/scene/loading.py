@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, sources, write_cached
+from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.errors import SceneError, path_text
 from heavylift.nodes.limits.telling import sorted_findings
-from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene.text.files import named_so_far, scene_file, scene_text
 from heavylift.nodes.scenes import bundled

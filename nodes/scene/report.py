@@ -11,17 +11,18 @@ from itertools import groupby, pairwise
 from math import degrees, pi, sqrt
 from typing import TYPE_CHECKING
 
+from heavylift.kernel.description.findings import Check, Finding, State, clock
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
 from heavylift.nodes.limits.reach import REACH, Reached, reach_rows
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
-from heavylift.nodes.limits.telling import clock, likewise
+from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Turn
-from heavylift.nodes.plan.limit import Check, Finding, State, Use
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, StaticState
@@ -251,7 +252,7 @@ def _chosen(move: Move, unit: str) -> str:
 
 
 def _lines(findings: Sequence[Finding]) -> list[str]:
-    found = [(f, f", at {clock(f.t)}" if f.kind == "clearance" and f.t else "") for f in likewise(findings)]
+    found = [(f, f", at {clock(f.t, 1)}" if f.kind == "clearance" and f.t else "") for f in likewise(findings)]
     return [f"{f.severity}: {f.sentence}{at}{f' ({f.stage})' if f.stage else ''}" for f, at in found]
 
 

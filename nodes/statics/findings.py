@@ -5,10 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
+from heavylift.kernel.description.findings import Finding, Severity
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Slings, Turn
-from heavylift.nodes.plan.limit import Finding, Severity
 
 from .action_preview import Followed
 

@@ -1,20 +1,20 @@
-"""The planner's document of a run: what every stage asked of ropes, hooks and cranes.
+"""The planner's document of a run, and two alternatives beside each other.
 
-facts     numbers of a recording, as frozen tables
-document  the same as one self-contained page, as PDF or as a workbook
+document  the document as a sheet, and in a file
+beside    two alternatives beside each other
 
-loads     what lugs, slings, stools and portals bore, and where the block was
+tables    its tables, the one place to add another
+facts     what they read: verdict, peaks, stages
+loads     what lugs, slings, supports and portals bore, and where the block was
 scene     what was lifted, with what, and how it was computed
-tables    what is printed of all that
-workbook  tables as sheets
-browser   prints a page to PDF
 """
 
 from heavylift.kernel.on_demand import face
 
-from .document import Issue, report
+from .beside import alternatives
+from .document import report, report_sheet
 from .facts import Facts, facts
 
-__all__ = ["Facts", "Issue", "facts", "report"]
+__all__ = ["Facts", "alternatives", "facts", "report", "report_sheet"]
 
 face(__name__)

@@ -1,48 +1,46 @@
-"""The planner's document as one page that prints well: approval, verdict, tables, the tensions, the lift in pictures.
-
-Self-contained HTML (a browser prints it to PDF on A4); pictures travel inside as data.  Everything that comes from the
-recording is escaped.  The same tables make a workbook.
-"""
+"""The planner's document of a run as a sheet: approval, verdict, tables, tensions, the lift in pictures, drawings."""
 
 from __future__ import annotations
 
-import base64
 import datetime
 import tempfile
-from collections.abc import Callable
-from html import escape
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from heavylift.kernel.errors import RecordingError, path_text
-from heavylift.recordings.format.html import bullets, document, table
+from heavylift.recordings.drawings import drawings, write_dxf
 from heavylift.recordings.format.settings import settings
-from heavylift.recordings.format.text import GENERATOR, duration
+from heavylift.recordings.format.text import duration
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import AGAIN, Judged, as_recorded, complaints, opened, recorded_verdict
 from heavylift.recordings.render.plot import plot
 from heavylift.recordings.render.storyboard import storyboard
+from heavylift.recordings.sheets.sheet import Chart, Column, Part, Sheet, Table
+from heavylift.recordings.sheets.writing import FORMATS, write
 from heavylift.recordings.write.outputs import output_path
-from heavylift.recordings.write.partfile import written
 
-from .browser import print_page
 from .facts import Facts, facts
-from .tables import Table, tables
-from .workbook import workbook
+from .tables import tables_of
 
-FORMATS = (".html", ".pdf", ".xlsx")
-APPROVED = ("", "name", "date", "signature")
-PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
+DRAWN = (".dxf",)
 
 
-class Issue(NamedTuple):
-    """What the document says of itself: its revision, and who prepared it, if that is known."""
+class Project(NamedTuple):
+    """What the document says of itself, as the scene or the command line gives it."""
 
-    revision: str = "0"
+    name: str = ""
+    number: str = ""
     author: str = ""
+    date: str = ""
+    revision: str = "0"
 
 
-FIRST = Issue()
+def project_of(rec: Recording, **given: str) -> Project:
+    """That of the scene, with what is `given` beside it."""
+    known = {name: str(text) for name, text in rec.fact("project", {}).items() if name in Project._fields}
+    stated = Project(**known | {name: text for name, text in given.items() if text})
+    return stated if stated.date else stated._replace(date=datetime.date.today().isoformat())
 
 
 def report(
@@ -50,90 +48,82 @@ def report(
     out: str | Path,
     verdict: Judged | None = None,
     force: bool = False,
-    issue: Issue = FIRST,
+    **given: str,
 ) -> Path:
-    """Write the document of a recording to a .html, .pdf or .xlsx file; RecordingError if one of them cannot be used.
+    """Write the document of a recording to a .html, .pdf, .xlsx, .json or .txt file, or its drawings to a .dxf file;
+    RecordingError if one of them cannot be used.
 
-    `verdict`: of who knows the scene, where the recording has none of its own (`heavylift report` gives it).
+    `verdict`: of who knows the scene, where the recording has none of its own (`heavylift report` gives it); `given`:
+    what `Project` names, instead of what the scene says.
     """
-    out = output_path(out, "a report", FORMATS)
-    rec = opened(path)
-    verdict = verdict or recorded_verdict(rec)
-    found = facts(rec, verdict)
-    title = f"Lift report: {rec.run.get('scene', rec.path.stem)}"
-    first = Table("Issue", APPROVED, _approval(issue), "issue", [_origin(rec)])
-    made, (told, state) = [first, *tables(rec, found, verdict)], _verdict(rec, found, verdict)
-    if out.suffix.lower() == ".xlsx":
-        return written(workbook(title, told, made), out, "a report", FORMATS, force)
-    parts = [
-        f"<h1>{escape(title)}</h1>",
-        f'<p class="verdict {state}">{escape(told)}</p>',
-        _section(first),
-        *_picture(rec, plot, "tensions over time"),
-        *map(_section, made[1:]),
-        *_picture(rec, storyboard, "the lift at some instants"),
-    ]
-    page = document(title, "", parts)
-    data = print_page(page, out) + PRINTED if out.suffix.lower() == ".pdf" else page.encode()
-    return written(data, out, "a report", FORMATS, force)
+    out = output_path(out, "a report", (*FORMATS, *DRAWN))
+    if out.suffix.lower() in DRAWN:
+        rec = opened(path)
+        found = verdict or recorded_verdict(rec)
+        return write_dxf(rec, out, found, project_of(rec, **given)._asdict(), force)
+    drawn = out.suffix.lower() in (".html", ".pdf")
+    return write(report_sheet(opened(path), verdict, drawn, **given), out, "a report", force)
 
 
-def _approval(issue: Issue) -> list[list[str]]:
+def report_sheet(rec: Recording, verdict: Judged | None = None, pictures: bool = False, **given: str) -> Sheet:
+    """The document of a recording; pictures only where they can be printed."""
+    found, project = facts(rec, verdict), project_of(rec, **given)
+    lead, state = _lead(rec, found)
+    first, *rest = tables_of(found) or [Table("", ())]
+    curves = picture(rec, plot, "Tensions over time") if pictures else ()
+    parts: list[Part] = [_issue(rec, project), first, *curves, *rest]
+    if pictures:
+        parts += picture(rec, storyboard, "The lift at some instants")
+        parts += drawings(rec, found.verdict, project._asdict())
+    title = f"Lift report: {project.name or rec.run.get('scene', rec.path.stem)}"
+    return Sheet(title, lead, state, tuple(parts))
+
+
+def _issue(rec: Recording, project: Project) -> Table:
     """Revision and date, and three lines to be signed."""
-    date = datetime.date.today().isoformat()
-    return [
-        ["revision", issue.revision, date, ""],
-        ["prepared", issue.author, date if issue.author else "", ""],
-        ["checked", "", "", ""],
-        ["approved", "", "", ""],
+    rows = [
+        ("revision", project.revision, project.date, ""),
+        ("prepared", project.author, project.date if project.author else "", ""),
+        ("checked", "", "", ""),
+        ("approved", "", "", ""),
     ]
-
-
-def _section(part: Table) -> str:
-    told = (
-        bullets(part.told, "quiet")
-        if len(part.told) > 1
-        else "".join(f'<p class="quiet">{escape(x)}</p>' for x in part.told)
-    )
-    return f"<section>{table(part.head, part.rows, part.kind, part.title)}{told}</section>"
+    if project.number or project.name:
+        rows.insert(0, ("project", project.number, project.name, ""))
+    heads = tuple(map(Column, ("", "name", "date", "signature")))
+    return Table("Issue", heads, tuple(rows), (_origin(rec),), blank=True)
 
 
 def _origin(rec: Recording) -> str:
-    facts_ = [f"{duration(rec.fact('sim_s', 0.0))} simulated", *settings(rec.run).values()]
-    facts_ += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
-    facts_ += [f"{' and '.join(told)} as recorded; {AGAIN}"] if (told := as_recorded(rec)) else []
+    told = [f"{duration(rec.fact('sim_s', 0.0))} simulated", *settings(rec.run).values()]
+    told += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
+    told += [f"{' and '.join(known)} as recorded; {AGAIN}"] if (known := as_recorded(rec)) else []
     versions = [rec.library, f"python {rec.run.get('python', 'unknown')}", rec.run.get("platform", "")]
-    return "; ".join([*facts_, *filter(None, versions), f"from {path_text(rec.path.name)}"])
+    return "; ".join([*told, *filter(None, versions), f"from {path_text(rec.path.name)}"])
 
 
-def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> tuple[str, str]:
+def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
     """The document in a few sentences, and their state: that of the verdict, or `bad`."""
-    status = rec.result.get("status", "cut off")
-    used = [r for r in found.ropes if r.rated]
-    most = max(used, key=lambda r: r.peak / (r.rated or 1.0), default=None)
+    status, verdict = rec.result.get("status", "cut off"), found.verdict
     told = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
-    bad = status != "finished"
-    if verdict is not None:
-        recorded = ", as recorded" if "verdict" in rec.result else ""
-        told, bad = f"Verdict{recorded}: {verdict.line}. {told}", bad or verdict.red
-    else:
-        n = len(found.warnings)
-        told += f" {n} warning{'s' if n > 1 else ''}, listed below." if n else " It has no verdict."
-        told += " The kernel has notes on how it was computed, listed below." if found.notes else ""
-        bad = bad or bool(n or found.notes)
-    if most and most.rated:
-        told += f" The rope used most is {most.name}: {100 * most.peak / most.rated:.0f} % of its rated tension."
+    recorded = ", as recorded" if "verdict" in rec.result else ""
+    line = f"Verdict{recorded}: {verdict.line}." if verdict else "It has no verdict."
+    told = f"{line} {told}" if verdict else f"{told} {line}"
+    told += " The kernel has notes on how it was computed, listed below." if rec.notes() and not verdict else ""
+    rated = rec.fact("rated", {})
+    uses = {name: peak.tension / rated[name] for name, peak in found.peaks.items() if rated.get(name)}
+    if uses:
+        most = max(uses, key=lambda name: uses[name])
+        told += f" Governing rope: {most}, {100 * uses[most]:.0f} % of its rated tension."
     wrong = complaints(rec)
-    state = "bad" if bad or wrong else verdict.state if verdict else ""
+    bad = wrong or status != "finished" or (not verdict and (rec.notes() or max(uses.values(), default=0.0) > 1.0))
+    state = "bad" if bad else verdict.state if verdict else ""
     return " ".join([*(f"Wrong: {what}." for what in wrong), told]), state
 
 
-def _picture(rec: Recording, draw: Callable[[Recording, Path], Path], name: str) -> list[str]:
-    """A drawing as PNG in base64; none of what a recording has nothing of."""
+def picture(rec: Recording, draw: Callable[[Recording, Path], Path], title: str) -> Iterator[Chart]:
+    """A figure as PNG; none of what a recording has nothing of."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            picture = draw(rec, Path(folder) / "drawn.png")
+            yield Chart(title, draw(rec, Path(folder) / "drawn.png").read_bytes())
         except RecordingError:
-            return []
-        data = base64.b64encode(picture.read_bytes()).decode()
-    return [f'<p><img src="data:image/png;base64,{data}" alt="{name}"></p>']
+            return

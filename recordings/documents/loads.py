@@ -1,4 +1,4 @@
-"""What block, slings, lugs, stools and the corners of portals bore, sample by sample, from a recording alone.
+"""What block, slings, lugs, supports and the corners of portals bore, sample by sample, from a recording alone.
 
 Tensions are the peaks since the sample before, where they are recorded; directions are those at the sample.  The four
 corners of a portal share what stands and hangs on it as a rigid frame on equal springs does: forces and both moments
@@ -42,12 +42,12 @@ class SlingUse(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Of lugs (along the axes u, v, w of the block), stools and corners of portals (both in the world); slings; and
+    """Of lugs (along the axes u, v, w of the block), supports and corners of portals (both in the world); slings; and
     over time: t (n,) [s], tilt of the block (n,) [rad], its centre of mass (n, 3) and its lowest point (n,) [m]."""
 
     lugs: list[Borne]
     slings: list[SlingUse]
-    stools: list[Borne]
+    supports: list[Borne]
     portals: list[Borne]
     t: Floats
     tilt: Floats
@@ -78,20 +78,20 @@ class _Stretch(NamedTuple):
 def loads_of(rec: Recording, plan: dict[str, Any]) -> Loads:
     """All of them, in one pass over the samples; empty for what a recording has not."""
     rigging, course = _Rigging(plan), _Course(rec, plan)
-    supports = [s for s in rec.fact("supports", []) if POSE + s["body"] in rec.signals()]
+    pads = [s for s in rec.fact("supports", []) if POSE + s["body"] in rec.signals()]
     portals = [_Portal(rec, plan, crane) for crane in machines.cranes(plan)]
-    stools, feet = _Largest(), _Largest()
+    supports, feet = _Largest(), _Largest()
     for x in _stretches(rec):
         course.see(x)
         rigging.see(x)
-        for s in (s for s in supports if s["name"] in x.forces):
-            stools.see(s["name"], x.t, x.forces[s["name"]], _end(s["body"], s["p"], x.poses))
-        if supports and x.forces:
-            stools.see("all together", x.t, np.sum([*x.forces.values()], axis=0), np.zeros((len(x.t), 0)))
+        for s in (s for s in pads if s["name"] in x.forces):
+            supports.see(s["name"], x.t, x.forces[s["name"]], _end(s["body"], s["p"], x.poses))
+        if pads and x.forces:
+            supports.see("all together", x.t, np.sum([*x.forces.values()], axis=0), np.zeros((len(x.t), 0)))
         for portal in portals:
             for name, reaction, place in portal.reactions(x):
                 feet.see(name, x.t, reaction, place)
-    return Loads(rigging.lugs(), rigging.slings(), _placed(stools), _placed(feet), *course.joined())
+    return Loads(rigging.lugs(), rigging.slings(), _placed(supports), _placed(feet), *course.joined())
 
 
 class _Course:

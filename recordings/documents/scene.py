@@ -21,21 +21,15 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
         x, y, z = block["pose"][:3]
         told = f"{block['mass'] / 1e3:g} t, centre at {x:g}, {y:g}, {z:.3g} m, {len(block.get('lugs', ()))} lugs"
         rows.append(("block" if block["body"] == "block" else f"block {block['body']}", told))
-    tandem: dict[str, float] = rec.fact("tandem", {})
     cranes, slings = machines.cranes(plan), machines.ties(plan)
+    rows += [("cranes", ", ".join(crane.name for crane in cranes))] if cranes else []
     for crane in cranes:
-        share, hooks = tandem.get(crane.name, 1.0), f"{len(crane.hooks)} hook{'s' if len(crane.hooks) > 1 else ''}"
-        at = "" if crane.start is None else f"at {crane.start:g} m, "
-        told = f"{at}carries {crane.capacity / 1e3:g} t on {hooks}" if crane.capacity else f"{at}{hooks}"
-        if share < 1.0:
-            told += f" ({100 * share:g} % of {crane.capacity / share / 1e3:g} t, as cranes lift together)"
-        rows.append((f"crane {crane.name}", told))
         if crane.configuration:
             rows.append((f"set-up of {crane.name}", ", ".join(f"{k} {x}" for k, x in crane.configuration.items())))
     if slings:
         hooked = sum(1 for tie in slings if tie.get("lug"))
         rows.append(("rig", f"{len(slings)} slings, {hooked} hooked at the start"))
-    named = {crane.name for crane in cranes} | {block.get("name", "")}
+    named = {*cranes, block.get("name", "")}
     for machine in (x for x in plan.get("machines", []) if x["name"] not in named and not x.get("levels")):
         system = machine["system"]
         told = f"{len(system['bodies'])} bodies, {len(system['joints'])} joints"
@@ -49,24 +43,22 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
     return rows + [(name.replace("_", " "), rec.run[name]) for name in COMPUTED if name in rec.run]
 
 
-def block_table(plan: dict[str, Any]) -> list[tuple[str, str]]:
-    """The block's data: mass, size, centre of mass, inertia, where it stands, its lugs; u, v, w are its own axes."""
+def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
+    """The block's data, what, one number or three, unit: u, v, w are its own axes."""
     block = machines.block(plan)
     if not block:
         return []
-    x, y, z = block["pose"][:3]
     rows = [
-        ("mass", f"{block['mass'] / 1e3:g} t"),
-        ("weight", f"{block['mass'] * plan.get('gravity', 9.80665) / 1e3:.0f} kN"),
+        ("mass", [block["mass"] / 1e3], "t"),
+        ("weight", [block["mass"] * plan.get("gravity", 9.80665) / 1e3], "kN"),
+        ("size along u, v, w", [*block.get("size", ())], "m"),
+        ("centre of gravity at u, v, w", [*block.get("com", (0.0, 0.0, 0.0))], "m"),
+        ("moments of inertia about it", [x / 1e3 for x in block.get("moments", (0.0, 0.0, 0.0))], "t m2"),
+        ("begins at x, y, z", [*block["pose"][:3]], "m"),
+        ("lugs", [len(block.get("lugs", ()))], ""),
+        ("places to stand on", [block["supports"]], ""),
     ]
-    if any(size := block.get("size", ())):
-        rows += [("size along u, v, w", " x ".join(f"{length:g}" for length in size) + " m")]
-    com, moments = block.get("com", (0.0, 0.0, 0.0)), block.get("moments", (0.0, 0.0, 0.0))
-    rows += [("centre of gravity at u, v, w", ", ".join(f"{length:g}" for length in com) + " m")]
-    told = ", ".join(f"{moment / 1e3:.0f}" if moment >= 1e6 else f"{moment / 1e3:.3g}" for moment in moments)
-    rows += [("moments of inertia about it", f"{told} t m2")]
-    rows += [("begins at x, y, z", f"{x:g}, {y:g}, {z:.4g} m")]
-    return [*rows, ("lugs", f"{len(block.get('lugs', ()))}"), ("stools", f"{block['stools']} places")]
+    return [row for row in rows if any(row[1]) or row[0].startswith("centre")]
 
 
 def _told(value: object) -> str:

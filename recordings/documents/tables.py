@@ -1,33 +1,31 @@
-"""The tables of the document, the same for a page and a workbook: titles, heads, rows of text, a line below.
+"""The tables of a report, for every kind of crane alike: each is a function of the facts, in the order of `TABLES`.
 
-Every load stands in kN and in t, so that rated tensions and masses that may be carried can be compared at a glance.
+A limit that is checked has its row in the table of its quantity by itself; a table that only the scene can make travels
+in the verdict (`Judged.tables`).  To add another one, write its function and name it in `TABLES`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator
 from math import degrees
-from typing import NamedTuple
 
-from heavylift.recordings.format.html import Cell
-from heavylift.recordings.format.text import clock, duration
-from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.verdict import Judged, Reach
+from heavylift.kernel.description.findings import Check
+from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns, trimmed, words
 
-from .facts import Facts, LoadUse, RopeUse, StageUse
+from .facts import Facts
 from .loads import Borne
+from .scene import block_rows, scene_table
 
-LOADED = ("largest load", "", "at", "may carry", "use")
 TONNE = 9806.65  # [N] its weight
-TOLD = (  # sentences of facts, what they are, and their title
-    ("measured", "run less log, uncertainties at 95 %", "Beside a measured lift"),
-    ("certified", "figures, with half-widths at 95 %", "How sure the figures are"),
-)
-TANDEM = (
-    "Two cranes together may carry at most 75 % of what they may carry one by one: what 'may carry' says holds that."
-)
-REACH = ("hook", "stage", "", "at", "radius", "load", "chart", "use")
-NEXT = "Load with hook block and rigging; the next longer radius of the chart counts."
+UNITS = {
+    "N": ("kN", 1e-3, 1),
+    "kg": ("t", 1e-3, 1),
+    "rad": ("deg", degrees(1.0), 2),
+    "Pa": ("kPa", 1e-3, 0),
+}  # as people read them
+ELSEWHERE = ("rope tension", "sling tension", "clearance")  # quantities that have tables of their own
+PLACE = columns("x [m] .2", "y [m] .2", "z [m] .2")
+FORCE = columns("largest load [kN] .1", "as a mass [t] .1", "at [h:min:s]")
 SAMPLED = "Directions are those at samples, tensions the largest since the sample before."
 CORNERS = (
     "What stands and hangs on a portal is shared by its four corners as by a rigid frame on equal springs; "
@@ -35,158 +33,147 @@ CORNERS = (
 )
 
 
-class Table(NamedTuple):
-    """A table; `kind` is its class on the page, `told` stands below it."""
-
-    title: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
-    kind: str = ""
-    told: Sequence[str] = ()
-
-
-def tables(rec: Recording, found: Facts, verdict: Judged | None) -> list[Table]:
-    """All tables that have rows, in the order in which a planner reads them."""
-    judged, hangs = bool(verdict and verdict.rows), {s.name: s for s in found.slings}
-    band = verdict.dynamic[0] if verdict and verdict.dynamic else None
-    made = [
-        _findings(verdict) if verdict else _warnings(found),
-        *([_checks(verdict)] if verdict and verdict.rows else ()),
-        *([_clearances(verdict)] if verdict else ()),
-        Table("Notes of the kernel", ["what", "at"], [[(told, True), clock(t, 1)] for t, told in found.notes], "told"),
-        *(Table(title, [head], [[x] for x in rec.told(fact)], "told") for fact, head, title in TOLD),
-        Table("Block", ["what", ""], found.block, "told"),
-        Table("Scene", ["what", ""], found.scene, "told"),
-        Table("Cranes", ["crane", *LOADED], [_load(c) for c in found.cranes], told=[TANDEM] * (len(found.cranes) > 1)),
-        Table("Hooks", ["hook", *LOADED], [_load(h) for h in found.hooks]),
-        Table("Radius and chart", REACH, [_reach(x) for x in verdict.reach] if verdict else [], told=[NEXT]),
-        Table("Ropes", ["rope", "peak", "", "at", "stage", "rated", "use"], [_rope(r, judged) for r in found.ropes]),
-        Table(
-            "Slings",
-            ["sling", "lug", "peak", "", "at", "angle to vertical then", "at most"],
-            [
-                [r.name, ", ".join(s.lugs), *_force(r.peak), clock(r.when, 1), _degrees(s.angle), _degrees(s.widest)]
-                for r in found.ropes
-                if (s := hangs.get(r.name))
-            ],
-        ),
-        Table(
-            "Lugs",
-            ["lug", "at u, v, w", "largest load", "", "at", "along u", "along v", "along w"],
-            [[*_borne(x), *(f"{part / 1e3:z.1f} kN" for part in x.parts or ())] for x in found.lugs],
-            told=["u, v, w are the axes of the block. " + SAMPLED],
-        ),
-        Table("Stools", ["stool", "at x, y, z", "largest reaction", "", "at"], [_borne(x) for x in found.stools]),
-        Table(
-            "Wheel reactions",
-            ["corner of a portal", "at x, y, z", "largest reaction", "", "at"],
-            [_borne(x) for x in found.portals],
-            told=[CORNERS],
-        ),
-        Table(
-            "Stages",
-            ["stage", "from", "lasts", "rope used most", "use", "dynamic factor"],
-            [_stage(s, band, judged) for s in found.stages],
-            told=[_amplified(found, verdict)] if any(s.dynamic for s in found.stages) else [],
-        ),
-        Table(
-            "Course of the block",
-            ["stage", "from", "lowest point", "tilt", "centre of gravity at its end, x, y, z"],
-            [_course(s, s.tilt, s.com) for s in found.stages if s.com and s.tilt],
-            told=["Tilt is the angle of the block's w axis to the vertical."],
-        ),
-    ]
-    return [table for table in made if table.rows]
-
-
-def _force(newtons: float) -> tuple[str, str]:
-    return f"{newtons / 1e3:.1f} kN", f"{newtons / TONNE:.1f} t"
-
-
-def _degrees(angle: float) -> str:
-    return f"{degrees(angle):.1f}°"
-
-
-def _place(place: tuple[float, float, float]) -> str:
-    return ", ".join(f"{x:.2f}".replace("-0.00", "0.00") for x in place) + " m"
-
-
-def _borne(x: Borne) -> list[Cell]:
-    return [x.name, _place(x.place) if x.place else "", *_force(x.force), clock(x.when, 1)]
-
-
-def _reach(x: Reach) -> list[Cell]:
-    use = f"{100.0 * x.load / x.capacity:.0f} %" if x.capacity else "beyond the chart"
-    numbers = (f"{x.radius:.2f} m", f"{x.load / 1e3:.1f} t", f"{x.capacity / 1e3:.1f} t", (use, x.load > x.capacity))
-    return [x.hook, x.stage, x.when, clock(x.t, 1), *numbers]
-
-
-def _findings(verdict: Judged) -> Table:
+def _findings(f: Facts) -> Iterator[Table]:
     """What was found, red ones first."""
-    rows: list[list[Cell]] = []
-    for f in verdict.findings:
-        where = f" [{f.where}]" if f.where else ""
-        rows.append(
-            [f.severity, (f"{f.sentence}{where}", f.severity == "red"), "" if f.t is None else clock(f.t, 1), f.stage]
-        )
-    return Table("Findings", ["", "what", "at", "stage"], rows, "told")
+    rows: list[tuple[Cell, ...]] = []
+    for x in f.verdict.findings if f.verdict else ():
+        told = f"{x.sentence} [{x.where}]" if x.where else x.sentence
+        rows.append((x.severity, Marked(told) if x.severity == "red" else told, x.t, x.stage))
+    yield Table("Findings", columns("", "what", "at [h:min:s]", "stage"), tuple(rows))
+    notes = ((Marked(told), t) for t, told in f.rec.notes())
+    yield Table("Notes of the kernel", columns("what", "at [h:min:s]"), tuple(notes))
 
 
-def _clearances(verdict: Judged) -> Table:
-    """The smallest ones, and what nobody looked at."""
-    rows: list[list[Cell]] = []
-    for c in verdict.clearances:
-        red = any(f.kind == "clearance" and f.subject == f"{c.a} and {c.b}" for f in verdict.findings)
-        kept = f"{c.limit:g} m" if c.limit else "not touched"
-        rows.append([f"{c.a} and {c.b}", (f"{c.distance:.2f} m", red), kept, clock(c.t, 1), c.place])
-    unseen = [f"Not looked at: {x}" for x in verdict.not_looked_at]
-    return Table("Smallest clearances", ["between", "at least", "to be kept", "at", "where"], rows, "placed", unseen)
+def _checks(f: Facts) -> Iterator[Table]:
+    """All checks in short, the worst of each quantity."""
+    if f.verdict:
+        rows: list[list[Cell]] = [[Marked(row[0], _colour(row[0])), *row[1:]] for row in f.verdict.rows]
+        yield words("Checks", f.verdict.head, rows, *f.verdict.told)
 
 
-def _warnings(found: Facts) -> Table:
-    rows: list[list[Cell]] = [[w.who, (w.what, True), clock(w.when, 1)] for w in found.warnings]
-    return Table("Warnings", ["who", "what", "at"], rows, "told")
+def _clearances(f: Facts) -> Iterator[Table]:
+    rows: list[tuple[Cell, ...]] = []
+    for c in f.verdict.clearances if f.verdict else ():
+        red = f.verdict and any(x.kind == "clearance" and x.subject == f"{c.a} and {c.b}" for x in f.verdict.findings)
+        rows.append((f"{c.a} and {c.b}", Marked(c.distance) if red else c.distance, c.limit, c.t, c.place))
+    unseen = tuple(f"Not checked: {x}." for x in f.verdict.not_looked_at) if f.verdict else ()
+    heads = columns("between", "smallest [m] .2", "required [m] .2", "at [h:min:s]", "where")
+    yield Table("Smallest clearances", heads, tuple(rows), (*unseen, "Required 0: not through each other."))
 
 
-def _amplified(found: Facts, verdict: Judged | None) -> str:
-    """The largest dynamic factor of the run beside that which a standard foresees."""
-    each = [(factor, crane, s.name) for s in found.stages for crane, factor in s.dynamic.items()]
-    factor, crane, stage = max(each)
-    told = f"Dynamic factor: {factor:.3f} simulated ({crane}, {stage})"
-    if verdict is None or verdict.dynamic is None:
-        return f"{told}."
-    return f"{told}, {verdict.dynamic[0]:g} foreseen ({verdict.dynamic[1]}); what is beyond it is marked."
+def _of_verdict(f: Facts) -> Iterator[Table]:
+    yield from f.verdict.tables if f.verdict else ()
 
 
-def _load(c: LoadUse) -> list[Cell]:
-    use = c.load / c.capacity if c.capacity else 0.0
-    weight, mass = _force(c.load * TONNE / 1e3)
-    return [c.name, mass, weight, clock(c.when, 1), f"{c.capacity / 1e3:.0f} t", (f"{100 * use:.0f} %", use > 1)]
+def _scene(f: Facts) -> Iterator[Table]:
+    rows = ((what, *values, *[None] * (3 - len(values)), unit) for what, values, unit in block_rows(f.plan))
+    yield trimmed(Table("Block", columns("", "value, u or x .3", "v or y .3", "w or z .3", "unit"), tuple(rows)))
+    yield words("Scene", ("", ""), scene_table(f.rec, f.plan))
 
 
-def _rope(r: RopeUse, judged: bool) -> list[Cell]:
-    """A rope; its rating is that at its longest, so the table of limits tells what is beyond, if there is one."""
-    rated: list[Cell] = ["", ""]
-    if r.rated:
-        use = r.peak / r.rated
-        rated = [f"{r.rated / 1e3:.0f} kN", (f"{100 * use:.0f} %", use > 1 and not judged)]
-    return [r.name, *_force(r.peak), clock(r.when, 1), r.stage, *rated]
+def _ropes(f: Facts) -> Iterator[Table]:
+    """The peak of every rope, with its limit; of slings what they hang on and how they lie."""
+    limits = {c.subject: c for c in (f.verdict.checks if f.verdict else ()) if c.quantity in ELSEWHERE[:2]}
+    rated, slings = f.rec.fact("rated", {}), {s.name: s for s in f.loads.slings}
+    rows: list[tuple[Cell, ...]] = []
+    for name, peak in f.peaks.items():
+        check, sling = limits.get(name), slings.get(name)
+        limit = check.limit if check else rated.get(name)
+        use = 100.0 * peak.tension / limit if limit else None
+        state = check.state if check else "red" if limit and peak.tension > limit else ""
+        row = (name, ", ".join(sling.lugs) if sling else "", peak.tension / 1e3, peak.tension / TONNE, peak.time,
+               f.stage_at(peak.time), limit / 1e3 if limit else None, Marked(use, state) if state else use)  # fmt: skip
+        lies = (degrees(sling.angle), degrees(sling.widest)) if sling else (None, None)
+        rows.append((*row, check.error / 1e3 if check and check.error is not None else None, *lies))
+    heads = columns("rope", "lug", "peak tension [kN] .1", "as a mass [t] .1", "at [h:min:s]", "stage", "limit [kN] .1",
+                    "use [%] .1", "error [kN] .1", "angle to vertical then [deg] .1", "at most [deg] .1")  # fmt: skip
+    bases = dict.fromkeys(f"{c.quantity}: {c.basis}." for c in limits.values() if c.basis)
+    yield trimmed(Table("Ropes and slings", heads, tuple(rows), tuple(bases)))
 
 
-def _checks(verdict: Judged) -> Table:
-    """All checks, worst first."""
-    rows: list[list[Cell]] = [[(cell, row[0] == "red") for cell in row] for row in verdict.rows]
-    return Table("Checks", verdict.head, rows, "placed limits", verdict.told)
+def _quantities(f: Facts) -> Iterator[Table]:
+    """A table for each quantity that has limits, from hook to ground, as they are checked."""
+    groups: dict[tuple[str, str], list[Check]] = {}
+    for c in f.verdict.checks if f.verdict else ():
+        if c.basis and c.quantity not in ELSEWHERE and c.value is not None:
+            groups.setdefault((c.quantity, c.unit), []).append(c)
+    for (quantity, unit), checks in groups.items():
+        told, factor, digits = UNITS.get(unit, (unit, 1.0, 2))
+        form = f"[{told}] .{digits}" if told else f".{digits}"
+        heads = columns("item", f"worst {form}", f"limit {form}", "allowed", "use [%] .1", f"error {form}",
+                        "at [h:min:s]", "stage", "state", "basis")  # fmt: skip
+        bases = list(dict.fromkeys(c.basis for c in checks))
+        rows = []
+        for c in sorted(checks, key=lambda c: c.subject):
+            between = " to " in c.allowed
+            worst, limit, error = (None if x is None else factor * x for x in (c.value, c.limit, c.error))
+            use = None if c.use is None or between else 100.0 * c.use
+            allowed = (None, c.allowed) if between else (limit, "")
+            state = Marked(c.word, c.state)
+            rows.append((c.subject, worst, *allowed, use, error, c.t, c.stage, state, c.basis if bases[1:] else ""))
+        notes = [f"Basis: {bases[0]}."] if len(bases) == 1 else []
+        notes += ["The limit is the least value."] if any(c.allowed.startswith("at least") for c in checks) else []
+        yield trimmed(Table(quantity.capitalize(), heads, tuple(rows), tuple(notes)))
 
 
-def _stage(s: StageUse, band: float | None, judged: bool) -> list[Cell]:
-    factors = ", ".join(f"{crane} {factor:.3f}" for crane, factor in s.dynamic.items())
-    beyond = band is not None and any(factor > band for factor in s.dynamic.values())
-    use = (f"{100 * s.use:.0f} %" if s.rope else "", s.use > 1 and not judged)
-    return [s.name, clock(s.start, 1), duration(s.end - s.start), s.rope, use, (factors, beyond)]
+def _borne(f: Facts) -> Iterator[Table]:
+    """Forces on lugs, supports and corners of portals, with their directions and places."""
+    lugs = tuple((*_load(x), *(part / 1e3 for part in x.parts or ())) for x in f.loads.lugs)
+    axes = columns(*(f"along {axis} [kN] .1" for axis in "uvw"))
+    heads = columns("lug", "u [m] .2", "v [m] .2", "w [m] .2")
+    note = f"u, v, w are the axes of the block. {SAMPLED}"
+    yield Table("Loads on lugs", (*heads, *FORCE, *axes), lugs, (note,))
+    supports = tuple(map(_load, f.loads.supports))
+    yield Table("Reactions of supports", (*columns("support"), *PLACE, *FORCE), supports, ("At samples.",))
+    corners = tuple(map(_load, f.loads.portals))
+    yield Table("Reactions of portals", (*columns("corner"), *PLACE, *FORCE), corners, (CORNERS,))
 
 
-def _course(s: StageUse, tilt: tuple[float, float], com: tuple[float, float, float]) -> list[Cell]:
-    low = "" if s.lowest is None else f"{s.lowest:.2f} m"
-    least, most = map(_degrees, tilt)
-    return [s.name, clock(s.start, 1), low, least if least == most else f"{least} to {most}", _place(com)]
+def _stages(f: Facts) -> Iterator[Table]:
+    cranes = list(dict.fromkeys(crane for s in f.stages for crane in s.dynamic))
+    foreseen = f.verdict.dynamic if f.verdict else None
+    rows = []
+    for s in f.stages:
+        known = (s.dynamic.get(crane) for crane in cranes)
+        marked = (Marked(x) if x is not None and foreseen and x > foreseen[0] else x for x in known)
+        use = 100.0 * s.use if s.rope else None
+        rows.append((s.name, s.start, s.end - s.start, s.rope, use, *marked))
+    factors = (f"dynamic factor of {crane} .3" for crane in cranes)
+    heads = columns("stage", "from [h:min:s]", "lasts [s] .1", "governing rope", "use [%] .1", *factors)
+    notes = [f"Dynamic factor required: {foreseen[0]:g} ({foreseen[1]}); more is marked."] if foreseen else []
+    yield Table("Stages", heads, tuple(rows), tuple(notes if cranes else []))
+    path = tuple((s.name, s.start, s.lowest, *map(degrees, s.tilt), *s.com) for s in f.stages if s.com and s.tilt)
+    heads = columns("stage", "from [h:min:s]", "lowest point [m] .2", "least tilt [deg] .1", "largest tilt [deg] .1")
+    note = "Tilt: angle of the block's w axis to the vertical; x, y, z: centre of gravity at the end of the stage."
+    yield Table("Path of the block", (*heads, *PLACE), path, (note,))
+
+
+def _errors(f: Facts) -> Iterator[Table]:
+    """How sure the figures are."""
+    errors = ((name, 100.0 * x) for name, x in f.rec.fact("errors", {}).items() if isinstance(x, float))
+    yield Table("Errors of figures", columns("figure", "error [%] .3"), tuple(errors))
+    for fact, head, title in (
+        ("measured", "run less log, uncertainties at 95 %", "Beside a measured lift"),
+        ("certified", "figures, with half-widths at 95 %", "Certificate"),
+    ):
+        yield words(title, (head,), ([line] for line in f.rec.told(fact)))
+
+
+TABLES: tuple[Callable[[Facts], Iterable[Table]], ...] = (
+    _findings, _checks, _scene, _of_verdict, _ropes, _quantities, _clearances, _borne, _stages, _errors
+)  # fmt: skip
+
+
+def tables_of(found: Facts) -> list[Table]:
+    """All tables that have rows, in the order in which a planner reads them."""
+    with found.rec.reading():
+        return [table for make in TABLES for table in make(found) if table.rows]
+
+
+def _load(x: Borne) -> tuple[Cell, ...]:
+    place: tuple[Cell, ...] = x.place or (None, None, None)
+    return x.name, *place, x.force / 1e3, x.force / TONNE, x.when
+
+
+def _colour(state: str) -> str:
+    return state if state in ("red", "undecided", "green") else "amber"

@@ -10,31 +10,26 @@ import msgspec
 Data = dict[str, Any]
 
 
-class Hook(NamedTuple):
-    """A hook by its rope; masses [kg] of its block, of what may hang below it (0: not known), of what always does."""
-
-    rope: str
-    block_mass: float
-    capacity: float
-    dead: float
-
-
 class Crane(NamedTuple):
-    """A machine with hooks; capacity of all together [kg], 0: not known; lines of its ropes by their shares; how it is
-    set up, in words."""
+    """A machine with hooks: what always hangs on each of its ropes [kg], its bodies, lines of its ropes by shares, its
+    set-up in words."""
 
     name: str
-    capacity: float
-    hooks: list[Hook]
+    dead: dict[str, float]
     bodies: list[Data]
     shares: dict[str, list[float]]
-    start: float | None
     configuration: dict[str, str]
 
 
 def cranes(plan: Data) -> list[Crane]:
     """All of them."""
-    return [_crane(machine) for machine in plan.get("machines", []) if machine.get("hooks")]
+    found = []
+    for machine in (machine for machine in plan.get("machines", []) if machine.get("hooks")):
+        hooks, system = sorted(machine["hooks"], key=lambda hook: str(hook["rope"])), machine["system"]
+        dead = {hook["rope"]: float(hook.get("below", 0.0) or hook.get("block_mass", 0.0)) for hook in hooks}
+        shares = {rope["name"]: [x.get("share", 1.0) for x in rope["lines"]] for rope in system.get("ropes", [])}
+        found.append(Crane(machine["name"], dead, system.get("bodies", []), shares, machine.get("configuration", {})))
+    return found
 
 
 def plan_of(attachments: Mapping[str, bytes]) -> Data:
@@ -50,37 +45,16 @@ def unread(plan: Data) -> str:
     return "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
 
 
-def _crane(machine: Data) -> Crane:
-    hooks = []
-    for hook in sorted(machine["hooks"], key=lambda hook: str(hook["rope"])):
-        block = float(hook.get("block_mass", 0.0))
-        hooks.append(Hook(hook["rope"], block, hook.get("capacity", 0.0), hook.get("below", 0.0) or block))
-    alone = hooks[0].capacity if len(hooks) == 1 else 0.0
-    capacity = next((cell.get("capacity", 0.0) for cell in machine.get("cells", [])), alone)
-    shares = {rope["name"]: [x.get("share", 1.0) for x in rope["lines"]] for rope in machine["system"].get("ropes", [])}
-    first: Data = next(iter(machine.get("actuators", [])), {})
-    start = first.get("start", 0.0) if machine.get("girders") else None
-    return Crane(
-        machine["name"],
-        capacity,
-        hooks,
-        machine["system"].get("bodies", []),
-        shares,
-        start,
-        machine.get("configuration", {}),
-    )
-
-
 def ties(plan: Data) -> list[Data]:
     """The slings."""
     return [tie for machine in plan.get("machines", []) for tie in machine.get("ties", [])]
 
 
 def block(plan: Data) -> Data:
-    """What is lifted, with its pose at the start and how many stools it has; empty if that is nothing or several."""
+    """What is lifted, with its pose at the start and how many supports it has; empty if that is nothing or several."""
     found = [(machine, cargo) for machine in plan.get("machines", []) for cargo in machine.get("cargo", [])]
     if len(found) != 1:
         return {}
     (machine, cargo), system = found[0], found[0][0]["system"]
     pose = next((x["q0"] for x in system["joints"] if x["child"] == cargo["body"]), [0.0] * 7)
-    return {**cargo, "name": machine["name"], "pose": pose, "stools": len(system.get("supports", []))}
+    return {**cargo, "name": machine["name"], "pose": pose, "supports": len(system.get("supports", []))}

@@ -14,13 +14,14 @@ FORMULAS = tuple("=+-@\t\r\uff1d\uff0b\uff0d\uff20")  # how they begin, in wide 
 MOST = 30  # names in a sentence
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns side by side, numbers to the right, each cell as it may be printed; nothing if there are no rows."""
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool] = ()) -> str:
+    """Columns side by side, `numeric` ones (else those of digits) to the right, each cell as it may be printed; nothing
+    if there are no rows."""
     if not rows:
         return ""
     head, rows = shown(head), shown(rows)
     widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
-    right = [all(not row[i] or row[i][0].isdigit() for row in rows) for i in range(len(head))]
+    right = numeric or [all(not row[i] or row[i][0].isdigit() for row in rows) for i in range(len(head))]
     lines = [
         "  ".join(
             cell.rjust(width) if flush else cell.ljust(width)
@@ -67,12 +68,3 @@ def duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes:02} min {rest:02} s" if hours else f"{minutes} min {rest:02} s"
-
-
-def clock(seconds: float, digits: int = 0) -> str:
-    """A time of the run: 1:02, 1:06:04, with digits behind the second 1:02.5."""
-    unit = 10**digits
-    minutes, rest = divmod(round(seconds * unit), 60 * unit)
-    hours, minutes = divmod(minutes, 60)
-    told = f"{rest / unit:0{3 + digits if digits else 2}.{digits}f}"
-    return f"{hours}:{minutes:02}:{told}" if hours else f"{minutes}:{told}"

@@ -97,9 +97,7 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
 
 def _findings(verdict: Judged | None) -> str:
     found = verdict.findings if verdict else ()
-    return "\n".join(
-        f"  {f.severity}: {f.sentence}" + (f", at {duration(f.t)}" if f.t is not None else "") for f in found
-    )
+    return "\n".join(f"  {f.severity}: {f.told}" for f in found)
 
 
 def _clearances(verdict: Judged | None) -> str:

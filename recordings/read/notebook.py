@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 import numpy as np
-from heavylift.recordings.format.html import table
 from heavylift.recordings.format.samples import thinned
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration
+from heavylift.recordings.sheets.page import table_html
+from heavylift.recordings.sheets.sheet import Cell, words
 from numpy.typing import NDArray
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -30,9 +31,9 @@ def recording_html(
     told = {name: text for name in FACTS if (text := run.get(name))} | settings(run)
     told |= {"status": result.get("status", "cut off"), "digest": result.get("digest", "none")}
     told |= {"simulated": duration(float(result["sim_s"]))} if "sim_s" in result else {}
-    facts = table(["", ""], [(name.replace("_", " "), text) for name, text in told.items()])
-    begun = table(["from", "stage"], [(duration(t), name) for t, name in stages])
-    return heading(title) + facts + picture + begun + table(["signal", "unit", "columns"], signals)
+    facts = _table(["", ""], [(name.replace("_", " "), text) for name, text in told.items()])
+    begun = _table(["from", "stage"], [(duration(t), name) for t, name in stages])
+    return heading(title) + facts + picture + begun + _table(["signal", "unit", "columns"], signals)
 
 
 def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: Floats) -> str:
@@ -44,7 +45,7 @@ def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: F
             cells = [x for k in (low, high) for x in (_number(column[k]), f"{_number(t[k])} s")]
             rows.append([title, *cells, _number(column[-1])])
     head = ["", "least", "at", "largest", "at", "last"]
-    return heading(f"{name} [{unit}], {len(t)} samples") + drawing(name, unit, t, values) + table(head, rows)
+    return heading(f"{name} [{unit}], {len(t)} samples") + drawing(name, unit, t, values) + _table(head, rows)
 
 
 def drawing(name: str, unit: str, t: Floats, values: Floats) -> str:
@@ -74,3 +75,7 @@ def heading(text: str) -> str:
 
 def _number(x: float) -> str:
     return f"{x:.6g}"
+
+
+def _table(head: Sequence[str], rows: Iterable[Iterable[Cell]]) -> str:
+    return table_html(words("", head, rows))

@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
 from heavylift.kernel.errors import SignalError
-from heavylift.recordings.format.html import table
 from heavylift.recordings.format.samples import ERROR, MEASURED, POSE
 from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import meant
+from heavylift.recordings.sheets.page import table_html
+from heavylift.recordings.sheets.sheet import words
 
 from .notebook import heading
 from .signal import Signal, joined, only
@@ -105,7 +106,7 @@ class Part:
         return [*super().__dir__(), *self._words]
 
     def _repr_html_(self) -> str:
-        return heading(self.name) + table(["signal"], [[name] for name in self.signals])
+        return heading(self.name) + table_html(words("", ["signal"], [[name] for name in self.signals]))
 
     def __repr__(self) -> str:
         return f"<{self.name}: {', '.join(self._words)}>"

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from math import nan
 from pathlib import Path
-from typing import Literal
 
 import msgspec
 import numpy as np
+from heavylift.kernel.description.findings import Check, Finding, State, clock
+from heavylift.recordings.sheets.sheet import Table
 from heavylift.recordings.write.rows import Peak
 
 from .contents import READ, Contents
@@ -20,21 +21,6 @@ from .reader import Recording
 AGAIN = "`heavylift replay --verify` computes all of it again"
 ROUNDED = 1e-8  # of a tension, and of 1 MN: more than rows are rounded by
 Vector = tuple[float, float, float]
-
-
-class Found(msgspec.Struct, frozen=True, kw_only=True):
-    """What was found of a subject: a sentence, and the numbers behind it (t [s], value and limit [unit])."""
-
-    severity: Literal["red", "warning", "note"]
-    kind: str
-    subject: str
-    sentence: str
-    where: str = ""
-    stage: str = ""
-    t: float | None = None
-    value: float | None = None
-    limit: float | None = None
-    unit: str = ""
 
 
 class Clearance(msgspec.Struct, frozen=True, kw_only=True):
@@ -50,40 +36,10 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
     p_WB: Vector
     place: str
 
-
-class Check(msgspec.Struct, frozen=True, kw_only=True):
-    """A row of the list of checks: the worst value of a quantity, its limit, its error [unit] (None: unknown) and its
-    state; `why`: which amber it is; `shown`, `allowed`, `basis`, `sentence`: in words."""
-
-    quantity: str
-    subject: str
-    state: Literal["red", "undecided", "amber", "green", "none"]
-    why: str = ""
-    value: float | None = None
-    limit: float | None = None
-    unit: str = ""
-    use: float | None = None
-    error: float | None = None
-    t: float | None = None
-    stage: str = ""
-    basis: str = ""
-    where: str = ""
-    shown: str = ""
-    allowed: str = ""
-    sentence: str = ""
-
-
-class Reach(msgspec.Struct, frozen=True, kw_only=True):
-    """At which radius [m] what hung on a hook [kg], what its chart allows there [kg], and when [s]: as a stage `begins`
-    with a load, where it uses `most` of the chart, and as it `ends`."""
-
-    hook: str
-    stage: str
-    when: str
-    t: float
-    radius: float
-    load: float
-    capacity: float
+    @property
+    def told(self) -> str:
+        """In a sentence."""
+        return f"{self.distance:.2f} m, {self.a} and {self.b}, at {clock(self.t)}"
 
 
 class Judged(msgspec.Struct, frozen=True, kw_only=True):
@@ -91,12 +47,13 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
 
     `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
     and what is not determined.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
+    `tables`: what only the scene knows, for the report.
     """
 
     red: bool
     line: str
-    state: Literal["red", "undecided", "amber", "green", "none"] = "amber"
-    findings: tuple[Found, ...] = ()
+    state: State = "amber"
+    findings: tuple[Finding, ...] = ()
     not_looked_at: tuple[str, ...] = ()
     clearances: tuple[Clearance, ...] = ()
     checks: tuple[Check, ...] = ()
@@ -104,7 +61,7 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
     rows: tuple[tuple[str, ...], ...] = ()
     told: tuple[str, ...] = ()
     dynamic: tuple[float, str] | None = None
-    reach: tuple[Reach, ...] = ()
+    tables: tuple[Table, ...] = ()
 
 
 def contents(rec: Recording) -> Contents:

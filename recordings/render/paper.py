@@ -12,7 +12,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from heavylift.recordings.format.text import GENERATOR, clock
+from heavylift.kernel.description.findings import clock
+from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.partfile import PartFile
 
 if TYPE_CHECKING:
@@ -92,6 +93,22 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
         if i % 2 == 0:
             axes.axvspan(start, stop, color=BAND, lw=0, zorder=0)
         yield start, stop
+
+
+def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
+    """Places nearest to the wanted ones, rising by `gap` or more, none above its `highest`."""
+    blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
+    for i, place in enumerate(wanted):
+        blocks.append((place - i * gap, 1))
+        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
+            (a, n), (b, m) = blocks[-2:]
+            blocks[-2:] = [((a * n + b * m) / (n + m), n + m)]
+    free = [mean for mean, n in blocks for _ in range(n)]
+    places = [max(0.0, mean) + i * gap for i, mean in enumerate(free)]
+    for i in reversed(range(len(places))):
+        after = places[i + 1] - gap if i + 1 < len(places) else highest[i]
+        places[i] = min(places[i], highest[i], after)
+    return places
 
 
 def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:

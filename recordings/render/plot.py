@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.format.settings import settings
-from heavylift.recordings.format.text import clock, duration
+from heavylift.recordings.format.text import duration
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.said import silent
 from heavylift.recordings.read.verdict import opened
@@ -23,7 +24,7 @@ from heavylift.recordings.write.outputs import output_path
 from numpy.typing import NDArray
 
 from .curves import curves
-from .paper import FORMATS, INK, QUIET, banded, digits, limited, on_paper, save, tidied, timed
+from .paper import FORMATS, INK, QUIET, banded, digits, limited, on_paper, save, spread, tidied, timed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -160,16 +161,8 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
         lowest = figure.add_subplot(grid[1], sharex=upper)
         _panel(lowest, curves, range(len(curves.names)), stages)
         upper.tick_params(labelbottom=False)
-        lowest.legend(
-            loc="lower left",
-            bbox_to_anchor=(0, 1.0),
-            ncols=legend_columns,
-            frameon=False,
-            handlelength=1.6,
-            columnspacing=1.6,
-            borderaxespad=0.1,
-            labelcolor=INK,
-        )
+        lowest.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=legend_columns, frameon=False, labelcolor=INK,
+                      handlelength=1.6, columnspacing=1.6, borderaxespad=0.1)  # fmt: skip
         note = "dashed: measured; " * bool(curves.measured) + "curves that coincide lie inside one another"
         figure.text(RIGHT, 13 / (72 * HEIGHT), note, size=LABEL, color=QUIET, ha="right")
     if curves.over:
@@ -303,19 +296,3 @@ def _label_stages(axes: Axes, times: Sequence[float], names: Sequence[str]) -> N
                 color=INK,
                 arrowprops=None if text else LEADER,
             )
-
-
-def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Places nearest to the wanted ones, rising by `gap` or more, none above its `highest`."""
-    blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
-    for i, place in enumerate(wanted):
-        blocks.append((place - i * gap, 1))
-        while len(blocks) > 1 and blocks[-2][0] > blocks[-1][0]:
-            (a, n), (b, m) = blocks[-2:]
-            blocks[-2:] = [((a * n + b * m) / (n + m), n + m)]
-    free = [mean for mean, n in blocks for _ in range(n)]
-    places = [max(0.0, mean) + i * gap for i, mean in enumerate(free)]
-    for i in reversed(range(len(places))):
-        after = places[i + 1] - gap if i + 1 < len(places) else highest[i]
-        places[i] = min(places[i], highest[i], after)
-    return places

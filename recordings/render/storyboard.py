@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.text import GENERATOR, clock
+from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.format.viewer_messages import Box, corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal

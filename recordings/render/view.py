@@ -14,7 +14,7 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError, path_text
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
-from heavylift.recordings.format.text import clock, duration
+from heavylift.recordings.format.text import duration
 from heavylift.recordings.format.viewer_messages import Box
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import AGAIN, Judged, recorded_peaks, recorded_verdict
@@ -156,7 +156,7 @@ def _events(rec: Recording) -> tuple[list[dict[str, object]], list[tuple[str, st
 
 def _status(rec: Recording, verdict: Judged | None) -> str:
     status = rec.result.get("status", "cut off")
-    colour = f", verdict {'red' if verdict.red else 'green'}" if verdict else ""
+    colour = f", verdict {verdict.state}" if verdict else ""
     return f"{status}, {duration(rec.fact('sim_s', 0.0))} simulated{colour}"
 
 
@@ -165,11 +165,9 @@ def _judged(verdict: Judged | None) -> list[tuple[str, str]]:
     if verdict is None:
         return []
     rows = [("verdict", verdict.line)]
-    rows += [(f.severity, f.sentence + (f", at {clock(f.t)}" if f.t is not None else "")) for f in verdict.findings]
-    rows += [
-        ("clearance", f"{c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}") for c in verdict.clearances[:CLEARANCES]
-    ]
-    return rows + [("not looked at", sentence) for sentence in verdict.not_looked_at]
+    rows += [(f.severity, f.told) for f in verdict.findings]
+    rows += [("clearance", c.told) for c in verdict.clearances[:CLEARANCES]]
+    return rows + [("not checked", sentence) for sentence in verdict.not_looked_at]
 
 
 class _Ghost(NamedTuple):

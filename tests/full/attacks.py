@@ -27,11 +27,10 @@ from heavylift.kernel import HeavyliftError
 from heavylift.nodes.scene import load
 from heavylift.nodes.scene.text import row_names
 from heavylift.nodes.scenes import bundled
-from heavylift.recordings.documents import Table
-from heavylift.recordings.documents.workbook import workbook
 from heavylift.recordings.format import FORMULAS
 from heavylift.recordings.read.export import _csv_rows
 from heavylift.recordings.render import FoxgloveServer
+from heavylift.recordings.sheets import Sheet, words, workbook_of
 from typer.main import get_command_name
 
 Tries = Iterator[tuple[str, bool]]
@@ -129,7 +128,7 @@ def cells(folder: Path, short: bool) -> Tries:
         found = [x for row in rows for x in row]
         yield f"CSV {text!r}", len(found) == 6 and not any(x.lstrip()[:1] in FORMULAS for x in found)
     nasty = [f"{begin}1+1" for begin in FORMULAS]
-    made = workbook("=1+1", "=1+1", [Table("a", nasty, [nasty, nasty], told=nasty)])
+    made = workbook_of(Sheet("=1+1", "=1+1", "", (words("a", nasty, [nasty, nasty], *nasty),)))
     for row in load_workbook(io.BytesIO(made)).worksheets[0].iter_rows():
         for place in row:
             yield f"XLSX {place.value!r}", place.data_type != "f"

@@ -26,7 +26,7 @@ from heavylift.recordings import (  # fmt: skip
     report,
     storyboard,
 )
-from heavylift.recordings.documents import facts
+from heavylift.recordings.documents import facts, tables_of
 from heavylift.recordings.render.view import content
 
 PATIENCE_s = 20.0  # for all that is done with one file of a few kilobytes, but pictures
@@ -147,7 +147,7 @@ def read_in_all_ways(path: Path, whole: Path, folder: Path, pictures: bool = Tru
         lambda: export(path, folder / "x.csv"),
         lambda: compare(path, whole),
         lambda: content(Recording(path)),
-        lambda: facts(Recording(path)),
+        lambda: tables_of(facts(Recording(path))),
         lambda: curves(path, ["rope/*", "pose/block/?"], folder / "x.html"),
         lambda: overlay(path, whole, folder / "x.html"),
         lambda: recover(path, folder / "saved.mcap"),

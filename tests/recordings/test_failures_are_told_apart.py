@@ -12,7 +12,7 @@ import pytest
 from altered_recordings import Parts, altered
 from heavylift.kernel import RecordingError, extra
 from heavylift.recordings import Recording, curves, export, info, info_data, plot, recover, report, storyboard, view
-from heavylift.recordings.documents import facts
+from heavylift.recordings.documents import facts, tables_of
 from spoiled_recordings import CHUNK, records
 
 NO_NUMBERS = ["NaN", "Infinity", "-Infinity", "1e999", '"NaN"', "null", "[]", '{"a":NaN}']
@@ -123,7 +123,7 @@ def test_what_is_no_number_ends_in_a_sentence(name: str, text: str, recorded: Pa
     ways: list[Callable[[], object]] = [
         lambda: info(path),
         lambda: info_data(path),
-        lambda: facts(Recording(path)),
+        lambda: tables_of(facts(Recording(path))),
         lambda: Recording(path)._repr_html_(),
         lambda: plot(path, tmp_path / "x.png"),
         lambda: view(path, tmp_path / "y.html"),

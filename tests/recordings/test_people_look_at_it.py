@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from heavylift.coordinator.commands import files
 from heavylift.kernel import RecordingError
+from heavylift.kernel.description import clock
 from heavylift.recordings import Recorder, Recording, SampleLayout, info, plot, storyboard
-from heavylift.recordings.format import clock, duration
+from heavylift.recordings.format import duration
 from heavylift.recordings.render import outline, spread
 from heavylift.recordings.render.plot import FINE, _most_used
 

@@ -15,8 +15,8 @@ from types import SimpleNamespace
 import numpy as np
 from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.machine_code import Library
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.at_rest import AtRest
 from heavylift.kernel.methods.choice import choose, control_of

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.flexible import REFUSED, WARNED
 from heavylift.kernel.description.forces import Load, Wind
-from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.switching import StateEvent
 from heavylift.kernel.multibody.flexible.small_deflections import NEVER, sentence

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from heavylift.kernel.description.notes import Note
+from heavylift.kernel.description.findings import Note
 from heavylift.kernel.methods.stability import Balance
 from heavylift.kernel.simulation.native.native_state import NativeState
 

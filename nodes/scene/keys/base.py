@@ -122,3 +122,14 @@ def quaternion_matrix(quaternion: Quaternion) -> Matrix:
 
 def _exact(x: float) -> float:
     return float(round(x)) if abs(x - round(x)) < EXACT else x
+
+
+class Project(Base):
+    """What the document says of itself."""
+
+    model_config = ConfigDict(coerce_numbers_to_str=True)
+    name: str = ""
+    number: str = ""
+    author: str = ""  # who prepared it
+    date: str = ""  # of this revision; left out: of the day
+    revision: str = ""

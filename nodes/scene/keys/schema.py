@@ -17,7 +17,7 @@ from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
 from .actions import Action, Condition, Interlock, Touching
-from .base import Base, Name, Place
+from .base import Base, Name, Place, Project
 from .described import keys_of
 from .environment import Floor, Obstacle, Vessel, Waves, Wind
 from .nodes import OwnModel, Process
@@ -243,6 +243,7 @@ class Scene(Base):
 
     heavylift: Literal[1]
     name: Name
+    project: Project | None = None
     gravity: u.Gravity = 9.80665
     accuracy: u.Accuracy | None = None  # of what is asked, by default 1 %; alone: of rope tensions
     ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more

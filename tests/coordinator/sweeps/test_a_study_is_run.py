@@ -16,10 +16,10 @@ from random import Random
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.run import run
-from heavylift.coordinator.sweeps import Study, sweep, sweeping, verified
-from heavylift.coordinator.sweeps.page import page
+from heavylift.coordinator.sweeps import Study, study_sheet, sweep, sweeping, verified
 from heavylift.kernel import HeavyliftError, OutputError, ProtocolError, Stopped
 from heavylift.nodes.scene import load
+from heavylift.recordings.sheets import page_of
 from pyarrow import parquet
 
 VARY = ["mechanism.bodies.load.mass={1 kg, 2 kg, -1 kg}", "end={1 s, 2 s}"]
@@ -63,7 +63,7 @@ def test_a_row_is_the_run_with_its_settings(tmp_path: Path) -> None:
     assert list(frame["input/end [s]"]) == [1.0, 2.0, 1.0, 2.0, 1.0, 2.0]
     assert parquet.read_table(tmp_path / "study" / "rows.parquet").num_rows == 6
     assert verified(study, 2) == [(0, True), (3, True)]
-    assert "6 variants of pendulum: 4 done, 2 refused" in page(study)
+    assert "6 variants of pendulum: 4 done, 2 refused" in page_of(study_sheet(study))
 
 
 def test_settings_and_what_a_scene_extends_are_part_of_it(tmp_path: Path) -> None:
@@ -139,12 +139,12 @@ def test_another_study_is_not_mixed_in(tmp_path: Path) -> None:
 def test_a_run_that_takes_too_long_is_cut_aloud(tmp_path: Path) -> None:
     study = studied(tmp_path / "study", limit=1e-6)
     assert statuses(study)[:4] == ["cut"] * 4
-    assert "4 WERE CUT" in page(study)
+    assert "4 WERE CUT" in page_of(study_sheet(study))
 
 
 def test_a_lift_that_its_scene_ends_is_no_whole_one(tmp_path: Path) -> None:
     study = sweep("lift", ["end={1 s}"], into=tmp_path / "study", executor=AtOnce())
-    assert "1 red; 1 ARE UNFINISHED, for the scene ended before" in page(study)
+    assert "1 red; 1 ARE UNFINISHED, for the scene ended before" in page_of(study_sheet(study))
 
 
 def test_recordings_are_kept_where_they_are_asked_for(tmp_path: Path) -> None:

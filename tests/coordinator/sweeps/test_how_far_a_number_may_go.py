@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from heavylift.coordinator.sweeps import limiting, listed, motion_of
-from heavylift.coordinator.sweeps.limits_page import limits_page
+from heavylift.coordinator.sweeps import limiting, limits_sheet, limits_table, motion_of
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
+from heavylift.recordings.sheets import page_of, table_text
 
 MASS = "block.mass=300..900 t"
 
@@ -124,11 +124,11 @@ def test_all_that_a_scene_can_be_asked(lift) -> None:
 
 def test_all_of_them_stand_in_one_table_and_on_one_page(told, lift) -> None:
     found = [told(lambda x: x < 500.0), told(lambda x: True)]
-    first, second = listed(found).splitlines()[1:]
+    first, second = table_text(limits_table(found)).splitlines()[1:]
     assert first.split()[:1] == second.split()[:1] == ["block.mass"]
     assert "crane.H3 hook load" in first
     assert "nothing turns red up to 900 t" in second
-    page = limits_page(lift, found)
+    page = page_of(limits_sheet(lift, found))
     assert page.count("<tr>") == 3
     assert page.count("<svg") == 1
 

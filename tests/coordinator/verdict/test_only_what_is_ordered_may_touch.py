@@ -10,8 +10,9 @@ from heavylift.coordinator.commands.common.app import app
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
+from heavylift.kernel.description import Finding
 from heavylift.nodes.models.commander import Machines, first_lugs, first_picture
-from heavylift.nodes.plan import Finding, Unhook
+from heavylift.nodes.plan import Unhook
 from heavylift.nodes.scene import LoadedScene, begun_with, parse
 from heavylift.nodes.scene.text import library
 from typer.testing import CliRunner

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import re
 from contextlib import AbstractContextManager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -15,7 +14,6 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B8860B", "#56B4E9", "#7
            "#17a589", "#c2185b")  # fmt: skip
 INK, QUIET, BAND, PAPER, LIMIT = "#1d2733", "#6b7683", "#e6f2ea", "#ffffff", "#a3182b"
 THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "var(--paper)", LIMIT: "var(--limit)"}
-STYLE = (Path(__file__).parent / "page.css").read_text(encoding="utf-8")
 
 
 def in_page(figure: Figure) -> str:
@@ -39,8 +37,3 @@ def styled(fonts: str) -> AbstractContextManager[None]:
              "ytick.color": QUIET, "legend.labelcolor": INK, "axes.facecolor": "none", "path.simplify": True,
              "font.family": ["DejaVu Sans", "sans-serif"]}  # fmt: skip
     return rc_context(style)
-
-
-def wide(text: str) -> str:
-    """A table that may be wider than a phone."""
-    return f'<div class="wide">{text}</div>'

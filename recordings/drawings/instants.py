@@ -1,0 +1,184 @@
+"""The key instants of a lift, and where everything is in each: solids, ropes, hooks, lugs, in the world [m].
+
+Key are the ends of stages in which something has moved, evenly thinned, the largest use of a rope and the smallest
+clearance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, Literal, NamedTuple
+
+import msgspec
+import numpy as np
+from heavylift.recordings.format import machines
+from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.viewer_messages import Box, corners, turned
+from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.verdict import Clearance, Judged, recorded_peaks
+from numpy.typing import NDArray
+
+MOST = 5  # ends of stages
+MOVED = 0.5  # [m] a body since the last one that is drawn
+ANCHOR = 0.05  # [m] marks of joints in the world are no larger
+WORLD = "world"
+Floats = NDArray[np.float64]
+
+
+Kind = Literal["block", "deck", "hook", "frame", "crane", "world"]
+
+
+class Solid(NamedTuple):
+    """The corners (8, 3) of a shape, what it is, and its body; a deck marks the upper face of a block."""
+
+    kind: Kind
+    body: str
+    corners: Floats
+
+
+class Line(NamedTuple):
+    """A straight part of a rope; its tension [N], and whether it is a sling's."""
+
+    rope: str
+    a: Floats
+    b: Floats
+    tension: float
+    sling: bool
+
+
+class Hook(NamedTuple):
+    """Where a hook block hangs, and the axis about which its crane slews, if it does."""
+
+    rope: str
+    eye: Floats
+    axis: Floats | None
+
+
+class Instant(NamedTuple):
+    """What is where at a time [s]; mass [kg] of the block, and the smallest clearance if it is then."""
+
+    title: str
+    t: float
+    solids: list[Solid]
+    lines: list[Line]
+    hooks: list[Hook]
+    lugs: dict[str, Floats]
+    com: Floats | None
+    mass: float
+    near: Clearance | None
+    afloat: bool
+
+    def of(self, *kinds: str) -> Floats:
+        """Corners (n, 3) of all solids of these kinds."""
+        return np.concatenate([np.zeros((0, 3)), *(x.corners for x in self.solids if x.kind in kinds)])
+
+
+def instants_of(rec: Recording, verdict: Judged | None) -> list[Instant]:
+    """Those of a recording in which something hangs on a hook; none of any other."""
+    plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
+    if not _hooks(plan) or "/poses" not in rec.topics:
+        return []
+    near = next(iter(verdict.clearances), None) if verdict else None
+    wanted = _wanted(rec, near)
+    if not wanted:
+        return []
+    total = rec.topics["/poses"].messages
+    coarse = rec.picked([x for x in rec.signals() if x.startswith(POSE)][:1], np.arange(total))
+    times = next(iter(coarse.values())).t
+    numbers = [int(np.argmin(np.abs(times - t))) for t, _, _ in wanted]
+    names = [x for x in rec.signals() if x.startswith(POSE)]
+    poses = rec.picked(names, np.unique(numbers))
+    frames = [
+        _instant(rec, plan, title, float(times[k]), {x: poses[x].at(times[[k]]).values[0] for x in names}, at)
+        for k, (_, title, at) in zip(numbers, wanted, strict=True)
+    ]
+    return _thinned(frames)
+
+
+def _hooks(plan: dict[str, Any]) -> list[dict[str, Any]]:
+    """Hooks of which is known on which body they are."""
+    return [hook for machine in plan.get("machines", []) for hook in machine.get("hooks", []) if "eye" in hook]
+
+
+def _wanted(rec: Recording, near: Clearance | None) -> list[tuple[float, str, Clearance | None]]:
+    """Times [s] with what they are."""
+    stages = rec.stages()
+    end = rec.fact("sim_s", 0.0)
+    found: list[tuple[float, str, Clearance | None]] = [
+        (b, f"end of '{name}'", None) for (a, name), (b, _) in pairwise([*stages, (end, "")]) if b > a
+    ]
+    rated = rec.fact("rated", {})
+    uses = [(x.tension / rated[name], x.time, name) for name, x in recorded_peaks(rec).items() if rated.get(name)]
+    if uses:
+        use, t, name = max(uses)
+        found.append((t, f"largest use: {name}, {100.0 * use:.0f} %", None))
+    if near is not None:
+        found.append((near.t, f"smallest clearance: {near.a} and {near.b}, {near.distance:.2f} m", near))
+    return sorted(found, key=lambda x: x[:2])
+
+
+def _thinned(frames: Sequence[Instant]) -> list[Instant]:
+    """Without ends of stages in which nothing has moved, and no more of them than are looked at."""
+    ends = list[Instant]()
+    for x in (x for x in frames if x.title.startswith("end of")):
+        if not ends or _moved(ends[-1], x) > MOVED:
+            ends.append(x)
+    kept = {round(k) for k in np.linspace(0, len(ends) - 1, min(MOST, len(ends)))} if ends else set()
+    chosen = [x for k, x in enumerate(ends) if k in kept]
+    return sorted([*chosen, *(x for x in frames if not x.title.startswith("end of"))], key=lambda x: x.t)
+
+
+def _moved(a: Instant, b: Instant) -> float:
+    return max((float(np.abs(x.corners - y.corners).max()) for x, y in zip(a.solids, b.solids, strict=True)), default=0)
+
+
+def _instant(
+    rec: Recording, plan: dict[str, Any], title: str, t: float, poses: dict[str, Floats], near: Clearance | None
+) -> Instant:
+    def world(body: str, p: object) -> Floats:
+        pose, point = poses.get(POSE + body), np.asarray(p, np.float64)
+        return point if pose is None else turned(pose[3:], point) + pose[:3]
+
+    every = plan.get("machines", [])
+    cargo = {x["body"]: x for machine in every for x in machine.get("cargo", [])}
+    hooks = _hooks(plan)
+    slings = {tie["rope"] for tie in machines.ties(plan)}
+    eyes = {hook["eye"]["body"] for hook in hooks}
+    hung = {
+        x["name"]
+        for machine in every
+        if machine["name"] in rec.fact("loaders", {})
+        for x in machine["system"]["bodies"]
+    }
+    frames = (hung | {tie["upper"]["body"] for tie in machines.ties(plan)}) - eyes
+
+    def kind(box: Box) -> Kind:
+        body = box.body
+        if body in cargo:
+            size = cargo[body].get("size", box.size)
+            return "deck" if box.size[0] > size[0] and box.size[2] < size[2] else "block"
+        return "world" if body == WORLD else "hook" if body in eyes else "frame" if body in frames else "crane"
+
+    boxes = (box for box in rec.boxes() if box.body != WORLD or max(box.size) > ANCHOR)
+    solids = [Solid(kind(box), box.body, world(box.body, corners(box))) for box in boxes]
+    rig = next((rig for rig in reversed(rec.rigs()) if rig.t_ns * 1e-9 <= t + 1e-9), None)
+    tension = rec.signal("rope/tension").at(np.array([t])) if "rope/tension" in rec.signals() else None
+    lines = [
+        Line(x.rope, world(x.a_body, x.a), world(x.b_body, x.b), _value(tension, x.rope), x.rope in slings)
+        for x in (rig.lines if rig else [])
+    ]
+    found = [
+        Hook(hook["rope"], world(hook["eye"]["body"], hook["eye"].get("p", (0, 0, 0))),
+             world(hook["axis"]["body"], hook["axis"].get("p", (0, 0, 0))) if hook.get("axis") else None)
+        for hook in hooks
+    ]  # fmt: skip
+    lugs = {name: world(body, p) for body, x in cargo.items() for name, p in x.get("lugs", {}).items()}
+    com = next((world(body, x.get("com", (0, 0, 0))) for body, x in cargo.items()), None)
+    afloat = any(shape.get("part") == "hull" for machine in every for shape in machine.get("shapes", []))
+    mass = sum(float(x.get("mass", 0.0)) for x in cargo.values())
+    return Instant(title, t, solids, lines, found, lugs, com, mass, near, afloat)
+
+
+def _value(signal: Any, name: str) -> float:
+    return float(signal.values[0, signal.names.index(name)]) if signal is not None and name in signal.names else 0.0

@@ -1,0 +1,100 @@
+"""Drawings: plan, elevation and rigging sketch of each key instant on a sheet of A4, with a title block."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from heavylift.kernel.description.findings import clock
+from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.sheets.sheet import Chart
+
+from .ink import Path, Text, View, points_of
+from .instants import Instant, instants_of
+from .svg import svg_of
+from .views import general, rigging
+
+SIZE = 283.0, 196.0  # [mm] A4 without its margins
+EDGE = 0.3  # [mm] of the border within the sheet
+STRIP = 17.0  # height of the title block
+LEFT = 172.0  # width of plan and elevation
+BOLD = 0.72  # of its height: a bold letter
+CELLS = (0.0, 62.0, 150.0, 202.0, 242.0, SIZE[0])
+
+
+class Drawing(NamedTuple):
+    """Views on a sheet, the last of which is its frame."""
+
+    title: str
+    views: list[View]
+
+
+def drawings(rec: Recording, verdict: Judged | None, project: Mapping[str, str]) -> list[Chart]:
+    """The drawings of a recording, as far as something hangs on hooks."""
+    return [Chart(x.title, svg_of(x.views, SIZE, x.title)) for x in drawn(rec, verdict, project)]
+
+
+def drawn(rec: Recording, verdict: Judged | None, project: Mapping[str, str]) -> list[Drawing]:
+    """The same as views."""
+    with rec.reading():
+        found = instants_of(rec, verdict)
+        return [_drawing(x, i, len(found), rec, project) for i, x in enumerate(found, 1)]
+
+
+def _drawing(x: Instant, number: int, of: int, rec: Recording, project: Mapping[str, str]) -> Drawing:
+    title = f"Drawing {number}: {x.title}, {clock(x.t, 1)}"
+    height = SIZE[1] - STRIP
+    plan, elevation = general(x, (LEFT, height))
+    sketch = rigging(x, (SIZE[0] - LEFT, height))
+    sizes = [_extent(view) for view in (plan, elevation)]
+    spare = height - sum(high[1] - low[1] for low, high in sizes)
+    y = STRIP + max(0.0, spare / 3)
+    for view, (low, high) in zip((elevation, plan), sizes[::-1], strict=True):
+        view.place = (LEFT - (low[0] + high[0])) / 2, y - low[1]
+        y += high[1] - low[1] + max(0.0, spare / 3)
+    low, high = _extent(sketch)
+    sketch.centre = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2
+    sketch.place = LEFT + (SIZE[0] - LEFT - low[0] - high[0]) / 2, STRIP + (height - low[1] - high[1]) / 2
+    frame = _frame()
+    whose = " ".join(filter(None, (project.get("number"), project.get("name")))) or "-"
+    _title_block(
+        frame,
+        (
+            ("Project", whose, f"scene {rec.run.get('scene', rec.path.stem)}"),
+            ("Drawing", x.title, f"at {clock(x.t, 1)} of the run, digest {rec.result.get('digest', 'none')[:12]}"),
+            ("Scale, dimensions in m", f"1 : {elevation.scale:g}", f"rigging 1 : {sketch.scale:g}"),
+            ("Prepared", project.get("author") or "-", project.get("date", "")),
+            ("Sheet, revision", f"{number} of {of}", f"revision {project.get('revision') or '0'}"),
+        ),
+    )
+    return Drawing(title, [plan, elevation, sketch, frame])
+
+
+def _extent(view: View) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Low and high corner of all items of a view, its title above them."""
+    points = np.concatenate([points_of(item) for item in view.items])
+    (x, y), (right, top) = points.min(axis=0), points.max(axis=0)
+    view.items.append(Text((x, top + 3.0), view.title, size=3.0, bold=True))
+    return (float(x), float(y)), (float(right), float(top) + 6.0)
+
+
+def _frame() -> View:
+    """The border of the sheet, the strip of the title block, the line between the views."""
+    frame, (width, height) = View("", 1.0), SIZE
+    corners = [[EDGE, EDGE], [width - EDGE, EDGE], [width - EDGE, height - EDGE], [EDGE, height - EDGE], [EDGE, EDGE]]
+    frame.items.append(Path(np.array(corners), "frame line"))
+    frame.items.append(Path(np.array([[EDGE, STRIP], [width - EDGE, STRIP]]), "frame line"))
+    frame.items.append(Path(np.array([[LEFT, STRIP], [LEFT, height - EDGE]]), "thin"))
+    return frame
+
+
+def _title_block(frame: View, cells: Sequence[tuple[str, str, str]]) -> None:
+    """A heading and two lines in each cell of the strip."""
+    for (x, right), (head, first, second) in zip(pairwise(CELLS), cells, strict=True):
+        size = min(2.8, (right - x - 4.0) / (BOLD * max(1, len(first))))
+        frame.items.append(Path(np.array([[x, EDGE], [x, STRIP]]), "thin"))
+        frame.items += [Text((x + 2.0, 12.6), head, size=1.9), Text((x + 2.0, 7.6), first, size=size, bold=True)]
+        frame.items.append(Text((x + 2.0, 3.0), second, size=2.2))

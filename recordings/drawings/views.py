@@ -1,0 +1,270 @@
+"""Plan, elevation and rigging sketch of an instant, with their dimensions.
+
+The elevation is in the plane of the jib, or along the girder of a crane that does not slew; the plan is seen from
+above, with the same axis to the right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import count, pairwise
+from math import atan2, cos, degrees, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .ink import ROW, TEXT, WIDE, Path, Text, View, clipped, fitting, hull, parts, points_of, within
+from .instants import Instant, Line
+
+Floats = NDArray[np.float64]
+UP = np.array([0.0, 0.0, 1.0])
+STRETCH = 2.5  # [m] of hook ropes that are drawn in a rigging sketch
+FROM_ABOVE = ("world", "crane", "block", "deck", "frame", "hook")  # what is drawn above what, and
+LAST = ("world", "crane", "frame", "hook", "block", "deck")  # from aside
+CLOSE = 2.5  # [mm] hooks on paper that have one dimension
+SAME = 0.05  # [m] dimensions that differ by less are one
+LINE = 3.4  # [mm] between labels
+SHOWN = 0.3  # of a clearance: what is shorter in a view is not drawn there
+LEVEL = 0.02  # [m] below which a height is no dimension
+
+
+def main_axis(x: Instant) -> Floats:
+    """The horizontal direction (3,) that lies to the right in all views."""
+    hook = next((hook for hook in x.hooks if hook.axis is not None), None)
+    if hook is not None and hook.axis is not None:
+        way = (hook.eye - hook.axis) * [1.0, 1.0, 0.0]
+        size = float(np.linalg.norm(way))
+        if size > SAME:
+            return way / size
+    size_x, size_y, _ = np.ptp(x.of("crane", "block"), axis=0)
+    return np.array([1.0, 0.0, 0.0] if size_x >= size_y else [0.0, 1.0, 0.0])
+
+
+def general(x: Instant, room: tuple[float, float]) -> tuple[View, View]:
+    """Plan and elevation, one above the other at one scale, within a room [mm] that has their dimensions, too."""
+    h = main_axis(x)
+    v = np.cross(UP, h)
+    seen = x.of("crane", "block", "hook", "frame")
+    wide, high, deep = (float(np.ptp(seen @ axis)) for axis in (h, UP, v))
+    deep = max(deep, 2.2 * abs(float((x.hooks[0].eye - x.hooks[0].axis) @ v))) if x.hooks[0].axis is not None else deep
+    rows = ROW * (5 + len({round(float(hook.eye @ h), 1) for hook in x.hooks}))
+    scale = fitting(wide, high + deep, (room[0] - 7 * ROW, room[1] - rows - 12.0))
+    return _plan(x, View(f"Plan 1 : {scale:g}", scale), h, v), _elevation(
+        x, View(f"Elevation 1 : {scale:g}", scale), h, v
+    )
+
+
+def _drawn(x: Instant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
+    """Solids from far to near and the ropes; low and high corner on paper [mm] of what is drawn."""
+    axes, ahead = np.column_stack([right, up]), np.cross(right, up)
+    seen = view.paper(x.of("crane", "block", "hook", "frame") @ axes)
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    for solid in sorted(x.solids, key=lambda s: (last.index(s.kind), float((s.corners @ ahead).max()))):
+        outline = clipped(hull(view.paper(solid.corners @ axes)), low - ROW, high + ROW)
+        if len(outline) > 2:
+            view.items.append(Path(outline, solid.kind, True))
+    for line in x.lines:
+        view.items.append(Path(view.paper(np.array([line.a, line.b]) @ axes), "rope"))
+    return low, high
+
+
+def _elevation(x: Instant, view: View, h: Floats, v: Floats) -> View:
+    low, high = _drawn(x, view, h, UP)
+    low[1] = min(low[1], 0.0)
+    view.items.append(Path(np.array([[low[0] - 4.0, 0.0], [high[0] + 4.0, 0.0]]), "frame line"))
+    level = "water +-0.00" if x.afloat else "ground +-0.00"
+    view.items.append(Text((low[0] - 4.0, -TEXT - 0.6), level))
+    below = (low[1] - 4.0 - ROW * k for k in count(1))
+    eyes = [view.paper(np.array([hook.eye @ h, hook.eye[2]])) for hook in x.hooks]
+    for hook in x.hooks:
+        if hook.axis is None:
+            continue
+        foot = view.paper(np.array([hook.axis @ h, max(0.0, hook.axis[2])]))
+        view.items.append(Path(np.array([[foot[0], low[1] - 2.0], [foot[0], high[1] + 2.0]]), "axis"))
+        view.across(foot, view.paper(np.array([hook.eye @ h, hook.eye[2]])), next(below), "R ")
+    if all(hook.axis is None for hook in x.hooks):
+        for eye in _spread(eyes, 0):
+            view.across(np.array([low[0], 0.0]), eye, next(below))
+    view.across(np.array([low[0], 0.0]), np.array([high[0], 0.0]), next(below))
+    _heights(x, view, h, eyes, low, high)
+    _near(x, view, h, UP)
+    return view
+
+
+def _heights(x: Instant, view: View, h: Floats, eyes: list[Floats], low: Floats, high: Floats) -> None:
+    """Of block, hooks and crane above the ground: on the side where the hooks are, the crane's on the other."""
+    right = sum(p[0] for p in eyes) / len(eyes) > (low[0] + high[0]) / 2
+    side, other = (high[0], low[0]) if right else (low[0], high[0])
+    out = 1.0 if right else -1.0
+    places = (side + out * (ROW + ROW * k) for k in count())
+    foot = np.array([side, 0.0])
+    block = x.of("block")
+    if len(block) and (lowest := float(block[:, 2].min())) > LEVEL:
+        corner = block[int(block[:, 2].argmin())]
+        view.upright(foot, view.paper(np.array([corner @ h, lowest])), next(places))
+    for eye in _spread(eyes, 1):
+        view.upright(foot, eye, next(places))
+    crane = x.of("crane")
+    if len(crane):
+        top = crane[int(crane[:, 2].argmax())]
+        view.upright(np.array([other, 0.0]), view.paper(np.array([top @ h, top[2]])), other - out * ROW)
+
+
+def _plan(x: Instant, view: View, h: Floats, v: Floats) -> View:
+    low, high = _drawn(x, view, h, v, FROM_ABOVE)
+    out = (low[1] - ROW - ROW * k for k in count())
+    for hook in x.hooks:
+        eye = view.paper(np.array([hook.eye @ h, hook.eye @ v]))
+        _cross(view, eye)
+        if hook.axis is not None:
+            axis = view.paper(np.array([hook.axis @ h, hook.axis @ v]))
+            _cross(view, axis, 3.0)
+            angles = np.linspace(-pi / 6, pi / 6, 41)
+            radius = float(np.hypot(*(eye - axis)))
+            arc = axis + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+            view.items.append(Path(clipped_line(arc, low - 3.0, high + 3.0), "axis"))
+            bearing = degrees(atan2(h[1], h[0])) % 360.0
+            view.items.append(Text((axis[0], high[1] + 2.0), f"jib at {bearing:.1f} deg from x", "middle"))
+            view.across(axis, eye, next(out), "R ")
+    places = (high[0] + ROW + ROW * k for k in count())
+    for one, other in pairwise(_spread([view.paper(np.array([k.eye @ h, k.eye @ v])) for k in x.hooks], 1)):
+        view.upright(one, other, next(places))
+    block = view.paper(x.of("block") @ np.column_stack([h, v]))
+    if len(block):
+        one, other = block.min(axis=0), block.max(axis=0)
+        view.across(one, np.array([other[0], one[1]]), next(out))
+        view.upright(np.array([other[0], one[1]]), other, next(places))
+    _near(x, view, h, v)
+    return view
+
+
+def clipped_line(points: Floats, low: Floats, high: Floats) -> Floats:
+    """The points of a line that are within a box."""
+    inside: Floats = points[((points >= low) & (points <= high)).all(axis=1)]
+    return inside
+
+
+def _cross(view: View, p: Floats, size: float = 1.6) -> None:
+    for way in (np.array([size, 0.0]), np.array([0.0, size])):
+        view.items.append(Path(np.array([p - way, p + way]), "axis"))
+
+
+def _near(x: Instant, view: View, right: Floats, up: Floats) -> None:
+    """The smallest clearance between its two nearest points, in the views that show it at some length."""
+    if x.near is None:
+        return
+    a, b = (view.paper(np.array([np.dot(p, right), np.dot(p, up)])) for p in (x.near.p_WA, x.near.p_WB))
+    if np.hypot(*(a - b)) < SHOWN * float(view.paper(np.array(x.near.distance))):
+        return
+    middle, ring = (a + b) / 2, np.array([[cos(k), sin(k)] for k in np.linspace(0.0, 2.0 * pi, 25)])
+    outlines = [item.points for item in view.items if isinstance(item, Path) and item.closed]
+    ways = [length * np.array([i, j]) for length in (5.0, 9.0, 14.0) for i, j in ((1, 1), (-1, 1), (1, -1), (-1, -1))]
+    texts = [points_of(x) for item in view.items for x in parts(item) if isinstance(x, Text)]
+    told = f"{x.near.distance:.2f}"
+    made = [_beside(middle + w, float(np.sign(w[0])), told) for w in ways]
+    free = (k for k, text in enumerate(made) if not _covered(points_of(text), outlines, texts))
+    k = next(free, 0)
+    way = ways[k]
+    view.items += [Path(np.array([a, b]), "near"), Path(middle + 2.2 * ring, "near")]
+    view.items.append(Path(np.array([middle + way / np.hypot(*way) * 2.2, middle + way]), "near"))
+    view.items.append(made[k])
+
+
+def _beside(p: Floats, side: float, told: str) -> Text:
+    """Words to the right (1) or left (-1) of a point."""
+    return Text((float(p[0] + side * 0.6), float(p[1] - 0.8)), told, "start" if side > 0 else "end", bold=True)
+
+
+def _covered(box: Floats, outlines: list[Floats], texts: list[Floats]) -> bool:
+    """Whether a text with these two corners lies on an area or over another text."""
+    low, high = box.min(axis=0), box.max(axis=0)
+    over = any((low < o.max(axis=0)).all() and (high > o.min(axis=0)).all() for o in texts)
+    return over or any(within(o, (low + high) / 2) for o in outlines)
+
+
+def _spread(points: list[Floats], axis: int) -> list[Floats]:
+    """Points on paper in order along an axis, but for those that are close to the one before."""
+    found = list[Floats]()
+    for p in sorted(points, key=lambda p: float(p[axis])):
+        if not found or p[axis] - found[-1][axis] > CLOSE:
+            found.append(p)
+    return found
+
+
+def rigging(x: Instant, room: tuple[float, float]) -> View:
+    """Block, slings and hooks close by, with what each rope pulls and how it leans."""
+    h = main_axis(x)
+    axes = np.column_stack([h, UP])
+    seen = np.concatenate(
+        [x.of("block", "hook", "frame"), *(np.array([line.a, line.b]) for line in x.lines if line.sling)]
+    )
+    top = float(seen[:, 2].max()) + STRETCH
+    wide, high = float(np.ptp(seen @ h)), top - float(seen[:, 2].min())
+    notes = _named(x)
+    labels = WIDE * TEXT * max((len(told) for _, told in notes), default=0) + ROW
+    scale = fitting(wide, high, (room[0] - labels - 3 * ROW, room[1] - 4 * ROW))
+    view = View(f"Rigging 1 : {scale:g}", scale)
+    for solid in sorted(x.solids, key=lambda s: LAST.index(s.kind)):
+        if solid.kind not in ("crane", "world"):
+            view.items.append(Path(hull(view.paper(solid.corners @ axes)), solid.kind, True))
+    for line in x.lines:
+        if (ends := _close(x, line)) is not None:
+            view.items.append(Path(view.paper(np.array(ends) @ axes), "rope"))
+    if x.com is not None:
+        _gravity(view, view.paper(x.com @ axes))
+    low, right = view.paper(np.array([(seen @ h).min(), seen[:, 2].min()])), float(view.paper((seen @ h).max()))
+    _labels(view, [(view.paper(p @ axes), told) for p, told in notes], right + ROW, float(view.paper(np.array(top))))
+    block = view.paper(x.of("block") @ axes)
+    if len(block):
+        one, other = block.min(axis=0), block.max(axis=0)
+        view.across(one, np.array([other[0], one[1]]), low[1] - ROW)
+        view.upright(one, np.array([one[0], other[1]]), low[0] - ROW)
+        highest = max(x.hooks, key=lambda hook: float(hook.eye[2]))
+        view.upright(np.array([one[0], other[1]]), view.paper(highest.eye @ axes), low[0] - ROW)
+        if x.com is not None and len(x.hooks) == 1 and abs(float((highest.eye - x.com) @ h)) > SAME:
+            view.across(view.paper(x.com @ axes), view.paper(highest.eye @ axes), low[1] - 2 * ROW)
+    return view
+
+
+def _close(x: Instant, line: Line) -> tuple[Floats, Floats] | None:
+    """The part of a rope that a rigging sketch shows: slings whole, of hook ropes what is next to the hook."""
+    if line.sling:
+        return line.a, line.b
+    if all(np.linalg.norm(line.b - hook.eye) > STRETCH for hook in x.hooks):
+        return None
+    return line.b + (line.a - line.b) * min(1.0, STRETCH / max(float(np.linalg.norm(line.a - line.b)), 1e-9)), line.b
+
+
+def _named(x: Instant) -> list[tuple[Floats, str]]:
+    """Where (3,) in the rigging what is said: ropes with lug, tension and angle, the centre of gravity."""
+    found: dict[str, tuple[Floats, str]] = {}
+    for line in x.lines:
+        if line.rope not in found and (ends := _close(x, line)) is not None:
+            way = line.a - line.b
+            lean = degrees(np.arccos(min(1.0, abs(way[2]) / max(float(np.linalg.norm(way)), 1e-9))))
+            lug = next((f" ({name})" for name, p in x.lugs.items() if np.linalg.norm(p - line.b) < SAME), "")
+            told = f"{line.rope}{lug} {line.tension / 1e3:.0f} kN" + (f", {lean:.1f} deg" if line.sling else "")
+            found[line.rope] = ((ends[0] + ends[1]) / 2 if line.sling else ends[0], told)
+    return [*found.values(), *([(x.com, f"centre of gravity, {x.mass / 1e3:g} t")] if x.com is not None else [])]
+
+
+def _gravity(view: View, p: Floats) -> None:
+    ring = np.array([[cos(k), sin(k)] for k in np.linspace(0.0, 2.0 * pi, 25)])
+    view.items.append(Path(p + 1.2 * ring, "frame line"))
+    _cross(view, p, 1.8)
+
+
+def _labels(view: View, notes: list[tuple[Floats, str]], x: float, top: float) -> None:
+    """Labels in a column, each with a line to what it names: the shortest lines in all, which do not cross."""
+    if not notes:
+        return
+    from scipy.optimize import linear_sum_assignment
+
+    middle = (max(p[1] for p, _ in notes) + min(p[1] for p, _ in notes)) / 2
+    first = min(top, middle + LINE * (len(notes) - 1) / 2)
+    ends = [np.array([x - 1.0, first - LINE * k + 0.7]) for k in range(len(notes))]
+    lengths = np.array([[float(np.hypot(*(p - end))) for end in ends] for p, _ in notes])
+    for i, k in zip(*linear_sum_assignment(lengths), strict=True):
+        p, told = notes[i]
+        view.items.append(Path(np.array([p, ends[k], ends[k] + [1.0, 0.0]]), "thin"))
+        view.items.append(Text((x + 0.6, float(ends[k][1]) - 0.7), told))

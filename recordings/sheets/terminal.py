@@ -1,0 +1,38 @@
+"""Sheets and tables as text: columns side by side, numbers to the right."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+
+from heavylift.recordings.format.text import GENERATOR, cell, table
+
+from .sheet import Notes, Sheet, Table, plain
+
+
+def table_text(made: Table) -> str:
+    """A table as lines, each cell as it may be printed; nothing without rows."""
+    rows = [[column.text(cell) for column, cell in zip(made.columns, row, strict=True)] for row in made.rows]
+    numeric = [column.numeric for column in made.columns]
+    return table([column.heading for column in made.columns], rows, numeric)
+
+
+def text_of(sheet: Sheet) -> str:
+    """A whole sheet but for its charts."""
+    parts = [f"{sheet.title}\n{sheet.lead}"]
+    for part in sheet.parts:
+        lines: Sequence[str] = part.lines if isinstance(part, Notes) else part.notes
+        body = table_text(part) if isinstance(part, Table) else ""
+        if body or (lines and not isinstance(part, Table)):
+            parts.append("\n".join(filter(None, (part.title, body, *(f"  {line}" for line in lines)))))
+    return "\n\n".join([*parts, f"made by {GENERATOR}\n"])
+
+
+def table_csv(made: Table) -> str:
+    """A table as comma-separated lines; numbers as exact as they are."""
+    out = io.StringIO()
+    lines = csv.writer(out, lineterminator="\n")
+    lines.writerow(cell(column.heading) for column in made.columns)
+    lines.writerows([cell(plain(x)) for x in row] for row in made.rows)
+    return out.getvalue()

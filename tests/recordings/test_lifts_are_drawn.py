@@ -1,0 +1,123 @@
+"""Drawings of key instants: for every kind of crane they measure what is there, and nothing lies over anything else."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.nodes.scene import load
+from heavylift.recordings import Recording, report
+from heavylift.recordings.drawings import (
+    SIZE,
+    Dimension,
+    Drawing,
+    Instant,
+    Text,
+    clipped,
+    drawings,
+    drawn,
+    hull,
+    instants_of,
+    parts,
+    points_of,
+    within,
+    write_dxf,
+)
+from heavylift.recordings.read import recorded_verdict
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+CRANES = ("lift", "crawler", "hall", "jib", "floating", "spreader", "tandem")
+PROJECT = {"number": "4711", "name": "A block with quite a long name", "author": "A. Planner", "date": "2026-11-28"}
+
+
+@pytest.fixture(scope="module", params=CRANES)
+def lift(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    path = tmp_path_factory.mktemp("drawn") / f"{request.param}.mcap"
+    run(load(request.param), path, in_process=True)
+    return Recording(path)
+
+
+@pytest.fixture(scope="module")
+def made(lift: Recording) -> list[tuple[Instant, Drawing]]:
+    verdict = recorded_verdict(lift)
+    return list(zip(instants_of(lift, verdict), drawn(lift, verdict, PROJECT), strict=True))
+
+
+def dimensions(drawing: Drawing, view: int, way: str) -> list[float]:
+    """What the dimensions of a view say [m]."""
+    found = (x for x in drawing.views[view].items if isinstance(x, Dimension) and x.way == way)
+    return [float(x.words.rpartition(" ")[2]) for x in found]
+
+
+def test_heights_and_radii_are_those_of_the_instant(made: list[tuple[Instant, Drawing]]) -> None:
+    for x, drawing in made:
+        heights = dimensions(drawing, 1, "v")
+        lowest = float(x.of("block")[:, 2].min())
+        assert any(h == pytest.approx(float(hook.eye[2]), abs=0.006) for hook in x.hooks for h in heights)
+        assert float(x.of("crane")[:, 2].max()) == pytest.approx(heights[-1], abs=0.006)
+        if lowest > 0.1:
+            assert any(h == pytest.approx(lowest, abs=0.006) for h in heights)
+        for hook in x.hooks:
+            if hook.axis is not None:
+                radius = float(np.hypot(*(hook.eye - hook.axis)[:2]))
+                for view in (0, 1):
+                    assert radius == pytest.approx(dimensions(drawing, view, "h")[0], abs=0.006)
+
+
+def test_no_text_lies_over_another_or_beyond_its_sheet(made: list[tuple[Instant, Drawing]]) -> None:
+    for _, drawing in made:
+        boxes = []
+        for view in drawing.views:
+            for item in view.items:
+                for part in parts(item):
+                    if isinstance(part, Text):
+                        corners = points_of(part) + np.array(view.place)
+                        boxes.append((part.words, corners.min(axis=0), corners.max(axis=0)))
+        for words, low, high in boxes:
+            assert (low >= 0.0).all(), (drawing.title, words)
+            assert (high <= SIZE).all(), (drawing.title, words)
+        for (a, low, high), (b, least, most) in combinations(boxes, 2):
+            apart = (low > most - 0.05).any() or (least > high - 0.05).any()
+            assert apart, f"{drawing.title}: '{a}' lies over '{b}'"
+
+
+def test_a_page_and_a_cad_program_get_the_same(lift: Recording, tmp_path: Path) -> None:
+    import ezdxf
+
+    verdict = recorded_verdict(lift)
+    charts = drawings(lift, verdict, PROJECT)
+    assert len(charts) >= 3
+    for chart in charts:
+        assert ET.fromstring(chart.image).get("viewBox") == "0 0 283 196"
+    write_dxf(lift, tmp_path / "a.dxf", verdict, PROJECT)
+    assert write_dxf(lift, tmp_path / "b.dxf", verdict, PROJECT).read_bytes() == (tmp_path / "a.dxf").read_bytes()
+    space = ezdxf.readfile(tmp_path / "a.dxf").modelspace()
+    measured = [x.get_measurement() for x in space.query("DIMENSION")]
+    said = [
+        x for d in drawn(lift, verdict, PROJECT) for view in d.views for x in view.items if isinstance(x, Dimension)
+    ]
+    assert measured == pytest.approx([float(x.words.rpartition(" ")[2]) for x in said], abs=0.006)
+
+
+def test_a_report_has_them_and_a_mechanism_has_none(lift: Recording, tmp_path: Path) -> None:
+    text = report(lift, tmp_path / "report.html").read_text()
+    assert text.count('class="drawing"') == len(drawings(lift, recorded_verdict(lift), PROJECT))
+
+
+@given(arrays(np.float64, (8, 2), elements=st.floats(-50, 50).map(lambda x: round(x, 3))))
+def test_an_outline_holds_all_its_points_and_is_cut_at_a_box(points: np.ndarray) -> None:
+    outline = hull(points)
+    if len(outline) > 2:
+        assert all(within(outline, p + (outline.mean(axis=0) - p) * 1e-6) for p in points)
+    low, high = np.array([-10.0, -20.0]), np.array([30.0, 5.0])
+    cut = clipped(outline, low, high)
+    assert (cut >= low - 1e-9).all()
+    assert (cut <= high + 1e-9).all()
+    kept = ((points >= low) & (points <= high)).all(axis=1)
+    assert len(cut) >= (1 if kept.any() else 0)
