@@ -63,7 +63,7 @@ def _commands() -> Iterator[str]:
         rows += [_row(p.name, p.help) for p in command.params if p.param_type_name == "argument"]
         usage = " ".join(["heavylift", name, *words])
         told = "\n\n".join(" ".join(part.split()) for part in command.help.split("\n\n"))
-        table = ["| | |", "|---|---|", *rows] if rows else []
+        table = ["| option or argument | meaning |", "|---|---|", *rows] if rows else []
         yield "\n".join([f"## `{usage}`\n", f"{told} Example: `{command.example}`\n", *table])
 
 
@@ -72,7 +72,7 @@ def _keys() -> Iterator[str]:
     from heavylift.nodes.scene.language import phrases
 
     schema = json_schema()
-    grammar = inspect.cleandoc((phrases.__doc__ or "").partition("\n\n")[2])
+    grammar = inspect.cleandoc(phrases.__doc__ or "").partition("\n\n")[2]
     yield (
         "A quantity is written with its unit, and perhaps how uncertain it is (`480 t +- 3 %`, `480 t sd 5 t`, "
         "`460..500 t`); `string` stands for a name, `list` and `mapping` for several; `like: name` in an entry copies "
@@ -86,7 +86,7 @@ def _keys() -> Iterator[str]:
             _key(key, value, key in model.get("required", ())) for key, value in model.get("properties", {}).items()
         ]
         if rows:
-            yield "\n".join([f"## {_plain(name)}\n", f"{told}\n", "| key | default | |", "|---|---|---|", *rows])
+            yield "\n".join([f"## {_plain(name)}\n", f"{told}\n", "| key | default | meaning |", "|---|---|---|", *rows])
 
 
 def _key(name: str, value: dict[str, Any], required: bool) -> str:
