@@ -42,7 +42,7 @@ MODULES = (  # and perhaps which names of each
 HEADS = {
     "commands": "# Commands\n\nEach prints this with `--help`.",
     "scene-files": "# Scene files\n\n`heavylift schema` writes the same as a JSON Schema, which editors read.",
-    "python": "# Python\n\nPublic names of the packages. Times are in seconds and quantities in SI units unless stated.",
+    "python": "# Python\n\nPublic names of the packages. Times are in seconds, quantities in SI units unless stated.",
 }
 
 
@@ -86,7 +86,9 @@ def _keys() -> Iterator[str]:
             _key(key, value, key in model.get("required", ())) for key, value in model.get("properties", {}).items()
         ]
         if rows:
-            yield "\n".join([f"## {_plain(name)}\n", f"{told}\n", "| key | default | meaning |", "|---|---|---|", *rows])
+            yield "\n".join(
+                [f"## {_plain(name)}\n", f"{told}\n", "| key | default | meaning |", "|---|---|---|", *rows]
+            )
 
 
 def _key(name: str, value: dict[str, Any], required: bool) -> str:

@@ -14,7 +14,6 @@ from pathlib import Path
 
 from page_blocks import ROOT
 from test_every_folder_is_packaged import ROOMS
-from test_tests_import_faces import DEEP
 
 README_WORDS, PAGES_WORDS = 600, 42_000
 

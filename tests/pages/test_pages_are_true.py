@@ -1,4 +1,4 @@
-"""Pages of the project: their commands exist, their links lead somewhere, the reference describes the public interface."""
+"""Commands of pages exist, links lead somewhere, and the reference describes the public interface."""
 
 from __future__ import annotations
 

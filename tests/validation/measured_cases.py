@@ -57,11 +57,11 @@ SCALE, TRACK = 0.05, 0.1  # of an angle: perspective and what the fit of the tro
 LENGTH = 0.01  # of a period: the wire is given as 1 m and 0.5 m
 CRANE = "laboratory crane, 2022 (github peterkrull/EIT6-Crane-Control, f408f82, camera tracks)"
 CRANE_WHY = (
-    "periods: the source gives the wire as 1 m or 0.5 m without the reference point on the load. Swings at 7 A: cause "
-    "unknown. SciPy solves the same pendulum to our figures within 0.1°, so the computation is not the cause. Candidates "
-    "are the model (hook and container as one point, no damping) and the camera, whose scale drifts by 4 % along the rail; "
-    "the authors' scripts also add 0.13 m to the distance of the marks in places, which would lower theirs by 13 % at "
-    "1 m and 25 % at 0.5 m"
+    "periods: the source gives the wire as 1 m or 0.5 m without the reference point on the load. Swings at 7 A: cause"
+    " unknown. SciPy solves the same pendulum to our figures within 0.1°, so the computation is not the cause. "
+    "Candidates are the model (hook and container as one point, no damping) and the camera, whose scale drifts by 4 %"
+    " along the rail; the authors' scripts also add 0.13 m to the distance of the marks in places, which would lower "
+    "theirs by 13 % at 1 m and 25 % at 0.5 m"
 )
 
 

@@ -31,15 +31,17 @@ INTRODUCTION = """\
 # Validation
 
 Results of heavylift compared with closed forms, published problems, worked examples and published measurements.
-`python tests/validation/page.py` computes every figure and writes this page; tests check that its rows are still true.
-*Difference* is ours minus theirs, relative to theirs (in the unit of the row where theirs is 0). *Within* is the allowed
-difference: what the theory neglects, the digits of the source, or the reading error of a measurement. Differences below a
-hundredth of it, or below 1e-9, are printed as such. Misses are bold. A source links to the test of its rows."""
+`python tests/validation/page.py` computes every figure and writes this page; tests check that its rows are still
+true. *Difference* is ours minus theirs, relative to theirs (in the unit of the row where theirs is 0). *Within* is
+the allowed difference: what the theory neglects, the digits of the source, or the reading error of a measurement.
+Differences below a hundredth of it, or below 1e-9, are printed as such. Misses are bold. A source links to the test
+of its rows."""
 LIMITS = """\
-No lift in a shipyard is among the measurements, since no published figures were found ([sources](#sources-not-used)); the
-measured systems are a laboratory crane, pendulums and a frame on a torsion rod. Rope damping, sheave efficiency, wind on
-real blocks and the stiffness of real cranes are not compared with measurements. The only miss among calculated figures is a
-misprint; [each miss](#misses) is explained or stated as unexplained. Extreme scenes: [STABILITY.md](STABILITY.md)."""
+No lift in a shipyard is among the measurements, since no published figures were found
+([sources](#sources-not-used)); the measured systems are a laboratory crane, pendulums and a frame on a torsion rod.
+Rope damping, sheave efficiency, wind on real blocks and the stiffness of real cranes are not compared with
+measurements. The only miss among calculated figures is a misprint; [each miss](#misses) is explained or stated as
+unexplained. Extreme scenes: [STABILITY.md](STABILITY.md)."""
 
 
 def made(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:

@@ -21,12 +21,12 @@ TABLES = {
         "The printed result of the first could not be read: theirs is the printed formula with the printed inputs."
     ),
     "Published problems": (
-        "Where the source does not publish the figure itself, theirs is the project's own solution with 113 bits, confirmed "
-        "by a second method."
+        "Where the source does not publish the figure itself, theirs is the project's own solution with 113 bits, "
+        "confirmed by a second method."
     ),
     "Published measurements": (
-        "*Within* is the stated uncertainty of the measurement. Inputs (motion of the trolley, lengths, masses) are measured, "
-        "too; nothing is fitted."
+        "*Within* is the stated uncertainty of the measurement. Inputs (motion of the trolley, lengths, masses) are "
+        "measured, too; nothing is fitted."
     ),
 }
 
