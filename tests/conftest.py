@@ -4,11 +4,16 @@ founding lift.
 `pytest` runs in some eight minutes on two cores; `pytest --full tests tests/full` runs large tests and matrices, too.
 `pytest --quick tests/kernel` ends within a minute: of each test the first case, and of these the cheapest, by what they
 took when they ran last.
+
+A scene that leaves open how it is run is asked what is usually meant: measuring that is no matter of most tests, so
+only `ASKED` folders and files see it; for all others it runs as if it had asked nothing, in programs that they
+start as well.
 """
 
 from __future__ import annotations
 
 import gc
+import os
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -18,10 +23,18 @@ from typing import Any
 
 import pytest
 from heavylift.kernel import allowed
+from heavylift.nodes.scene import loaded_scene
 
 ONE_RUN = "turnover"  # the folder whose tests read one and the same run
 MATRICES = "full"  # the one whose files are shared out by the last of their parameters
 SECONDS = "heavylift/seconds"  # in pytest's cache: what each test took when it ran last, with what it prepared
+ASKED = {
+    "ladder",
+    "pages",
+    "determinism",
+    "test_the_same_bits_on_every_processor.py",
+}  # who see what is chosen by default
+UNASKED, PYTHONPATH, MEANT = Path(__file__).parent / "unasked", os.environ.get("PYTHONPATH", ""), loaded_scene.MEANT
 QUICK_s, UNKNOWN_s = 25.0, 0.5  # of tests that --quick runs; of one that has not run here
 
 
@@ -54,6 +67,13 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(Clock(cache))
     told = "large(beyond=0): with --full only, or if it is named; of many cases all but the first so many"
     config.addinivalue_line("markers", told)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    asked = bool(ASKED & {item.path.name, item.path.parent.name})
+    loaded_scene.MEANT = MEANT if asked else ()
+    os.environ["PYTHONPATH"] = PYTHONPATH if asked else os.pathsep.join([str(UNASKED), PYTHONPATH]).rstrip(os.pathsep)
 
 
 class Clock:

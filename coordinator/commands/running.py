@@ -60,6 +60,7 @@ def run(
     accuracy: Annotated[
         str, typer.Option("--accuracy", help="of what the scene asks, else of tensions, swing, places, stages: '1 %'")
     ] = "",
+    decide: Annotated[bool, typer.Option("--decide", help="as accurate as its checks need to be decided")] = False,
     real_time: Annotated[
         float | None, typer.Option("--real-time", help="the same, so many times as fast as real time")
     ] = None,
@@ -74,7 +75,7 @@ def run(
     here = o.one_process(in_process, processes, places)
     crew = None if here else Processes(PRELOAD_SCENE)  # starts while the rest is imported
     try:
-        from heavylift.coordinator.ladder.choosing import chosen
+        from heavylift.coordinator.ladder.choosing import chosen, decided
         from heavylift.coordinator.live.keyboard import Keyboard
         from heavylift.coordinator.live.pace import RealTime
         from heavylift.coordinator.run import run as simulate
@@ -100,7 +101,7 @@ def run(
             from heavylift.coordinator.measured.driving import driven
 
             loaded = driven(loaded, drive)
-        loaded = chosen(loaded, lambda told: typer.echo(f"  {told}", err=True))
+        loaded = (decided if decide else chosen)(loaded, lambda told: typer.echo(f"  {told}", err=True))
         nodes = node_names(loaded.plan)
 
         def tried(count: int, watch: Watch) -> object:

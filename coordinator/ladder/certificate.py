@@ -30,9 +30,10 @@ from heavylift.recordings.read.extended import amended
 from heavylift.recordings.render.curves import larger
 
 from .beside import Ran, Start, result, starting
+from .choosing import chosen
 from .figures import Figure
 from .measuring import WITNESSED
-from .rungs import Ladder, Rung
+from .rungs import DECADE, Ladder, Rung
 from .sensitivities import STEPS, Moved, Sensitivities, effects, moved, of_unstated
 
 ROUNDING = 1e-9  # of a figure: what is left of a bar that is nothing
@@ -114,7 +115,7 @@ def richer(plan: Plan) -> tuple[Plan, Plan] | None:
     if other is None:
         return None
     steps = ladder.rungs(level)
-    rung = steps[min(1, len(steps) - 1)]
+    rung = steps[min(DECADE, len(steps) - 1)]
     return rung.plan, rung.on(other).plan
 
 
@@ -122,9 +123,9 @@ def richer(plan: Plan) -> tuple[Plan, Plan] | None:
 def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> Iterator[Certifying]:
     """Runs beside a run that is to be certified, `at_once` in processes of their own (default: all cores but one).
 
-    `scene`: with what it asks answered; `given`: uncertainties besides those that it states.  Raises HeavyliftError.
+    `given`: uncertainties besides those that the scene states.  Raises HeavyliftError.
     """
-    inputs = uncertain_inputs(scene, given)
+    scene, inputs = chosen(scene), uncertain_inputs(scene, given)
     with starting(max(1, cores() - 1) if at_once is None else at_once) as start:
         yield Certifying(scene, inputs, start)
 

@@ -1,9 +1,9 @@
 """What of a scene is modelled, by which steps: the cheapest rung whose measured errors are below what is asked.
 
-From the poorest level and the loosest steps upwards: the steps are judged by steps a tenth as tolerant, the level by
-one that puts back all that it leaves out, both differences are added and doubled, and the larger one says which is
-refined.  On the finest level there is no witness; its error is its difference to the next poorer one.  What comes of it
-depends on plan and question alone, never on the clock or the machine; what is remembered only saves time.
+From the poorest level and the loosest steps upwards: a level is judged by one that puts back all that it leaves out,
+steps by those that are about a tenth as tolerant; both differences are doubled and added, and the larger one says which
+is refined.  On the finest level there is no witness; its error is its difference to the next poorer one.  What comes of
+it depends on plan and question alone, never on the clock or the machine; what is remembered only saves time.
 """
 
 from __future__ import annotations
@@ -17,16 +17,19 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.plan.fidelity import Answer, Asked, Question, percent
+from heavylift.nodes.plan.fidelity import MEANT, Answer, Asked, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
-from .in_memory import CUT
+from .in_memory import CUT, play
 from .measuring import WITNESSED, Errors, Measuring, added, largest, times
 from .rungs import Ladder, Rung, at_level
 
-STUCK = 2  # times that steps a tenth as tolerant change nothing for the better, until it is given up
+STUCK = 2  # times that tighter steps change nothing for the better, until it is given up
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
+HIDES = 0.25  # errors of steps, as a part of that of a level, that may be all that is seen of it
+ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
+ACCURACIES = (0.01, 0.003, 0.001, 0.0003)  # by which checks are decided
 ROOM = Path(__file__).parents[2]  # of the product
 Say = Callable[[str], None]
 
@@ -44,6 +47,20 @@ def chosen(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
 
     alone = scene.passing or bool(functions(scene.plan))  # whose code may change
     return answered(scene, make() if alone else remembered(_name(scene, question), Answer, make))
+
+
+def decided(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
+    """The scene at the accuracy, of `ACCURACIES`, that leaves no check of its run undecided, or at the finest."""
+    ask = scene.facts.ask or MEANT
+    for accuracy in ACCURACIES:
+        facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
+        found = chosen(replace(scene, facts=facts), say)
+        checks = play(found.plan, errors=found.errors).verdict.checks
+        left = [check.sentence for check in checks if check.state == "undecided"]
+        say(f"to {percent(accuracy)}: {len(left)} checks undecided")
+        if not left:
+            break
+    return found
 
 
 def known(scene: LoadedScene) -> Answer | None:
@@ -81,68 +98,123 @@ def error_of(plan: Plan, ask: Sequence[Asked]) -> tuple[float, str]:
 
 @dataclass(frozen=True)
 class _Look:
-    """A rung and by what it differs from tighter steps and from its witness; why it made no run."""
+    """A rung, what it is wrong by: in all, by its steps, by its level; the pairs of rungs that tell; why it made no
+    run."""
 
     rung: Rung
-    steps: Errors = field(default_factory=lambda: {"": inf})
-    model: Errors = field(default_factory=dict)
     error: Errors = field(default_factory=lambda: {"": inf})
+    steps: Errors = field(default_factory=dict)
+    model: Errors = field(default_factory=dict)
+    pairs: tuple[tuple[Rung, Rung], ...] = ()
     why: str = ""
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     """The answer to a question; raises HeavyliftError only where the clock cuts a run."""
-    level = stuck = at = 0
-    first = ladder.rungs(ladder.levels[0])
-    while at + 1 < len(first) and first[at].plan.tolerance > LOOSEST * question.accuracy * (1.0 + 1e-9):
-        at += 1
-    before, last = inf, _Look(first[at])
-    while True:
-        rungs = ladder.rungs(ladder.levels[level])
-        look = _look(ladder, rungs[at], question.accuracy, measuring, first=before == inf)
-        if look is None:  # with denser samples
-            continue
+    last: _Look | None = None
+    for number, level in enumerate(ladder.levels):
+        richer = number + 1 < len(ladder.levels)
+        look = _climbed(ladder, ladder.rungs(level), question.accuracy, measuring, richer)
+        last = look if last is None or not look.why or last.why else last
         if largest(look.error) <= question.accuracy:
-            return _answer(look, question, measuring, ladder)
-        last = look if not look.why or last.why else last
-        steps, model = WITNESSED * largest(look.steps), largest(look.model)
+            return _answer(look, question, measuring)
+        if not look.why and largest(look.model) <= largest(look.steps):
+            break  # a richer level has the same trouble with its steps
+    assert last is not None
+    return _unconverged(last, question, measuring, ladder)
+
+
+def _climbed(ladder: Ladder, rungs: Sequence[Rung], accuracy: float, measuring: Measuring, richer: bool) -> _Look:
+    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run: the
+    level is wrong by more, or tighter steps change nothing for the better."""
+    tolerances = [rung.plan.tolerance for rung in rungs]
+    at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(rungs) - 1)
+    run, judged, before, stuck = [at], at, inf, 0
+    while True:
+        try:
+            if not all(measuring.read_well(rungs[i], accuracy) for i in run):
+                continue  # with denser samples
+            witness = ladder.witness(rungs[judged].plan.fidelity) or ladder.poorer
+            pair = ((rungs[judged], rungs[judged].on(witness)),) if witness else ()
+            model = error_of_level(ladder, rungs[judged], measuring)
+            if richer and largest(model) > accuracy / LOOSEST:  # by more than such steps can be
+                return _Look(rungs[at], model, {}, model, pair)
+            if len(run) == 1 and run[0] + 1 < len(rungs):
+                run.append(_next(tolerances, run[0], 0.1))
+                continue
+            looks = _looks([rungs[i] for i in run], model, pair, measuring)
+        except HeavyliftError as error:
+            if CUT in str(error):
+                raise
+            if run == [at] and not measuring.spent and at + 2 < len(rungs):  # steps may be too loose to begin with
+                run, judged = [at + 2], at + 2
+                continue
+            return _Look(rungs[run[-1]], why=str(error).splitlines()[0])
+        if kept := next((look for look in looks if largest(look.error) <= accuracy), None):
+            return kept
+        best = looks[-1]
+        steps, wrong = largest(best.steps), largest(best.model)
+        if wrong > steps:
+            if judged != run[-1] and largest(looks[run.index(judged)].steps) > HIDES * wrong:
+                judged = run[run.index(judged) + 1]  # its steps may be all that is seen of its level
+                continue
+            if richer or wrong > accuracy:
+                return best
         stuck = stuck + 1 if steps > 0.5 * before else 0
         before = steps
-        finer, richer = at + 1 < len(rungs) and stuck < STUCK, level + 1 < len(ladder.levels)
-        if richer and (model > steps or (look.why and not finer)):
-            level, before, stuck = level + 1, inf, 0
-        elif finer and steps > 0.0 and not (model > question.accuracy and not richer and model > steps):
-            at += 1
-        else:
-            return _unconverged(last, question, measuring, ladder)
+        if run[-1] + 1 >= len(rungs) or stuck >= STUCK or steps == 0.0:
+            return best
+        run.append(_next(tolerances, run[-1], 0.5 * max(accuracy - wrong, 0.1 * accuracy) / steps))
 
 
-def _look(ladder: Ladder, rung: Rung, accuracy: float, measuring: Measuring, first: bool) -> _Look | None:
-    """A rung beside its tighter steps and, where these are good enough or it is the first of its level, beside its
-    witness; None if samples must be denser."""
-    try:
-        if not measuring.read_well(rung, accuracy):
-            return None
-        steps = measuring.apart(rung, rung.tighter)
-        error = added(times(WITNESSED, steps), measuring.misread(rung))
-        well = first or WITNESSED * largest(steps) <= accuracy
-        model = error_of_level(ladder, rung, measuring) if well else {}
-        return _Look(rung, steps, model, added(error, model))
-    except HeavyliftError as error:
-        if CUT in str(error):
-            raise
-        return _Look(rung, why=str(error).splitlines()[0])
+def _next(tolerances: Sequence[float], at: int, part: float) -> int:
+    """The loosest steps that are tighter by that part, of a tenth at most."""
+    wanted = max(part, 0.1) * tolerances[at] * (1.0 + 1e-9)
+    return next((i for i, x in enumerate(tolerances) if i > at and x <= wanted), len(tolerances) - 1)
 
 
-def _of_limits(ladder: Ladder, rung: Rung, measuring: Measuring) -> Errors:
+def _looks(
+    runs: Sequence[Rung], model: Errors, pair: tuple[tuple[Rung, Rung], ...], measuring: Measuring
+) -> list[_Look]:
+    """Rungs of one level, loosest steps first, as the tightest of them tells what they are wrong by.
+
+    The errors of steps fall as a power of their tolerance, as is observed on three of them (Roache 1994, and ASME V&V
+    20-2009, section 2); on two, as its root.  What the tightest is wrong by is what is left of the last difference; of
+    a figure that this hardly changed, of the difference before.
+    """
+    found, (*others, last) = list[_Look](), runs
+    if not others:
+        others, last = [last], last.tighter
+    now, ratio = measuring.apart(others[-1], last), others[-1].plan.tolerance / last.plan.tolerance
+    order = ORDERS[-1]
+    if len(others) > 1:
+        before, wider = measuring.apart(*others[-2:]), others[-2].plan.tolerance / others[-1].plan.tolerance
+        rate = largest(before) / largest(now) if largest(now) > 0.0 else inf
+        order = next((p for p in ORDERS if rate >= (wider**p - 1.0) / (1.0 - ratio**-p)), 0.0)
+        now = {name: max(e, before.get(name, 0.0) / rate) for name, e in now.items()}
+    left = 1.0 / (ratio**order - 1.0) if order and ratio > 1.0 else 1.0
+    for rung in others:
+        steps = times(max(WITNESSED, 1.0 + left), measuring.apart(rung, last))
+        found.append(_look(rung, steps, model, (*pair, (rung, last)), measuring))
+    if last in runs:
+        found.append(_look(last, times(WITNESSED * left, now), model, (*pair, (others[-1], last)), measuring))
+    return found
+
+
+def _look(
+    rung: Rung, steps: Errors, model: Errors, pairs: tuple[tuple[Rung, Rung], ...], measuring: Measuring
+) -> _Look:
+    return _Look(rung, added(steps, measuring.misread(rung), model), steps, model, pairs)
+
+
+def _of_limits(look: _Look, measuring: Measuring) -> Errors:
     """The same of the uses of limits, as far as the runs that were needed tell; nothing decides on them."""
-    level = ladder.witness(rung.plan.fidelity) or ladder.poorer
-    others = [rung.tighter, *([rung.on(level)] if level else [])]
-    own, *known = (measuring.limits.get(each.key, {}) for each in (rung, *others))
+    own = measuring.limits.get(look.rung.key, {})
+    known = [tuple(measuring.limits.get(x.key, {}) for x in pair) for pair in look.pairs]
     return {
-        name: WITNESSED * sum(abs(f.value - other[name].value) for other in known) / f.scale
+        name: WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known) / f.scale
         for name, f in own.items()
-        if all(name in other for other in known)
+        if all(name in a and name in b for a, b in known)
     }
 
 
@@ -153,8 +225,8 @@ def error_of_level(ladder: Ladder, rung: Rung, measuring: Measuring) -> Errors:
     return measuring.apart(rung, rung.on(ladder.poorer)) if ladder.poorer else {}
 
 
-def _answer(look: _Look, question: Question, measuring: Measuring, ladder: Ladder, *notes: str) -> Answer:
-    limits = _of_limits(ladder, look.rung, measuring)
+def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) -> Answer:
+    limits = _of_limits(look, measuring)
     plan, quantity = look.rung.plan, {f.name: f.quantity for f in measuring.seen.values()}
     by = {q: {name: e for name, e in look.error.items() if quantity.get(name) == q} for q in question.ask}
     worst = {q: max(errors, key=lambda name: (errors[name], name)) for q, errors in by.items() if errors}
@@ -173,7 +245,7 @@ def _unconverged(look: _Look, question: Question, measuring: Measuring, ladder: 
         return _unmeasured(ladder.plan, f"nothing is measured for what it asks, since it makes no run: {look.why}")
     name = max(look.error, key=lambda x: (look.error[x], x))
     told = f"not converged: asked to {percent(question.accuracy)}, what was run differs by {percent(look.error[name])}"
-    return _answer(look, question, measuring, ladder, f"{told} in {name}")
+    return _answer(look, question, measuring, f"{told} in {name}")
 
 
 def _unmeasured(plan: Plan, why: str) -> Answer:

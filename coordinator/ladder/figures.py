@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from math import atan2, cos, hypot, inf, pi, sin, sqrt
+from math import atan2, cos, dist, hypot, inf, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -24,8 +24,8 @@ from .in_memory import Played
 Floats = NDArray[np.float64]
 WHOLE = "the whole run"
 LOADED = 1.0  # [N] a peak below it is that of what never carries
-SMALL = 0.01  # [m or rad] of ways: errors of smaller ones are relative to it, and of swings of coordinates
-SWUNG = 0.1  # [m] the same of swings of what is lifted
+SMALL = 0.01  # [m or rad] of ways: errors of smaller ones are relative to it, and of swings, as angles of hook ropes
+SWUNG = 0.1  # [m] the same of swings of what no hook lifts
 NEAR = 0.1  # [m] the same of clearances
 PART = 0.1  # of the largest swing, and of forces a tenth of that: what is smaller is relative to that
 THIRD = 3.0  # of what twice the distance of samples changes, they leave open: errors fall with its square, at least
@@ -149,10 +149,12 @@ def _durations(quantity: Asked) -> Callable[[Plan, Shown], Iterator[Figure]]:
 
 
 def _swings(plan: Plan, shown: Shown) -> Iterator[Figure]:
+    hung = [dist(*hook.ends) for machine in plan.machines for hook in machine.hooks if hook.ends]
+    small = SMALL * min(hung) if hung else SWUNG
     for name, (x, unit) in shown.places.items():
         found = [(span, swing(shown.t, x, span)) for span in shown.spans if span.free]
         seen = [(span, s) for span, s in found if s is not None]
-        scale = max([SWUNG if unit == "m" else SMALL, *(PART * s.amplitude for _, s in seen)])
+        scale = max([small if unit == "m" else SMALL, *(PART * s.amplitude for _, s in seen)])
         for span, s in seen:
             told = f"swing of {name} in '{span.name}'"
             yield Figure(f"{told}, amplitude", "swing", unit, s.amplitude, max(scale, s.amplitude))

@@ -37,7 +37,7 @@ from heavylift.kernel.simulation.commanded import OwnRows
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
 from heavylift.nodes.limits.checks import Errors
-from heavylift.nodes.models import COMMANDER, KERNEL, build, driving
+from heavylift.nodes.models import COMMANDER, KERNEL, build, driving, goes_on
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import Digest, RopeLine, SampleLayout
@@ -209,7 +209,7 @@ def play(
 
     def hear(event: Event) -> None:
         events.append(event)
-        if event.source == COMMANDER and event.type != "Aim" and plan.end is None:
+        if plan.end is None and goes_on(event):
             core.extend(Tag(event.t + PATIENCE_ns))
         if ropes.change(event):
             rigs.append((event.t, ropes.drawn()))

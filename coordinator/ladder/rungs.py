@@ -23,7 +23,9 @@ LADDER = (
     Fidelity(ropes="massive", lumps=2, rope_mass="lumped", girder="elastic"),
     Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic"),
 )
-TOLERANCES = {"radau5": tuple(10.0**-k for k in range(3, 9)), "dop853": tuple(10.0**-k for k in range(6, 12))}
+TOLERANCES = {"radau5": (3, 8), "dop853": (6, 11)}  # exponents of the loosest and of the tightest decade
+OTHERS = (5, 10)
+DECADE = 2  # rungs of a level from one tolerance to a tenth of it
 FINEST = 1e-12  # tolerance of a step
 
 
@@ -159,7 +161,8 @@ class Ladder:
 
     def rungs(self, level: Fidelity) -> list[Rung]:
         """Those of a level, cheapest first: with fixed or named steps but one."""
-        tolerances = TOLERANCES.get(self.method, tuple(10.0**-k for k in range(5, 11)))
+        loosest, tightest = TOLERANCES.get(self.method, OTHERS)
+        tolerances = tuple(x * 10.0**-k for k in range(loosest, tightest + 1) for x in (1.0, 0.3))
         if {"tolerance", "step"} & {*self.named}:
             tolerances = (self.plan.tolerance,)
         step = self.plan.step if "step" in self.named else None

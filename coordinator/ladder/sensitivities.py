@@ -22,6 +22,7 @@ from heavylift.recordings.format.text import table
 from heavylift.recordings.render.curves import larger
 
 from .beside import Ran, Start, result, starting
+from .choosing import chosen
 from .figures import Figure
 
 LOG = logging.getLogger("heavylift.ladder")
@@ -115,7 +116,7 @@ def sensitivities(
 
     `given`: uncertainties besides those that the scene states, such as `block.mass +- 3 %`.  Raises HeavyliftError.
     """
-    inputs = uncertain_inputs(scene, given)
+    scene, inputs = chosen(scene, say), uncertain_inputs(scene, given)
     if not inputs:
         raise ModelError(
             f"{scene.path.name}: states no uncertainty; write one behind a value, such as 'mass: 480 t +- 3 %', "
@@ -206,8 +207,8 @@ class _Seen:
 
 def _finer(scene: LoadedScene, found: Sensitivities) -> list[str]:
     """What the scene asks more exactly than its inputs carry."""
-    wanted, notes = scene.scene.wanted_accuracy, []
-    for quantity in scene.scene.ask:
+    wanted, notes = scene.facts.accuracy, []
+    for quantity in scene.facts.own:
         parts = [(found.bar(f.name) / (abs(f.scale) or 1.0), f.name) for f in found.figures if f.quantity == quantity]
         part, name = max(parts, default=(0.0, ""))
         if part > wanted:

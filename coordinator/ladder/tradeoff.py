@@ -18,7 +18,7 @@ from heavylift.nodes.scene import LoadedScene
 
 from .in_memory import CUT
 from .measuring import Errors, Measuring
-from .rungs import Ladder, Rung
+from .rungs import DECADE, Ladder, Rung
 
 REFERENCE = 3  # steps of the finest rung: so many times a tenth of the loosest
 
@@ -118,7 +118,7 @@ def measure(
         return budget - (time.perf_counter() - began)
 
     measuring = Measuring(wanted, left, say)
-    finest = ladder.rungs(ladder.full[-1])
+    finest = ladder.rungs(ladder.full[-1])[::DECADE]
     true = finest[min(REFERENCE, len(finest) - 1)]
     try:
         while not measuring.read_well(true, limit):
@@ -137,7 +137,9 @@ def measure(
     if not quantity:
         raise SceneError(f"{scene.path.name}: nothing in it moves that a rung could be judged by")
     rows, out = list[Row](), 0
-    for rung in (r for level in ladder.full for r in ladder.rungs(level)[: REFERENCE + 1] if r.key != true.key):
+    for rung in (
+        r for level in ladder.full for r in ladder.rungs(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
+    ):
         row = _row(scene, rung, true, quantity, measuring) if left() > 0.0 else None
         out += row is None
         rows += [row] if row else []

@@ -40,6 +40,8 @@ class Lines:
         actor = value.get("actor", value.get("actuator"))
         units = self._units.get(type_, {})
         told = {name: x for name, x in value.items() if x is not actor and x is not None}
+        if isinstance(what := told.pop("what", None), dict):  # an order: its kind and what it says
+            told = {"to": what["type"]} | told | {name: x for name, x in what.items() if name != "type" and x != actor}
         said = ", ".join(f"{name} {_number(x)}{self._unit(units.get(name, ''), actor)}" for name, x in told.items())
         return "".join([f" {actor}" if actor else "", f": {said}" if said else ""])
 

@@ -21,7 +21,7 @@ from heavylift.nodes.scene.text.files import content
 from heavylift.nodes.scene.text.source import Fault, Mark, Source, read
 from heavylift.nodes.scene.text.spelling import tidy
 from heavylift.nodes.scene.text.uncertainty import PLUS, half_width
-from heavylift.nodes.scene.text.units import DIMENSIONS, MASS
+from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, offered
 from heavylift.recordings import Recording
 from heavylift.recordings.format.samples import ERROR, MEASURED
 from heavylift.recordings.read.log import Log, read_log
@@ -137,7 +137,7 @@ def _channel(rec: Recording, log: Log, column: str, line: re.Match[str], gravity
         si = next((u for d in DIMENSIONS if unit in d.units for u, f in d.units.items() if f == 1), unit)
     units = _units(si, gravity) if model or si != unit else {unit: Fraction(1)}
     if unit not in units:
-        raise ValueError(f"'{unit}' is no unit of {name}; use {', '.join(units)}")
+        raise ValueError(f"'{unit}' is no unit of {name}; use {', '.join(offered(units))}")
     values = log.values(column) * float(units[unit])
     sigma = np.zeros(len(values)) if line["half"] is None else _stated(line["half"], values, units)
     return Channel(signal, part, si, values, sigma, model, bool(line["half"]))

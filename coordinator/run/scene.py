@@ -42,7 +42,7 @@ from heavylift.coordinator.verdict import prepare
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, seconds
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, divided, driving
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, divided, driving, goes_on
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.nodes.plan.places import located
@@ -175,7 +175,7 @@ class _Run(Relay):
 
     def event(self, event: Event) -> None:
         """A scene without an end continues while the commander gives orders."""
-        if event.source == COMMANDER and event.type != "Aim" and self._plan.end is None:
+        if self._plan.end is None and goes_on(event):
             self.talk.core.extend(Tag(event.t + PATIENCE_ns))
         self._watch.event(event)
 

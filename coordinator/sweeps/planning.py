@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
+from heavylift.coordinator.ladder.choosing import answered, chosen
 from heavylift.coordinator.ladder.in_memory import CUT, Played, play
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
@@ -35,6 +36,7 @@ LEAST = 0.2  # part of a step below which it is given up in runs
 
 def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.info) -> Planned:
     """The shortest timing of a scene that is found within so many seconds of wall time; raises SceneError."""
+    scene = chosen(scene, say)
     search = _Search(scene, time.monotonic() + budget, say)
     try:
         first = search.run(scene, "as it is written")
@@ -137,8 +139,9 @@ class _Search:
         return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
 
     def variant(self, parts: Mapping[Step, float]) -> LoadedScene:
-        """The scene with steps taken so far."""
-        return parse(self.written(parts), str(self.scene.path), passing=True)
+        """The scene with steps taken so far, modelled as it is without them."""
+        found, answer = parse(self.written(parts), str(self.scene.path), passing=True), self.scene.answer
+        return answered(found, answer) if answer else found
 
     def written(self, parts: Mapping[Step, float]) -> str:
         """The same as text."""

@@ -23,8 +23,9 @@ from heavylift.coordinator.ladder.choosing import error_of
 from heavylift.coordinator.ladder.in_memory import CUT, Played, play
 from heavylift.coordinator.ladder.rungs import Rung
 from heavylift.coordinator.verdict.limits import signals_of_run
+from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
-from heavylift.nodes.limits.rope_signals import rope_direction, rope_of
+from heavylift.nodes.limits.reading import evaluated
 from heavylift.nodes.plan.fidelity import Asked
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.scene import LoadedScene
@@ -172,9 +173,9 @@ def judged_uses(uses: Sequence[Use]) -> dict[str, Use]:
 def _off_lead(run: Played) -> float:
     """The largest angle between a hook's rope and the vertical [deg]; not a number without such ropes."""
     signals = signals_of_run(run.plan, run.t, {}, run.past.part(0, len(run.t)).poses, ())
-    ropes = (rope_of(run.plan, hook.rope) for machine in run.plan.machines for hook in machine.hooks)
-    found = [d for rope in ropes if rope is not None and (d := rope_direction(signals, rope)) is not None]
-    angles = [np.degrees(np.arctan2(np.hypot(d[:, 0], d[:, 1]), np.abs(d[:, 2]))).max() for d in found]
+    hooks = (hook for machine in run.plan.machines for hook in machine.hooks)
+    leads = (evaluated(run.plan, Signal("off-lead", ropes=(x.rope,), point=x.eye), signals) for x in hooks)
+    angles = [np.degrees(np.minimum(angle, np.pi - angle).max()) for angle in leads if angle is not None]
     return float(max(angles, default=np.nan))
 
 

@@ -10,6 +10,7 @@ from .points import Point
 Quantity = Literal[
     "height", "height difference", "tension", "load", "moment", "angle", "joint", "speed", "length", "wind",
     "swing along", "swing across", "off-lead", "radius", "gap", "use", "use by place",
+    "pull", "reserve", "side along", "side across", "place along", "place across",
 ]  # fmt: skip
 
 
@@ -33,6 +34,13 @@ class Signal:
     "wind"          speed of the wind force `of` [m/s], which blows on `point`
     "swing along", "swing across": angle of ropes[0] to the vertical in the planes x, z and y, z [rad], positive where
                     its lower end is ahead in +x or +y; "off-lead": in its own plane
+    "pull"          in the part at the upper end of ropes[0]: numbers[0] times its tension, and numbers[1] [N/m] times
+                    its length [N]; "reserve": numbers[2] over that [1]
+    "side along", "side across": what `ropes` pull together in +x or +y where their lower ends are [N]
+    "place along", "place across": world x or y of `point`, less numbers[0] [m]
+
+    Of a rope whose lines go several ways `point` tells on which body those end that count; without ropes the line is
+    that from `origin` to `point`.
     """
 
     quantity: Quantity

@@ -10,7 +10,7 @@ from __future__ import annotations
 from heavylift.kernel.description.mechanics import Measured, Threshold
 
 from .program import Program
-from .quantities import numbers, points
+from .quantities import lines, numbers, points
 
 
 def structure(program: Program, *method: object) -> str:
@@ -29,7 +29,8 @@ def structure(program: Program, *method: object) -> str:
         """What a guard's formula is over, and how many numbers it has."""
         wind = forces.index(h.of) if h.quantity == "wind" else None
         bodies = [number(point.body) for point in points(h, s)]
-        return h.quantity, of(h), [ropes.index(r) for r in h.ropes], h.axis, bodies, len(numbers(h, s)), wind
+        over = [ropes.index(r) for r in h.ropes], bodies, len(numbers(h, s)), lines(h, s), wind
+        return h.quantity, of(h), h.axis, over
 
     return repr(
         [

@@ -31,6 +31,7 @@ class Given:
     places: Places
     numbers: Scalars
     values: Scalars
+    lines: Sequence[int] = ()  # how many each of its ropes has
 
 
 def _sum(x: Given) -> Any:
@@ -76,7 +77,7 @@ def _use_by_place(x: Given) -> Any:
 
 
 def _aside(x: Given, axis: int) -> tuple[Scalar, Scalar]:
-    """How far the lower end of a rope is aside of its upper one, and below it: the mean of its lines."""
+    """How far the lower end of a rope is aside of its upper one, and below it: the sum of its lines by their shares."""
     out: Scalar = 0.0
     drop: Scalar = 0.0
     for i, share in enumerate(x.numbers):
@@ -89,6 +90,27 @@ def _aside(x: Given, axis: int) -> tuple[Scalar, Scalar]:
 def _off_lead(x: Given) -> Any:
     (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
     return atan2(sqrt(dx * dx + dy * dy), drop)
+
+
+def _span(x: Given) -> Any:
+    """Length of the sum of a rope's lines by their shares."""
+    (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
+    return sqrt(dx * dx + dy * dy + drop * drop)
+
+
+def _pull(x: Given, own: int = 2) -> Any:
+    line = Given(x.places, x.numbers[own:], ())
+    return x.numbers[0] * _one(x) + x.numbers[1] * (_span(line) / sum(line.numbers, 0.0))
+
+
+def _side(x: Given, axis: int) -> Any:
+    total: Scalar = 0.0
+    at = 0
+    for tension, count in zip(x.values, x.lines, strict=True):
+        line = Given(x.places[2 * at : 2 * (at + count)], x.numbers[at : at + count], ())
+        total += tension * _aside(line, axis)[0] / _span(line)
+        at += count
+    return total
 
 
 def _gap(x: Given) -> Any:
@@ -166,24 +188,31 @@ ROWS: dict[str, Row] = {
     "swing along": Row(lambda x: atan2(*_aside(x, 0)), ("rope",)),
     "swing across": Row(lambda x: atan2(*_aside(x, 1)), ("rope",)),
     "off-lead": Row(_off_lead, ("rope",)),
+    "pull": Row(_pull, ("rope",)),
+    "reserve": Row(lambda x: x.numbers[2] / _pull(x, 3), ("rope",)),
+    "side along": Row(lambda x: _side(x, 0), ("rope",)),
+    "side across": Row(lambda x: _side(x, 1), ("rope",)),
+    "place along": Row(lambda x: x.places[0][0] - x.numbers[0], ("point",)),
+    "place across": Row(lambda x: x.places[0][1] - x.numbers[0], ("point",)),
     "angle": Row(_one),
     "joint": Row(_one),
     "speed": Row(_one),
     "wind": Row(_one),
 }
-LINED = ("swing along", "swing across", "off-lead")  # quantities of the lines of a rope
-COUNTS = {"gap": 6, "load": 2}  # numbers that a quantity has
+SIDES = ("side along", "side across")
+LINED = ("swing along", "swing across", "off-lead", "pull", "reserve", *SIDES)  # quantities of the lines of ropes
+COUNTS = {"gap": 6, "load": 2, "pull": 2, "reserve": 3, "place along": 1, "place across": 1}  # numbers it has
 
 
-def scalar(h: Signal, places: Places, numbers: Scalars, values: Scalars) -> Scalar:
-    """The quantity, of the places of its `points`, its `numbers` and the values of its `names`."""
-    return ROWS[h.quantity].formula(Given(places, numbers, values))
+def scalar(h: Signal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
+    """The quantity, of the places of its `points`, its `numbers`, the values of its `names` and its `lines`."""
+    return ROWS[h.quantity].formula(Given(places, numbers, values, lines))
 
 
 def points(h: Signal, system: System) -> tuple[Point, ...]:
     """The points whose places its formula is over."""
     if h.quantity in LINED:
-        return tuple(p for line in _lines(h, system) for p in (line.a, line.b))
+        return tuple(p for rope in _lines(h, system) for line in rope for p in (line.a, line.b))
     given = [p for p in (h.point, h.origin)[: _places(h)] if p is not None]
     if h.quantity == "gap":
         return tuple(Point(p.body, (p.p[0] + x, p.p[1] + y, p.p[2] + z)) for p in given for x, y, z in BOX)
@@ -191,15 +220,21 @@ def points(h: Signal, system: System) -> tuple[Point, ...]:
 
 
 def numbers(h: Signal, system: System) -> tuple[float, ...]:
-    """The numbers that its formula is over."""
-    return tuple(line.share for line in _lines(h, system)) if h.quantity in LINED else h.numbers
+    """The numbers that its formula is over: its own, and the shares of its lines."""
+    shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
+    return (*h.numbers, *shares)
+
+
+def lines(h: Signal, system: System) -> tuple[int, ...]:
+    """How many lines each of its ropes has."""
+    return tuple(map(len, _lines(h, system))) if h.quantity in SIDES else ()
 
 
 def names(h: Signal) -> tuple[str, ...]:
     """Of what its formula takes a value: ropes, or the one thing that it is of."""
-    if h.quantity in ("tension", "load", "moment", "use", "use by place"):
+    if h.quantity in ("tension", "load", "moment", "use", "use by place", *SIDES):
         return h.ropes
-    if h.quantity == "length":
+    if h.quantity in ("length", "pull", "reserve"):
         return h.ropes[:1]
     return (h.of,) if h.quantity in ("angle", "joint", "speed", "wind") else ()
 
@@ -208,7 +243,7 @@ def check_signal(h: Signal, system: System, label: str) -> None:
     """Raises KernelError for a signal that lacks what its quantity needs."""
     a = f"an {h.quantity}" if h.quantity[0] in "aeiou" else f"a {h.quantity}"
     for need in ROWS[h.quantity].needs:
-        if not (h.ropes if need == "rope" else getattr(h, need)):
+        if not (h.ropes or (h.quantity in LINED and h.point and h.origin) if need == "rope" else getattr(h, need)):
             raise KernelError(f"{label}: {a} needs {'an' if need == 'origin' else 'a'} {need}")
     for rope in h.ropes:
         if rope not in {x.name for x in system.all_ropes}:
@@ -236,8 +271,14 @@ def _places(h: Signal) -> int:
     return sum(need in ("point", "origin") for need in ROWS[h.quantity].needs)
 
 
-def _lines(h: Signal, system: System) -> tuple[Line, ...]:
-    found = next((rope.lines for rope in system.straight_ropes if rope.name in h.ropes[:1]), None)
-    if found is None:
-        raise KernelError(f"signal '{h.quantity}': there is no straight rope '{h.ropes[0] if h.ropes else ''}'")
-    return found
+def _lines(h: Signal, system: System) -> tuple[tuple[Line, ...], ...]:
+    """The lines of each of its ropes that count, or the one from its origin to its point."""
+    if not h.ropes and h.point and h.origin:
+        return ((Line(h.origin, h.point),),)
+    known = {rope.name: rope.lines for rope in system.straight_ropes}
+    asked = h.ropes if h.quantity in SIDES else h.ropes[:1]
+    for rope in asked or ("",):
+        if rope not in known:
+            raise KernelError(f"signal '{h.quantity}': there is no straight rope '{rope}'")
+    on = h.point and h.point.body
+    return tuple(tuple(x for x in known[rope] if on is None or on in (x.a.body, x.b.body)) for rope in asked)

@@ -1,42 +1,95 @@
-"""The signal that a limit names: one row for each quantity that a row of the kernel's table of quantities tells."""
+"""The signal that a limit names: one row for each quantity, of the kernel's table of quantities.
+
+Of loads that is what hangs below the hook blocks [kg]; of parts of a hook rope what the one at its upper end carries:
+at the drum in hoisting, or the most loaded one, which is the same in hoisting and the dead end in lowering.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
+from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.description.mechanics import Quantity as Kind
 from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan.limit import Limit, Quantity
-from heavylift.nodes.plan.mechanism import Hoist
+from heavylift.nodes.plan.mechanism import Hoist, Mechanism
 from heavylift.nodes.plan.spellings import BEAM_LOAD
+
+from .reeving import drum_end_factor, lead_factor
 
 LOADS: tuple[Quantity, ...] = (
     "hook load", "trolley load", "crane load", "tandem load", "frame load", "shackle load",
 )  # fmt: skip
-TENSIONS: tuple[Quantity, ...] = (BEAM_LOAD, "sling tension", "sling peak", "rope tension")
+TENSIONS: tuple[Quantity, ...] = (BEAM_LOAD, "sling tension", "sling peak", "rope tension", "impact")
 KINDS: dict[Quantity, Kind] = {
-    **dict.fromkeys(LOADS, "load"),
+    **dict.fromkeys((*LOADS, "lug load"), "load"),
     **dict.fromkeys(TENSIONS, "tension"),
+    "support load": "use",
+    "rope peak": "pull",
+    "drum pull": "pull",
+    "rope factor": "reserve",
     "off-lead": "off-lead",
     "off-lead along": "swing along",
     "off-lead across": "swing across",
+    "bridle angle": "off-lead",
+    "side force": "side across",  # or along, as the limit is over
     "hook height": "height",
     "rope length": "length",
+    "rails": "place along",
+    "girder": "place across",
+    "wind": "wind",
 }
+OF_TENSIONS = ("load", "tension", "use", "pull", "reserve")  # kinds of which a run knows an exact peak
 
 
-def signal_of(limit: Limit, hooks: Mapping[str, Hoist], gravity: float) -> Signal | None:
-    """The signal of a limit, with the hooks by their ropes and gravity [m/s2]; None if its quantity is no signal.
+def hooks_of(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
+    """The hooks by the ropes that hold them."""
+    return {hook.rope: hook for machine in machines for hook in machine.hooks}
 
-    A load is what hangs below the hook blocks [kg].
-    """
-    kind = KINDS.get(limit.quantity)
-    if kind is None or limit.signal:
-        return limit.signal
-    if kind == "load":
-        blocks = sum(hooks[rope].block_mass for rope in limit.elements if rope in hooks)
-        return Signal(kind, ropes=limit.elements, numbers=(1.0 / gravity, blocks))
-    if kind == "height":
-        hook = hooks.get(limit.elements[0])
-        return Signal(kind, point=hook.eye) if hook else None
-    return Signal(kind, ropes=limit.elements)
+
+def signal_of(limit: Limit, machines: Sequence[Mechanism], gravity: float) -> Signal | None:
+    """The signal of a limit of these machines, with gravity [m/s2]; None of what no one signal tells: the angle of a
+    sling that changes lugs, the strongest of winds, a clearance."""
+    kind, (first, *_) = KINDS.get(limit.quantity), (*limit.elements, "")
+    if kind and not limit.elements:
+        return None
+    hooks, ropes = hooks_of(machines), limit.elements
+    hook = hooks.get(first)
+    match kind:
+        case None:
+            return limit.signal
+        case "load":
+            blocks = sum((hooks[r].block_mass for r in ropes if r in hooks), 0.0)
+            return Signal(kind, ropes=ropes, numbers=(1.0 / gravity, blocks))
+        case "use":
+            return Signal(kind, ropes=ropes, numbers=(1.0 / gravity,) * len(ropes))
+        case "tension" | "length":
+            return Signal(kind, ropes=ropes)
+        case "place along" | "place across":
+            return Signal(kind, point=Point(first), numbers=(origin(machines, first, kind == "place across"),))
+        case "wind":
+            return None
+    if hook is None:
+        return None
+    match kind:
+        case "height":
+            return Signal(kind, point=hook.eye)
+        case "pull" | "reserve":
+            own = hook.line / hook.falls * gravity, *((hook.breaking,) if kind == "reserve" else ())
+            return Signal(kind, ropes=ropes, point=hook.eye, numbers=(_lead(hook, limit.quantity) / hook.falls, *own))
+        case "side across":
+            return Signal("side along" if limit.over == "along" else kind, ropes=ropes)
+    return Signal(kind, ropes=ropes, point=hook.eye)
+
+
+def _lead(hook: Hoist, quantity: Quantity) -> float:
+    reeved = hook.falls, hook.drum_ends, hook.efficiency
+    return drum_end_factor(*reeved, hoisting=True) if quantity == "drum pull" else lead_factor(*reeved)
+
+
+def origin(machines: Sequence[Mechanism], body: str, axis: int) -> float:
+    """From where a machine counts the place of a body along a world axis [m]."""
+    carried, found = {joint.child: joint for machine in machines for joint in machine.system.joints}, 0.0
+    while (joint := carried.get(body)) is not None:
+        found, body = found + joint.p_PJ[axis], joint.parent
+    return found

@@ -68,7 +68,7 @@ def _carries(who: Callable[[str], str]) -> Callable[[Use, bool], str]:
 
 def _trolley(subject: str) -> str:
     crane, which = subject.rsplit(" ", 1)
-    return f"the {which} trolley of {crane}"
+    return f"the {which.removesuffix('trolley')} trolley of {crane}".replace("  ", " ")
 
 
 def _beam(use: Use, ran: bool) -> str:
@@ -163,7 +163,7 @@ def _ends(what: str, axis: str) -> Callable[[Use, bool], str]:
 
 def past_the_end(subject: str, axis: str, at: float, what: str, between: tuple[float, float]) -> str:
     """That a crane or trolley stands [m] beyond its rails or girder."""
-    who = _trolley(subject) if axis == "y" else subject
+    who = _trolley(subject) if " " in subject else subject
     return f"{who} at {axis} = {at:g} m is past the end of its {what}, {between[0]:g} to {between[1]:g} m"
 
 

@@ -27,6 +27,7 @@ from .assembly import (
     couplings,
     divided,
     driving,
+    goes_on,
     node_names,
     subscriptions,
     system,
@@ -38,8 +39,8 @@ from .tree import tree, tree_data
 
 __all__ = [
     "COMMANDER", "KERNEL", "CommanderModel", "NodeModel", "OwnModel", "Sample", "SetPoint", "build",
-    "build_one", "couplings", "divided", "driving", "hooked_later", "node_names", "sample_port", "subscriptions",
-    "system", "together", "tree", "tree_data",
+    "build_one", "couplings", "divided", "driving", "goes_on", "hooked_later", "node_names", "sample_port",
+    "subscriptions", "system", "together", "tree", "tree_data",
 ]  # fmt: skip
 
 face(__name__)

@@ -7,12 +7,12 @@ One coupled model per real object and one for the commander, which also owns the
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import msgspec
 from heavylift.kernel.description.mechanics import Master, System, Threshold, assembled
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
+from heavylift.nodes.devs import Atomic, Bag, Coupled, Event, In, Model, Out
 from heavylift.nodes.models.commander.actuator_registry import machines, turns
 from heavylift.nodes.models.commander.commander import Commander
 from heavylift.nodes.models.commander.conditions import concerned, crossed, watched
@@ -200,6 +200,13 @@ def _of_lift(plan: Plan, of: ActionList, **more: Any) -> Plan:
 def driving(plan: Plan) -> tuple[str, ...]:
     """The nodes by which a run goes on until its action list is done: models of a user's own may never end."""
     return (COMMANDER, *machines(plan))
+
+
+def goes_on(event: Event) -> bool:
+    """Whether it shows that the action list goes on: the commander says it, and no model's set-point is behind it."""
+    if event.source != COMMANDER:
+        return False
+    return event.type != m.Order.__name__ or not cast("m.Order", event.value).led
 
 
 def together(plan: Plan) -> Coupled:

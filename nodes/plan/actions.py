@@ -5,10 +5,11 @@ Part of the plan (see `plan`): resolved names, SI units, one actuator per order,
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import msgspec
-from heavylift.kernel.description.mechanics import Threshold
+from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.kernel.description.mechanics import Threshold, Vector
 
 from .verbs import MOTIONS
 
@@ -99,43 +100,56 @@ Condition: TypeAlias = Slings | MovesDone | Lifted | Landed | Crossing | After |
 # orders
 
 
-class Kept(Item, frozen=True, kw_only=True):
-    """A winch that keeps the height of its hook as a boom luffs: it follows k1 s + kc cos s + ks sin s of a measured
-    angle; `law` holds the three [m/rad, m, m]."""
+class Follow(Item, frozen=True, kw_only=True, tag="follow"):
+    """An actuator follows k1 s + kc cos s + ks sin s of a master, a turn or a measured angle, whose value is `s` as it
+    begins; `law` holds the three [m/rad, m, m]."""
 
     model: str
     actuator: str
     master: str
     law: tuple[float, float, float]
+    s: float = 0.0
+
+    def value(self, s: float) -> float:
+        """What it follows."""
+        k1, kc, ks = self.law
+        return k1 * s + float(kc * cos(s) + ks * sin(s))
 
 
-class Move(Item, frozen=True, kw_only=True, tag="move"):
-    """One actuator moves: by a signed distance, to a coordinate, or (both None) until a condition holds.
+class Motion(Item, frozen=True, kw_only=True, tag="motion"):
+    """By a signed distance, to a coordinate, or (both None) without end.
 
     Coordinates are the actuator's own: Drive: joint coordinate; winch: UNSTRETCHED LENGTH (hoisting is
     negative). `speed` is a magnitude where a distance or goal is given, signed for an endless move.  An
     actuator stops by itself at its end positions and reports the limit.  `pulses`: of ramps that leave no swing (see
-    `pulses`); `periods`: of what swings, as the move begins and as it stops [s]; `left`: swing that is left since they
-    change meanwhile [rad].  `together`: actuators of which none goes on when another one is stopped.  `above`: lugs
-    above which it ends, whose place becomes `to` as the list is followed.  `trims`: it may have nothing to do.
-    `keeps`: winches that follow what it luffs.
+    `pulses`); `periods`: of what swings, as the move begins and as it stops [s].
+    """
+
+    speed: float
+    accel: float
+    by: float | None = None
+    to: float | None = None
+    pulses: int = 0
+    periods: tuple[float, float] = (0.0, 0.0)
+
+
+class Move(Motion, frozen=True, kw_only=True, tag="move"):
+    """One actuator moves, without `by` and `to` until a condition holds.
+
+    `left`: swing that pulses leave since periods change meanwhile [rad].  `together`: actuators of which none goes on
+    when another one is stopped.  `above`: lugs above which it ends, whose place becomes `to` as the list is followed.
+    `trims`: it may have nothing to do.  `keeps`: winches that keep the height of their hooks as it luffs a boom.
     """
 
     verb: str
     model: str
     actuator: str
-    speed: float
-    accel: float
-    by: float | None = None
-    to: float | None = None
     until: Condition | None = None
-    pulses: int = 0
-    periods: tuple[float, float] = (0.0, 0.0)
     left: float = 0.0
     together: tuple[str, ...] = ()
     above: tuple[str, ...] = ()
     trims: bool = False
-    keeps: tuple[Kept, ...] = ()
+    keeps: tuple[Follow, ...] = ()
 
     def __post_init__(self) -> None:
         if self.verb not in MOTIONS:
@@ -156,10 +170,12 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """A sling is hooked to a lug of the block; a rope of a mechanism, without `lug`, to where its end is."""
+    """A sling is hooked to a lug of the block; a rope of a mechanism, without `lug`, to where its end is.  `p`: the lug
+    in the frame of its body [m], as it is told to the sling."""
 
     sling: str
     lug: str = ""
+    p: Vector | None = None
 
 
 class Unhook(Item, frozen=True, kw_only=True, tag="unhook"):
@@ -199,6 +215,31 @@ class Begin(Item, frozen=True, kw_only=True, tag="begin"):
 
 
 Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Stop | Wait | Begin
+
+
+# what an actor is told: an order without what the commander alone looks after, or one that it gives by itself
+
+
+class Watch(Item, frozen=True, kw_only=True, tag="watch"):
+    """A threshold is watched, and reported once as it reaches `value`."""
+
+    value: float
+    rising: bool
+
+
+class End(Item, frozen=True, kw_only=True, tag="end"):
+    """An order ends: a move ramps down, what follows holds its place (its master is at `s` now), nothing is watched."""
+
+    s: float = 0.0
+
+
+Told: TypeAlias = Motion | Follow | Stop | Hookup | Unhook | Brake | Watch | End
+
+
+def told(order: Move | Follow | Stop | Hookup | Unhook | Brake, **more: Any) -> Told:
+    """What an actor is told of an order, with `more`; no line of a file, on which a run must not depend."""
+    kind = Motion if isinstance(order, Move) else type(order)
+    return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 
 
 class Touch(Item, frozen=True, kw_only=True):

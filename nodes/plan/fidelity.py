@@ -7,7 +7,8 @@ What a scene can ask, and what the error of each answer is relative to:
 
 rope tension    largest tension of every rope that hangs from a machine      itself
 sling tension   the same of every sling                                      itself
-swing           amplitude and period in each stage that only waits           itself, or a tenth of the largest amplitude
+swing           amplitude and period in each stage that only waits           itself, or a tenth of the largest
+                                                                             amplitude, or 0.01 rad of hook ropes
 position        of what is lifted, else of every joint, as stages end        the longest way between two of them
 lift-off time   how long each stage takes that lifts something off           itself, or half a second if that is more
 stage ends      how long each stage takes                                    the same
@@ -44,6 +45,7 @@ MEANT: tuple[Asked, ...] = (
     "stage ends",
 )  # where nothing is asked
 USUAL = 1e-2  # accuracy of what is asked without one
+OF_TENSIONS = 1e-4  # of the rope tensions, where a scene asks nothing
 ASKEW = 1e-9  # of an axis' part that is beside its direction
 SHORTEST = 0.5  # [s] so long counts a stage in which the block comes off sooner, or at once
 

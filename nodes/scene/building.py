@@ -45,15 +45,15 @@ from heavylift.nodes.statics.swinging import swing_free
 from .instances import several
 from .loaded_scene import Facts, LoadedScene
 
-STEPS = {"method", "tolerance", "step"}  # keys that name how steps are taken
+CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity"}  # keys that say how it is to be run
 
 
 def facts(scene: schema.Scene) -> Facts:
     """What a run asks of the keys of a scene."""
     return Facts(
-        ask=scene.ask,
-        accuracy=scene.wanted_accuracy,
-        named=tuple(sorted({*scene.fidelity.model_fields_set, *(scene.model_fields_set & STEPS)})),
+        own=scene.ask,
+        written=scene.accuracy,
+        named=tuple(sorted({*scene.fidelity.model_fields_set, *(scene.model_fields_set & CHOICE)})),
         placement={node: process for process, hosting in scene.placement.items() for node in hosting.nodes},
         remote=[process for process, hosting in scene.placement.items() if hosting.host == "remote"],
         tandem={name: crane.tandem for name, crane in scene.cranes.items() if len(scene.cranes) > 1},
@@ -175,7 +175,7 @@ def _side_by_side(
 def _common(scene: schema.Scene) -> dict[str, Any]:
     """What a scene says of its whole run."""
     return {
-        "tolerance": scene.tolerance or min(scene.wanted_accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
+        "tolerance": scene.step_tolerance,
         "method": scene.method,
         "step": scene.step,
         "seed": scene.seed,

@@ -14,7 +14,7 @@ from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.fidelity import Answer, Asked, Question
+from heavylift.nodes.plan.fidelity import MEANT, OF_TENSIONS, USUAL, Answer, Asked, Question
 from heavylift.nodes.plan.limit import Check, Finding, Use
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.statics import Followed, StaticState, follow, goal_states
@@ -25,17 +25,28 @@ if TYPE_CHECKING:
 
 
 class Facts(msgspec.Struct, frozen=True):
-    """What a run asks of the keys of a scene besides its plan; `named`: keys of its fidelity and of its steps that it
-    names itself, and that are never chosen otherwise; `placement`: node -> process, for the nodes that the
-    scene places; `remote`: processes that it places on other hosts; `tandem`: what each crane may carry beside another.
+    """What a run asks of the keys of a scene besides its plan: what it asks itself, and its accuracy if that is
+    `written`; `named`: keys that say how it is to be run, those of its fidelity too, and that are never chosen
+    otherwise; `placement`: node -> process, for the nodes that the scene places; `remote`: processes that it places on
+    other hosts; `tandem`: what each crane may carry beside another.
     """
 
-    ask: tuple[Asked, ...]
-    accuracy: float
+    own: tuple[Asked, ...]
+    written: float | None
     named: tuple[str, ...]
     placement: dict[str, str]
     remote: list[str]
     tandem: dict[str, float]
+
+    @property
+    def ask(self) -> tuple[Asked, ...]:
+        """What is asked of it: what is usually meant, if it names nothing of how it is to be run."""
+        return self.own if self.named else MEANT
+
+    @property
+    def accuracy(self) -> float:
+        """Of each quantity that is asked, or of the rope tensions (0.01: 1 %)."""
+        return self.written or (USUAL if self.ask else OF_TENSIONS)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 from scipy.spatial.transform import Rotation
 
-LIFT = load("lift").text
+LIFT = load("lift").text + "\nend: 60 s\n"
 STAGES = ("take up slack", "lift off", "up", "sideways")
 SEEN = 1e-4  # [m] of the block's last place: ten times what a hundredth of the tolerance changes
 GIVES_WAY = 0.01  # [m] a servo-driven trolley under the pull of the swinging block

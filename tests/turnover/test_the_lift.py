@@ -138,5 +138,6 @@ def _last_change(reading: Reading, until_ns: int) -> tuple[int, str]:
 
 
 def _halts(reading: Reading, until_ns: int) -> list[int]:
-    halts = [e for crane in ("west", "east") for e in reading.said("commander", f"order_{crane}", "Halt")]
-    return [e["t_ns"] for e in halts if e["t_ns"] <= until_ns]
+    orders = [e for crane in ("west", "east") for e in reading.said("commander", f"order_{crane}", "Order")]
+    ends = [e for e in orders if e["value"]["what"] == {"type": "end"}]
+    return [e["t_ns"] for e in ends if e["t_ns"] <= until_ns]

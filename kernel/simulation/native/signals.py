@@ -9,7 +9,7 @@ from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.model.quantities import check_signal, names, numbers, points, scalar
+from heavylift.kernel.model.quantities import check_signal, lines, names, numbers, points, scalar
 
 from .sample_row import row_layout
 
@@ -22,8 +22,8 @@ def reader(program: Program, signal: Signal) -> Reader:
     check_signal(signal, system, f"signal '{signal.quantity}'")
     places = [_placed(program, point) for point in points(signal, system)]
     columns = [_column(program, signal, name) for name in names(signal)]
-    given = numbers(signal, system)
-    return lambda row: float(scalar(signal, [place(row) for place in places], given, [row[i] for i in columns]))
+    given, each = numbers(signal, system), lines(signal, system)
+    return lambda row: float(scalar(signal, [place(row) for place in places], given, [row[i] for i in columns], each))
 
 
 def _column(program: Program, signal: Signal, name: str) -> int:

@@ -101,7 +101,7 @@ class Commander(Orders):
                     self.jobs.remove(job)
                     closed = True
                 else:
-                    self._send(job.actor, m.Halt(job.actor, job.id, job.at))
+                    self._tell(job.actor, job.id, job.at, scene.End())
         return closed
 
     def _next_action(self) -> bool:

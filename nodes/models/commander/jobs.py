@@ -10,7 +10,6 @@ from heavylift.nodes.plan.interlock import Stopped
 from heavylift.nodes.plan.places import numbered
 
 from .refused import Refused
-from .turn_law import Follower
 
 
 @dataclass
@@ -24,7 +23,7 @@ class Job:
     since_ns: int
     until: scene.Condition | None = None
     ends_ns: int | None = None
-    followers: tuple[Follower | scene.Kept, ...] = ()
+    followers: tuple[scene.Follow, ...] = ()
     halting: bool = False
     limit: str = ""
     move: scene.Move | None = None

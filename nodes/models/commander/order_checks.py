@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Container, Mapping, Sequence
 
 from heavylift.kernel.description.mechanics import Joint
-from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Stop, Turn, Unhook
+from heavylift.nodes.plan.actions import Brake, Follow, Hookup, Move, Order, Stop, Turn, Unhook
 from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
 
-from .actuator_registry import owners
+from .actuator_registry import TURN, owners
 from .observed_state import OFF, Picture
 from .refused import Refused
-from .turn_law import Follower, followers
+from .turn_law import followers
 
 
 class Machines:
@@ -63,9 +63,9 @@ class Machines:
             if who := self.plan.leader(actuator):
                 raise Refused(f"{actuator} is led by the model {who} and takes no other orders")
 
-    def followers(self, order: Turn, lugs: Mapping[str, str]) -> list[Follower]:
+    def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
         """What follows a turn; raises Refused for one that no hook can follow."""
-        return followers(self.parts, lugs, order.block)
+        return followers(self.parts, lugs, order.block, master)
 
     def moved(self, order: Order, lugs: Mapping[str, str]) -> list[Joint]:
         """Joints that an order moves by their drives; raises Refused for a turn that no hook can follow."""

@@ -22,7 +22,6 @@ from .conditions import Moment, crossings, holds, watched
 from .jobs import Job, barred, make_way, partners, still_open
 from .order_checks import Machines
 from .refused import Refused
-from .turn_law import Follower
 
 ROUNDING = 1e-9  # of a speed
 
@@ -81,7 +80,7 @@ class Orders(Atomic):
         if speed != self.led.get(move.actuator, 0.0):
             self.led[move.actuator] = speed
             self.ids += 1
-            self._send(move.actuator, m.Aim(move.actuator, self.ids, (LED,), speed, move.accel))
+            self._tell(move.actuator, self.ids, (LED,), scene.told(move, speed=speed))
 
     def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
         """Turn an order of the scene into orders to actors; `at` are the numbers of its action and of itself."""
@@ -96,46 +95,44 @@ class Orders(Atomic):
                         make_way(self.jobs, kept.actuator)
                     job = self._job(at, order.verb, order.actuator, order.until, followers=order.keeps)
                     job.move = order
-                    for x in order.keeps:
-                        s, (k1, kc, ks) = self.places[order.actuator], x.law
-                        self._send(x.actuator, m.FollowAngle(x.actuator, job.id, at, x.master, s, kc, ks, k1))
-                    asked = job.actor, job.id, at, order.speed, order.accel, order.by, order.to
-                    run = m.RunInPulses(*asked, order.pulses, order.periods) if order.pulses else m.Run(*asked)
-                    self._send(job.actor, run)
+                    for kept in order.keeps:
+                        self._tell(kept.actuator, job.id, at, scene.told(kept, s=self.places[order.actuator]))
+                    self._tell(job.actor, job.id, at, scene.told(order))
                 elif at[0] != ASIDE:
                     self.outbox.append((self.skipped, m.Skipped(at[0], order.actuator)))
             case scene.Turn():
-                found = self.known.followers(order, self.lugs)
+                found = self.known.followers(order, self.lugs, self.turn)
                 for f in found:
                     make_way(self.jobs, f.actuator)
                 job = self._job(at, "turn", self.turn, order.until, followers=tuple(found))
                 for f in found:
-                    follow = m.Follow(f.actuator, job.id, at, self.turn, self.theta, f.kc, f.ks)
-                    self._send(f.actuator, follow)
-                self._send(self.turn, m.Run(self.turn, job.id, at, order.rate, order.accel, to=order.to))
+                    self._tell(f.actuator, job.id, at, scene.told(f, s=self.theta))
+                turn = scene.Motion(speed=order.rate, accel=order.accel, to=order.to)
+                self._tell(self.turn, job.id, at, turn)
             case scene.Hookup():
                 job = self._job(at, "hook", order.sling)
                 lug = self.known.lugs.get(order.lug)
-                self._send(order.sling, m.HookOrder(order.sling, job.id, at, order.lug, lug.p if lug else None))
+                self._tell(order.sling, job.id, at, scene.told(order, p=lug.p if lug else None))
             case scene.Unhook():
                 job = self._job(at, "release" if order.parted else "unhook", order.sling)
                 self.picture.parted |= {order.sling} if order.parted else set()
-                self._send(order.sling, m.UnhookOrder(order.sling, job.id, at))
+                self._tell(order.sling, job.id, at, scene.told(order))
             case scene.Begin():
                 assert self.lists is not None
                 self.outbox.append((self.lists, m.Begun(order.lift)))
             case scene.Stop():
-                self._stop(order.actuator, order.accel, at)
+                self._stop(order, at)
             case scene.Brake():
                 job = self._job(at, "brake", order.brake)
-                self._send(order.brake, m.BrakeOrder(order.brake, job.id, at, order.engaged))
+                self._tell(order.brake, job.id, at, scene.told(order))
 
-    def _stop(self, actor: str, accel: float | None, at: tuple[int, int]) -> None:
+    def _stop(self, order: scene.Stop, at: tuple[int, int]) -> None:
         """Stop an actuator, what moves together with it, and a turn that it follows; what they did ends with it."""
+        actor = order.actuator
         for job in (job for job in self.jobs if actor in (f.actuator for f in job.followers)):
             if not job.halting:
                 job.halting, job.at = True, at
-                self._send(job.actor, m.Halt(job.actor, job.id, at))
+                self._tell(job.actor, job.id, at, scene.End())
             return
         if not any(job.verb == "stop" and job.actor == actor for job in self.jobs):
             others = partners(self.jobs, actor)
@@ -145,9 +142,12 @@ class Orders(Atomic):
             for job in (job for job in self.jobs if job.actor == actor):
                 job.followers = ()  # they follow until it stands
             self.jobs.append(Job(self.ids, at, "stop", actor, self.now.t, followers=led, halting=True))
-            self._send(actor, m.StopMotion(actor, self.ids, at, accel))
+            self._tell(actor, self.ids, at, scene.told(order))
             for job in others:
-                self._stop(job.actor, accel, at)
+                self._stop(self._stopping(job.actor, order.accel), at)
+
+    def _stopping(self, actor: str, accel: float | None = None) -> scene.Stop:
+        return scene.Stop(model=self.owners[actor], actuator=actor, accel=accel)
 
     def _job(
         self,
@@ -157,7 +157,7 @@ class Orders(Atomic):
         until: scene.Condition | None = None,
         *,
         ends_ns: int | None = None,
-        followers: tuple[Follower | scene.Kept, ...] = (),
+        followers: tuple[scene.Follow, ...] = (),
     ) -> Job:
         """Open a job and have the thresholds of its `until` watched."""
         if actor:
@@ -183,7 +183,7 @@ class Orders(Atomic):
                         job.limit = report.limit
                         self._release(job, report.position)
                     if any(f.actuator == report.actor for f in job.followers):
-                        self._stop(report.actor, None, job.at)  # what one cannot follow is over for all
+                        self._stop(self._stopping(report.actor), job.at)  # what one cannot follow is over for all
             case m.Tripped() if report.over and not report.bypassed:
                 stops = next(x.stops for x in self.plan.interlocks if x.name == report.actor)
                 for actor, accel in barred(self.jobs, stops):
@@ -201,7 +201,7 @@ class Orders(Atomic):
             job.halting = True
         for job in others:
             assert job.move is not None
-            self._stop(job.actor, accel or job.move.accel, job.at)
+            self._stop(self._stopping(job.actor, accel or job.move.accel), job.at)
 
     def _close(self, job: Job, position: float) -> None:
         """An order is done; after a turn the followers hold their places."""
@@ -215,20 +215,25 @@ class Orders(Atomic):
     def _release(self, job: Job, position: float) -> None:
         """What follows an order holds its place."""
         for f in job.followers:
-            self._send(f.actuator, m.Follow(f.actuator, job.id, job.at, "", position))
+            self._tell(f.actuator, job.id, job.at, scene.End(s=position))
         job.followers = ()
 
     def _watch(self, condition: scene.Condition | None, at: tuple[int, int]) -> None:
         for i, c in crossings(condition):
-            self.outbox.append((self.to[c.model], m.WatchOrder(c.threshold.name, 0, (*at, i), c.value, c.rising)))
+            watch = scene.Watch(value=c.value, rising=c.rising)
+            self._tell(c.threshold.name, 0, (*at, i), watch, self.to[c.model])
 
     def _forget(self, condition: scene.Condition, at: tuple[int, int]) -> None:
         for i, c in crossings(condition):
             if c.threshold.name not in self.picture.reached:
-                self.outbox.append((self.to[c.model], m.UnwatchOrder(c.threshold.name, 0, (*at, i))))
+                self._tell(c.threshold.name, 0, (*at, i), scene.End(), self.to[c.model])
 
-    def _send(self, actor: str, order: m.Order) -> None:
-        self.outbox.append((self.to[self.turn if actor == self.turn else self.owners[actor]], order))
+    def _tell(
+        self, actor: str, number: int, at: tuple[int, ...], what: scene.Told, port: OutPort[m.Order] | None = None
+    ) -> None:
+        """Send an order to an actor, by its machine's port unless another one is given."""
+        to = port or self.to[self.turn if actor == self.turn else self.owners[actor]]
+        self.outbox.append((to, m.Order(actor, number, at, what)))
 
     def _holds(self, condition: scene.Condition, action: int, since_ns: int) -> bool:
         try:

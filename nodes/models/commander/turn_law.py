@@ -9,30 +9,23 @@ trolley and (-w, v) for the rope.  Sent once per turn; elasticity shifts the tru
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
+from heavylift.nodes.plan.actions import Follow
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism, ties_on
 
+from .actuator_registry import TURN
 from .refused import Refused
 
 SAME = 1e-9  # [m]
 ACROSS = (0.0, 1.0, 0.0)  # the way of what follows a turn
 
 
-@dataclass(frozen=True)
-class Follower:
-    """An actuator of a crane and its coefficients [m]."""
-
-    crane: str
-    actuator: str
-    kc: float
-    ks: float
-
-
-def followers(machines: Sequence[Mechanism], lugs: Mapping[str, str], block: str = "block") -> list[Follower]:
-    """All trolleys and winches that carry ties to a block; `lugs` = lug of each hooked one.  Raises Refused if none
-    can."""
-    found: dict[str, Follower] = {}
+def followers(
+    machines: Sequence[Mechanism], lugs: Mapping[str, str], block: str = "block", master: str = TURN
+) -> list[Follow]:
+    """What all trolleys and winches that carry ties to a block follow; `lugs` = lug of each hooked one.  Raises
+    Refused if none can."""
+    found: dict[str, Follow] = {}
     cargo = next((c for machine in machines for c in machine.cargo if c.body == block), None)
     for machine, hook in ((m, h) for m in machines for h in m.hooks):
         hung = [lugs[tie.rope] for tie in ties_on(machines, hook) if tie.rope in lugs]
@@ -43,14 +36,14 @@ def followers(machines: Sequence[Mechanism], lugs: Mapping[str, str], block: str
         drive = traversing(machine, hook)
         if not drive:
             raise Refused(f"the block cannot turn, nothing moves {hook.on} of {machine.name} across")
-        trolley = Follower(machine.name, drive, v, w)
-        other = found.setdefault(drive, trolley)
-        if abs(other.kc - v) > SAME or abs(other.ks - w) > SAME:
+        trolley = Follow(model=machine.name, actuator=drive, master=master, law=(0.0, v, w))
+        _, kc, ks = found.setdefault(drive, trolley).law
+        if abs(kc - v) > SAME or abs(ks - w) > SAME:
             raise Refused(
-                f"the hooks on {hook.on} carry lugs at different places, v, w = {other.kc:g}, {other.ks:g} m and "
+                f"the hooks on {hook.on} carry lugs at different places, v, w = {kc:g}, {ks:g} m and "
                 f"{v:g}, {w:g} m, and one trolley cannot follow both in a turn"
             )
-        found[hook.rope] = Follower(machine.name, hook.rope, -w, v)
+        found[hook.rope] = Follow(model=machine.name, actuator=hook.rope, master=master, law=(0.0, -w, v))
     if not found:
         raise Refused("the block cannot turn, no sling is hooked")
     return list(found.values())

@@ -15,6 +15,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import Bag, InPort, seconds
 from heavylift.nodes.plan import pulses
+from heavylift.nodes.plan.actions import End, Follow, Motion, Stop
 from heavylift.nodes.plan.interlock import Stopped
 from heavylift.nodes.plan.plan import Driven
 
@@ -57,9 +58,9 @@ class DriveActor(LiveActor):
         self.limit = ""  # why the present move will not be done
         self.barred: dict[str, int] = {}  # ways along the coordinate (0: both) by what bars them
         self.heading = 0.0  # sign of the present move
-        self.law: m.Follow | None = None
+        self.law: Follow | None = None
         self._rest(self.initial)
-        self.pulsed: m.RunInPulses | None = None  # the present move, if its ramps shall leave no swing
+        self.pulsed: Motion | None = None  # the present move, if its ramps shall leave no swing
         log = self.log
         self.rows: pulses.Speeds = tuple(zip(log.times, log.speeds, strict=True)) if log else ()  # still to come
         self.wake = self.rows[0][0] if self.rows else None
@@ -96,72 +97,53 @@ class DriveActor(LiveActor):
         return bool(why)
 
     def obey(self, order: m.Order) -> None:
-        """Run, aim, halt, stop, follow, release."""
+        """Move, follow, stop, or end one of these."""
         if self.log is not None:
             self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
-        match order:
-            case m.Run():
-                self.run(order)
-            case m.Halt():
+        match order.what:
+            case Motion():
+                self.run(order, order.what)
+            case Follow():
+                self.follow(order, order.what)
+            case Stop(accel=accel):
+                self.stand(order, accel)
+            case End() if self.law is None:
                 self.halt(order)
-            case m.StopMotion():
-                self.stand(order)
-            case m.Aim():
-                self.aim(order)
-            case m.Follow():
-                self.follow(order)
+            case End(s=s):
+                self.release(s)
             case _:
                 super().obey(order)
 
-    def run(self, order: m.Run) -> None:
-        """Begin a move; one that is still ramping down passes its speed on."""
+    def run(self, order: m.Order, asked: Motion) -> None:
+        """Begin a move; one that is still ramping down, or led by a model, passes its speed on."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
-        if self.job is not None and not self.halting:
+        if self.job is not None and not self.halting and not order.led:
             self.refuse(order, f"{self.element} is moving already, wait for `moves done` or end that first")
         x, v = self.reference()
-        wish = order.by if order.by is not None else order.speed if order.to is None else order.to - x
+        wish = asked.by if asked.by is not None else asked.speed if asked.to is None else asked.to - x
         if self._barred(x, wish):
             return
-        if self.job is not None:
+        if self.job is not None and not order.led:
             self.say(m.Done(self.element, self.job, x))
-        self.job, self.halting, self.heading = order.id, False, wish
-        distance, self.limit = self._distance(order, x)
-        self.goal = x + (distance or 0.0)
-        self.pulsed = order if isinstance(order, m.RunInPulses) and v == 0.0 and distance != 0.0 else None
-        self.rows = ()
+        self.job, self.halting, self.heading, self.rows = order.id, False, wish, ()
+        distance, self.limit = self._distance(asked, x) if asked.speed else (None, "")
+        self.pulsed = asked if asked.pulses and v == 0.0 and distance != 0.0 else None
         if self.pulsed is not None:
-            p = self.pulsed
-            self._begin_rows(pulses.profile(p.pulses, distance, p.speed, p.accel, p.periods, self.now.t))
+            self.goal = x + (distance or 0.0)
+            self._begin_rows(
+                pulses.profile(asked.pulses, distance, asked.speed, asked.accel, asked.periods, self.now.t)
+            )
             return
-        speed = order.speed if distance is None else copysign(order.speed, distance)
-        self._profile(x, v, trapezoid(distance, speed, order.accel, v), order.accel)
-        if self.profile is not REST:
-            self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
-        self.wake = self.now.t + seconds(self.profile.duration) if self.profile.duration < inf else None
-
-    def aim(self, order: m.Aim) -> None:
-        """Lead the present speed to another one, as far as the end position on that side."""
-        if self.law is not None:
-            self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
-        x, v = self.reference()
-        if self._barred(x, order.speed):
-            return
-        self.job, self.halting, self.limit, self.pulsed, self.rows = order.id, False, "", None, ()
-        self.heading = order.speed
-        distance = None
-        if order.speed:
-            run = m.Run(order.actor, order.id, order.at, order.speed, order.accel)
-            distance, self.limit = self._distance(run, x)
-        speed = order.speed if distance is None else copysign(order.speed, distance)
-        self._profile(x, v, trapezoid(distance, speed, order.accel, v), order.accel)
-        duration = self.profile.duration if order.speed else self.profile.d1
+        speed = asked.speed if distance is None else copysign(asked.speed, distance)
+        self._profile(x, v, trapezoid(distance, speed, asked.accel, v), asked.accel)
         self.goal = x + (distance if distance is not None else self.profile.displacement(self.profile.d1))
         if self.profile is not REST:
-            self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
+            self.say(m.SetProfile(self.element, self.now.t, speed, asked.accel, distance))
+        duration = self.profile.duration if asked.speed else self.profile.d1
         self.wake = self.now.t + seconds(duration) if duration < inf else None
 
-    def halt(self, order: m.Halt) -> None:
+    def halt(self, order: m.Order) -> None:
         """Ramp down the move of that id, unless it stands already."""
         if self.job != order.id or self.halting:
             return
@@ -174,7 +156,7 @@ class DriveActor(LiveActor):
         self.goal = x + pulses.way(rows)
         self._begin_rows(rows)
 
-    def stand(self, order: m.StopMotion) -> None:
+    def stand(self, order: m.Order, accel: float | None) -> None:
         """Stop whatever is going on; it is done when it stands."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, stop the block")
@@ -187,7 +169,7 @@ class DriveActor(LiveActor):
             self.say(m.Done(self.element, order.id, x))
         else:
             self.job = order.id
-            self.stop("", order.accel or self.emergency)
+            self.stop("", accel or self.emergency)
 
     def stop(self, limit: str, accel: float | None = None) -> None:
         """Ramp down now, with the ramp of the move or another one."""
@@ -199,18 +181,19 @@ class DriveActor(LiveActor):
         self.say(m.SetProfile(self.element, self.now.t, 0.0, accel))
         self.wake = self.now.t + seconds(self.profile.d1)
 
-    def follow(self, order: m.Follow) -> None:
-        """Follow a Master from here, or let it go and stand still."""
-        if order.master and (self.job is not None or self.law is not None):
-            self.refuse(order, f"{self.element} is moving already and cannot follow {order.master}")
-        if order.master:
-            self.law = order
-            k1 = order.k1 if isinstance(order, m.FollowAngle) else 0.0
-            self.say(m.SetFollow(self.element, order.master, k1, order.kc, order.ks))
-        elif self.law is not None:
-            self._rest(self.x0 + self.law.value(order.s) - self.law.value(self.law.s))
-            self.law = None
-            self.say(m.SetFollow(self.element))
+    def follow(self, order: m.Order, law: Follow) -> None:
+        """Follow a Master from here."""
+        if self.job is not None or self.law is not None:
+            self.refuse(order, f"{self.element} is moving already and cannot follow {law.master}")
+        self.law = law
+        self.say(m.SetFollow(self.element, law.master, law.law))
+
+    def release(self, s: float) -> None:
+        """Let the Master go, which is at `s`, and stand still."""
+        assert self.law is not None
+        self._rest(self.x0 + self.law.value(s) - self.law.value(self.law.s))
+        self.law = None
+        self.say(m.SetFollow(self.element))
 
     def due(self) -> list[m.KernelInput | m.Report]:
         """The end of a move."""
@@ -261,7 +244,7 @@ class DriveActor(LiveActor):
     def _profile(self, x: float, v: float, profile: Trapezoid, accel: float) -> None:
         self.x0, self.since, self.profile, self.accel = x, self.now.t, profile, accel
 
-    def _distance(self, order: m.Run, x: float) -> tuple[float | None, str]:
+    def _distance(self, order: Motion, x: float) -> tuple[float | None, str]:
         """How far to go (None: endlessly), and the limit that cuts the way short."""
         wish = order.by if order.to is None else order.to - x
         up = (order.speed if wish is None else wish) > 0.0

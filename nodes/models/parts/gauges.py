@@ -8,8 +8,9 @@ from __future__ import annotations
 from math import floor, radians
 
 from heavylift.kernel.description.mechanics import System, Threshold
+from heavylift.nodes.plan import actions as plan
 
-from .messages import Attitude, Order, Overload, Reached, StateEvent, Unwatch, UnwatchOrder, Watch, WatchOrder
+from .messages import Attitude, Order, Overload, Reached, StateEvent, Unwatch, Watch
 from .parts import LiveActor
 
 MARK, FLUTTER = radians(30.0), radians(1.0)  # of the inclinometer
@@ -83,10 +84,10 @@ class Gauge(LiveActor):
 
     def obey(self, order: Order) -> None:
         """Arm or disarm."""
-        match order:
-            case WatchOrder():
-                self.say(Watch(order.actor, order.value, order.rising))
-            case UnwatchOrder():
+        match order.what:
+            case plan.Watch(value=value, rising=rising):
+                self.say(Watch(order.actor, value, rising))
+            case plan.End():
                 self.say(Unwatch(order.actor))
             case _:
                 super().obey(order)

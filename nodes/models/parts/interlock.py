@@ -10,6 +10,7 @@ from typing import cast
 
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Coupled, InPort, Message, Model, Out, Port
+from heavylift.nodes.plan.actions import Brake
 from heavylift.nodes.plan.interlock import Interlock
 
 from . import messages as m
@@ -36,11 +37,11 @@ class InterlockActor(LiveActor):
 
     def obey(self, order: m.Order) -> None:
         """Be bypassed, or watch again."""
-        if not isinstance(order, m.BrakeOrder):
+        if not isinstance(order.what, Brake):
             super().obey(order)
         else:
-            self.bypassed = not order.engaged
-            self.say(m.BrakeState(self.element, order.engaged), m.Done(self.element, order.id))
+            self.bypassed = not order.what.engaged
+            self.say(m.BrakeState(self.element, order.what.engaged), m.Done(self.element, order.id))
             if self.beyond:
                 self.say(m.Tripped(self.element, True, self.bypassed))
 

@@ -40,21 +40,17 @@ class SetProfile(KernelInput, frozen=True):
 
 
 class SetFollow(KernelInput, frozen=True):
-    """ref = ref now + f(s) - f(s now), f(s) = k1 s + kc cos s + ks sin s; master "": hold your place."""
+    """ref = ref now + f(s) - f(s now), f(s) = k1 s + kc cos s + ks sin s of `law`; master "": hold your place."""
 
+    command: ClassVar[str] = "set_follow"
     actuator: str
     master: str = ""
-    k1: float = 0.0
-    kc: float = 0.0
-    ks: float = 0.0
-
-    def apply(self, simulation: Any) -> None:
-        """Its three numbers go together."""
-        simulation.set_follow(self.actuator, self.master, (self.k1, self.kc, self.ks))
+    law: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def part(self, piece: str, share: float) -> SetFollow:
         """What a piece of a rope has to do of it."""
-        return SetFollow(piece, self.master, self.k1 * share, self.kc * share, self.ks * share)
+        k1, kc, ks = self.law
+        return SetFollow(piece, self.master, (k1 * share, kc * share, ks * share))
 
 
 class SetBrake(KernelInput, frozen=True):

@@ -1,18 +1,18 @@
 """The messages between models: orders, reports, inputs of the kernel and its state events.
 
     commander --Order--> model --KernelInput--> kernel --StateEvent--> model --Report--> commander
-An order names one actor by its mechanical element (drive, winch rope, sling, brake, threshold, Master) and
-carries an id of its own; an actor that has carried it out answers Done with that id.  Coordinates are the
-actuator's own: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch rope (hoisting is negative),
-value of a Master.  SI units.
+An order names one actor by its mechanical element (drive, winch rope, sling, brake, threshold, Master), says with
+the words of the plan what it shall do, and carries an id of its own; an actor that has carried it out answers Done
+with that id.  Coordinates are the actuator's own: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch rope
+(hoisting is negative), value of a Master.  SI units.
 """
 
 from collections.abc import Mapping
 from typing import ClassVar
 
-from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.devs import Message
+from heavylift.nodes.plan.actions import Told
+from heavylift.nodes.plan.places import LED
 
 from .kernel_messages import ACCELERATION, PLACE, SPEED
 from .kernel_messages import Hook as Hook
@@ -46,105 +46,23 @@ class SetPoint(Message, frozen=True):
 
 
 class Order(Message, frozen=True):
-    """To one actor; `at` is where it comes from: the numbers of an action and of one of its orders, from 0.
+    """What one actor is told; `at` is where it comes from: the numbers of an action and of one of its orders, from 0.
 
-    The action of an operator's command is -2, of a set-point of a model -3.  An order to watch gives (action, order,
-    term): the term of a condition of that order's `until`, or, as order -1, of the action's `when`.  The plan has the
-    line (`places`).
+    Of an operator's command the number of the action is -2; of a set-point of a model it is -3, alone.  An order to
+    watch gives (action, order, term): the term of a condition of that order's `until`, or, as order -1, of the action's
+    `when`.  The plan has the line (`places`).  An `End` has the id of what it ends.
     """
 
+    units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "by": PLACE, "to": PLACE}
     actor: str
     id: int
     at: tuple[int, ...]
+    what: Told
 
-
-class Run(Order, frozen=True):
-    """Move by a signed distance, to a coordinate, or (both None) with signed speed until Halt."""
-
-    units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "by": PLACE, "to": PLACE}
-    speed: float
-    accel: float
-    by: float | None = None
-    to: float | None = None
-
-
-class Aim(Order, frozen=True):
-    """Lead the present speed to a signed one with ramps of `accel`, and go on so; 0 stands still."""
-
-    units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION}
-    speed: float
-    accel: float
-
-
-class RunInPulses(Run, frozen=True):
-    """The same, without swing: ramps of so many pulses for these periods [s] of what swings, at the start and at the
-    stop; `accel` is that of pulses whose length is not the period.
-    """
-
-    pulses: int = 0
-    periods: tuple[float, float] = (0.0, 0.0)
-
-
-class Halt(Order, frozen=True):
-    """Ramp down the move of that id; its Done comes when it stands."""
-
-
-class StopMotion(Order, frozen=True):
-    """Stop whatever it does, with its emergency deceleration, or with `accel`; Done when it stands."""
-
-    units: ClassVar[Mapping[str, str]] = {"accel": ACCELERATION}
-    accel: float | None = None
-
-
-class Follow(Order, frozen=True):
-    """Follow `master`, whose value is `s` now, with f(s) = kc cos s + ks sin s; master "": stand still."""
-
-    master: str
-    s: float
-    kc: float = 0.0
-    ks: float = 0.0
-
-    def value(self, s: float) -> float:
-        """f(s)."""
-        return float(self.kc * cos(s) + self.ks * sin(s))
-
-
-class FollowAngle(Follow, frozen=True):
-    """Follow an angle with f(s) = k1 s + kc cos s + ks sin s."""
-
-    k1: float = 0.0
-
-    def value(self, s: float) -> float:
-        """f(s)."""
-        return self.k1 * s + super().value(s)
-
-
-class HookOrder(Order, frozen=True):
-    """Hook the sling to the lug at `p` (frame of the block; None: where it hung before)."""
-
-    lug: str
-    p: Vector | None
-
-
-class UnhookOrder(Order, frozen=True):
-    """Take the sling off."""
-
-
-class BrakeOrder(Order, frozen=True):
-    """Engage or release the brake; an interlock: restore or bypass it."""
-
-    engaged: bool
-
-
-class WatchOrder(Order, frozen=True):
-    """Report when the threshold reaches `value`, once."""
-
-    value: float
-    rising: bool
-
-
-class UnwatchOrder(Order, frozen=True):
-    """Stop watching the threshold."""
+    @property
+    def led(self) -> bool:
+        """Whether it is a set-point of a model."""
+        return self.at == (LED,)
 
 
 # to the commander

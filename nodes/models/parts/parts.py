@@ -157,7 +157,7 @@ class LiveActor(Actor):
 
     def obey(self, order: Order) -> None:
         """Carry out an order."""
-        self.refuse(order, f"{self.element} cannot carry out {type(order).__name__}")
+        self.refuse(order, f"{self.element} cannot carry out '{order.what.__struct_config__.tag}'")
 
     def notice(self, event: StateEvent) -> None:
         """Take note of a state event."""

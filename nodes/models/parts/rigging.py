@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Bag, In, Out
+from heavylift.nodes.plan.actions import Brake, Hookup, Unhook
 
 from . import messages as m
 from .parts import LiveActor
@@ -26,10 +27,10 @@ class SlingActor(LiveActor):
 
     def obey(self, order: m.Order) -> None:
         """Hook or unhook."""
-        match order:
-            case m.HookOrder():
-                self.say(m.Hook(self.element, b=order.p), m.Hooked(self.element, order.lug))
-            case m.UnhookOrder():
+        match order.what:
+            case Hookup(lug=lug, p=p):
+                self.say(m.Hook(self.element, b=p), m.Hooked(self.element, lug))
+            case Unhook():
                 self.say(m.Unhook(self.element), m.Unhooked(self.element))
             case _:
                 super().obey(order)
@@ -61,10 +62,10 @@ class BrakeActor(LiveActor):
 
     def obey(self, order: m.Order) -> None:
         """Engage or release."""
-        if not isinstance(order, m.BrakeOrder):
+        if not isinstance(order.what, Brake):
             super().obey(order)
         else:
-            self.set(order.engaged)
+            self.set(order.what.engaged)
             self.say(m.Done(self.element, order.id))
 
     def set(self, engaged: bool) -> None:

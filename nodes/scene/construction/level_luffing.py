@@ -17,7 +17,7 @@ from heavylift.kernel.algebra.dense import cross, dot, norm, solve
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import Joint, Line, Measured, Point, System, merge
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.actions import Kept, Move
+from heavylift.nodes.plan.actions import Follow, Move
 from heavylift.nodes.scene.keys.parts.kinematics import Array, Poses, place, poses
 
 from .targets import targets
@@ -49,7 +49,7 @@ def angle_of(joint: str) -> str:
     return f"{joint}.angle"
 
 
-def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Kept | str:
+def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
     """What a winch follows while a boom luffs; else why it cannot, a sentence."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
@@ -67,7 +67,7 @@ def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: s
     angles = [middle + half * node for node in NODES]
     rows = [[s, float(cos(s)), float(sin(s)), 1.0] for s in angles]
     k1, kc, ks, _ = solve(rows, [length(s) for s in angles])
-    return Kept(model=own.name, actuator=rope, master=angle_of(boom.name), law=(k1, kc, ks), where=where)
+    return Follow(model=own.name, actuator=rope, master=angle_of(boom.name), law=(k1, kc, ks), where=where)
 
 
 def _boom(machine: plan.Mechanism, rope: str) -> Joint | None:

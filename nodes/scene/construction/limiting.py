@@ -47,7 +47,7 @@ def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[L
             subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
         )
     winds = tuple(f.name for m in mechanisms for f in m.system.forces if isinstance(f, Wind))
-    if yard.cranes or winds or limits.wind is not None:
+    if hooks or winds or limits.wind is not None:
         by = "the scene" if limits.wind is not None else ""
         note = "" if winds and by else "give it under 'limits: {wind: ...}'" if winds else "no wind is modelled"
         yield Limit(

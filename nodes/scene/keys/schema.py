@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.fidelity import USUAL, Asked
+from heavylift.nodes.plan.fidelity import OF_TENSIONS, USUAL, Asked
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
@@ -27,7 +27,6 @@ from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
 from .parts.rigging import Edge, Rigging, SlingType
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
-OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
 RESERVED = (  # no machine and no group has such a name
     *("world", "obstacles", "block", "all", "any", "hooks", "cranes", BEAMS, "trolleys", "slings", "ropes"),
     *("kernel", "commander", "coordinator", "event", "observer", "operator"),  # nodes and topics of a run
@@ -251,7 +250,7 @@ class Scene(Base):
     heavylift: Literal[1]
     name: Name
     gravity: u.Gravity = 9.80665
-    accuracy: u.Accuracy | None = None  # of what is asked, by default 1 %; if nothing is, of rope tensions, 0.01 %
+    accuracy: u.Accuracy | None = None  # of what is asked, by default 1 %; alone: of rope tensions
     ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more
     samples: u.Sampling = 2.0
     method: Literal[MethodName, RemovedMethod] = "dopri5"  # of integration
@@ -290,6 +289,7 @@ class Scene(Base):
         return {**({"block": self.block} if self.block else {}), **self.blocks}
 
     @property
-    def wanted_accuracy(self) -> float:
-        """Of each quantity that is asked, or of the rope tensions; as written or by default (0.01: 1 %)."""
-        return self.accuracy or (USUAL if self.ask else OF_TENSIONS)
+    def step_tolerance(self) -> float:
+        """Of a step, as written, or by the accuracy of what it asks itself."""
+        wanted = self.accuracy or (USUAL if self.ask else OF_TENSIONS)
+        return self.tolerance or min(wanted * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST)

@@ -19,7 +19,7 @@ from typing import Literal, TypeAlias
 
 from .source import Data, Path, Source
 from .spelling import tidy
-from .units import ACCURACY, DURATION, NUMBER, SAMPLING, Dimension, Either, Limited, Quantity
+from .units import ACCURACY, DURATION, NUMBER, SAMPLING, Dimension, Either, Limited, Quantity, offered
 
 PLUS = r"\+-|\+/-|±"
 MARKED = re.compile(rf"{PLUS}|sd|sigma|\.\.")  # what every such form has in it
@@ -108,7 +108,7 @@ def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relati
         return width / 100.0, 0.0
     if unit not in units:
         what = f"'{unit}' is no unit of it" if unit else "the unit is missing"
-        raise ValueError(f"'{text}': {what}; use {', '.join(dict.fromkeys(('%', *filter(None, units))))}")
+        raise ValueError(f"'{text}': {what}; use {', '.join(dict.fromkeys(('%', *filter(None, offered(units)))))}")
     return 0.0, width * float(units[unit])
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -48,6 +49,11 @@ CUSTOMARY = {  # units of the United States and of sailors: read, but not offere
 }
 
 
+def offered(units: Iterable[str]) -> list[str]:
+    """Those of some units that messages offer."""
+    return [unit for unit in units if not any(unit in others for others in CUSTOMARY.values())]
+
+
 @dataclass(frozen=True, eq=False)  # told apart by identity, so that what was read before is known
 class Dimension:
     """A kind of quantity: its units with their factors to SI; the first two units stand in its messages."""
@@ -82,7 +88,7 @@ class Dimension:
             raise ValueError(f"'{value}' is no {self.name}: {meant}")
         match = re.fullmatch(rf"\s*({NUMBER}|[+-]?(?:nan|inf))\s*(.*?)\s*", value)
         if not match:
-            known = ", ".join(filter(None, self.metric))
+            known = ", ".join(filter(None, offered(self.units)))
             raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {known}")
         number, unit = _product(match[1], _ONE), tidy(match[2])
         if not unit:
@@ -93,14 +99,9 @@ class Dimension:
             short = spelled(unit, self.units)
             meant = f": write '{match[1]} {short}'" if short else ""
             raise ValueError(
-                f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(self.metric)}{meant}"
+                f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(offered(self.units))}{meant}"
             )
         return _product(match[1], self.units[unit])
-
-    @property
-    def metric(self) -> list[str]:
-        """The units that messages offer."""
-        return [unit for unit in self.units if not any(unit in others for others in CUSTOMARY.values())]
 
     def show(self, si: float) -> str:
         """A value in the dimension's first unit, as a user writes it."""

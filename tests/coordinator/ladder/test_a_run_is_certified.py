@@ -110,7 +110,7 @@ def test_rigid_ropes_are_judged_by_two_runs() -> None:
 
 
 def test_the_price_is_told_with_the_richer_level() -> None:
-    with certifying(load("lift", ["block.mass=300 t +- 3 %"]), at_once=0) as runs:
+    with certifying(load("lift", ["block.mass=300 t +- 3 %", "ask=[]"]), at_once=0) as runs:
         told = runs.price
     assert "2 for the steps, 2 for the model, one with ropes of 2 lumps, elastic girder" in told
     assert "2 for 1 uncertain input" in told

@@ -9,16 +9,15 @@ from heavylift.nodes import drive
 from heavylift.nodes.devs import seconds
 from heavylift.nodes.models import build_one
 from heavylift.nodes.models.parts import (
-    BrakeOrder,
     Done,
     Finished,
-    Halt,
     Lifted,
     OperatorAnswer,
     OperatorCommand,
+    Order,
     Stage,
 )
-from heavylift.nodes.plan import Brake, Move, located
+from heavylift.nodes.plan import Brake, End, Move, located
 from heavylift.nodes.scene import load, parse, spoken
 from sledge import SLEDGE
 
@@ -91,7 +90,7 @@ def test_a_command_is_given_beside_the_action_list() -> None:
     said = commander((seconds(3), words("loader-2: lock")))
     assert [message for t, message in said if t == 3.0] == [
         OperatorAnswer("loader-2: lock", seconds(3)),
-        BrakeOrder("loader-2.hinge.lock", 4, (-2, 0), True),
+        Order("loader-2.hinge.lock", 4, (-2, 0), Brake(model="loader-2", brake="loader-2.hinge.lock", engaged=True)),
     ]
     assert [message.name for _, message in said if isinstance(message, Stage)] == ["take up slack"]
 
@@ -121,7 +120,7 @@ def test_a_refused_command_changes_nothing() -> None:
     ],
 )
 def test_a_command_to_a_joint_that_the_fidelity_holds_is_refused(setting: str, text: str, sentence: str) -> None:
-    scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]"])
+    scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]", "end=60 s"])
     said = drive(build_one(scene.plan, "commander"), [(seconds(3), "command", words(text))])
     (answer,) = (message for _, _, message in said)
     assert isinstance(answer, OperatorAnswer)
@@ -131,4 +130,6 @@ def test_a_command_to_a_joint_that_the_fidelity_holds_is_refused(setting: str, t
 def test_an_empty_command_ends_the_run() -> None:
     said = commander((seconds(3), OperatorCommand("stop")))
     assert said[-1] == (3.0, Finished())
-    assert not [message for t, message in said if t > 0 and isinstance(message, Halt)]
+    assert not [
+        message for t, message in said if t > 0 and isinstance(message, Order) and isinstance(message.what, End)
+    ]

@@ -12,7 +12,7 @@ from heavylift.kernel import ModelError, SceneError
 from heavylift.nodes import drive
 from heavylift.nodes.devs import Simulator, Tag, encode, ms, seconds
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts import Aim, Limit, OperatorAnswer, OperatorCommand, Sample, SetPoint, SetProfile
+from heavylift.nodes.models.parts import Limit, OperatorAnswer, OperatorCommand, Order, Sample, SetPoint, SetProfile
 from heavylift.nodes.plan import Action, Move
 from msgspec import msgpack
 from scenes import HAND, SLEDGE, scene
@@ -25,7 +25,8 @@ def said(found: Played, kind: type) -> list[tuple[float, object]]:
 def test_each_set_point_is_one_order_and_one_profile(folder: Path) -> None:
     found = play(scene(folder, SLEDGE, HAND).plan)
     assert [(t, x.value) for t, x in said(found, SetPoint)] == [(1.0, 0.3), (2.0, -0.1), (3.0, 0.0)]  # type: ignore[attr-defined]
-    assert [(t, x.speed, x.accel) for t, x in said(found, Aim)] == [(1.0, 0.3, 0.5), (2.0, -0.1, 0.5), (3.0, 0.0, 0.5)]  # type: ignore[attr-defined]
+    led = [(t, x.what) for t, x in said(found, Order) if x.led]  # type: ignore[attr-defined]
+    assert [(t, x.speed, x.accel) for t, x in led] == [(1.0, 0.3, 0.5), (2.0, -0.1, 0.5), (3.0, 0.0, 0.5)]  # type: ignore[attr-defined]
     profiles = [x for _, x in said(found, SetProfile)]
     # up to the end positions at +-1 m, 0.3 m/s from 1.6 s on; back from 0.3 m/s, 0.09 m ahead of where it turns
     assert profiles[0] == SetProfile("pusher", seconds(1), 0.3, 0.5, 1.0)
@@ -43,7 +44,7 @@ def test_a_delay_is_added_to_the_instant_and_is_the_lookahead_of_the_port(folder
     simulator = Simulator(build_one(late.plan, "hand"))
     simulator.start()
     assert simulator.lookahead == {"hand.speed": ms(250)}
-    assert [t for t, _ in said(play(late.plan), Aim)] == [1.25, 2.25, 3.25]
+    assert [t for t, x in said(play(late.plan), Order) if x.led] == [1.25, 2.25, 3.25]
 
 
 def test_it_stops_at_the_end_position_and_says_so(folder: Path) -> None:

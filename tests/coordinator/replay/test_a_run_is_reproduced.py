@@ -17,7 +17,8 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.run.verify import verify
 from heavylift.kernel import RecordingError, allowed
 from heavylift.nodes.devs import Tag, encode
-from heavylift.nodes.models.parts import DriveActor, OperatorCommand, Run
+from heavylift.nodes.models.parts import DriveActor, OperatorCommand
+from heavylift.nodes.plan import Motion
 from heavylift.nodes.scene import load, spoken
 from heavylift.recordings import Recorder, Recording
 
@@ -36,11 +37,11 @@ def command(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
 def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
     """Somebody lets drives move twice as fast as they are told."""
     obey = DriveActor.run
-    monkeypatch.setattr(DriveActor, "run", lambda self, order: obey(self, faster(order)))
+    monkeypatch.setattr(DriveActor, "run", lambda self, order, asked: obey(self, order, faster(asked)))
 
 
-def faster(order: Run) -> Run:
-    return Run(order.actor, order.id, order.at, 2.0 * order.speed, order.accel, order.by, order.to)
+def faster(asked: Motion) -> Motion:
+    return msgspec.structs.replace(asked, speed=2.0 * asked.speed)
 
 
 def test_every_event_and_sample_comes_again(recorded: RecordedRun) -> None:

@@ -62,7 +62,7 @@ def test_another_gravity_shows_in_the_kernel_at_its_first_sample(
 
 
 def test_a_model_that_fails_names_itself_and_the_time(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(self: DriveActor, order: Order) -> None:
+    def broken(self: DriveActor, order: Order, asked: object) -> None:
         raise ZeroDivisionError("speed")
 
     monkeypatch.setattr(DriveActor, "run", broken)

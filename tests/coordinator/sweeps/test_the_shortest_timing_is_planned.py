@@ -67,7 +67,7 @@ def test_what_is_written_runs_so(found) -> None:
 def test_what_cannot_be_planned_is_said(tmp_path: Path) -> None:
     assert "red at the start, RED: " in planned(load("lift", ["end=50 s"]), 60.0).wrong
     assert planned(load("lift"), 1e-9).wrong.startswith("the scene as it is written makes no run: cut after")
-    slow = load("lift", ["actions[0].all hooks=hoist 3 m/min until all slings taut", "actions=[]"])
+    slow = load("lift", ["actions[0].all hooks=hoist 3 m/min until all slings taut", "actions=[]", "end=60 s"])
     assert planned(slow, 60.0).wrong.startswith("no quicker timing was found that is green: it is as quick as")
     (tmp_path / "mine.yaml").write_text("extends: lift\nname: mine\n")
     with pytest.raises(SceneError, match="has no action list of its own; plan the scene that it extends"):

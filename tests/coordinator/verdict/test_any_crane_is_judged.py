@@ -12,11 +12,13 @@ from heavylift.coordinator.ladder import Played, play
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import NOT_CHECKED
 from heavylift.nodes.plan import Shapes
-from heavylift.nodes.scene import begun_with, load, parse
+from heavylift.nodes.scene import begun_with, bundled, load, parse
 from heavylift.nodes.scene.text import library
 
 STORED = Path(__file__).parents[2] / "data" / "checks_by_type.json"
+G = 9.80665
 STEEP = ["rigging.legs.length=3.9 m", "rigging.legs.slack=20 mm", "block.mass=30 t"]
+UP_IN_HALL = 'actions: [{hall: "hoist 0.5 m/min until lifted"}, {hall: "hoist 3 m/min by 0.5 m"}]\n'
 UP = 'actions=[{crawler main: "hoist 1 m/min until lifted"}, {crawler main: "hoist 6 m/min by 24 m"}]'
 
 
@@ -144,3 +146,22 @@ def test_each_check_of_each_type_is_a_value_or_told_as_missing(tmp_path: Path, m
     for crane, own in found.items():
         assert {"hook load", "sling tension", "sling peak", "bridle angle", "clearance"} <= own.keys(), crane
         assert {x.split()[0] for x in own if x.startswith("off-lead")}, crane
+
+
+def test_what_a_type_states_of_its_drives_and_drum_is_judged(tmp_path: Path) -> None:
+    """A pick 0.5 m aside, which the ropes lead to: T d / |d| along x, on the drive and on its brake."""
+    text = library()["overhead-100"].read_text(encoding="utf-8").replace("overhead-100", "own")
+    text = text.replace("verb: travel,", "verb: travel, force: 8 kN, brake: 80 kN,")
+    text = text.replace("mechanism group: M5", "mechanism group: M5\n    drum pull: 90 kN")
+    (tmp_path / "own.yaml").write_text(text, encoding="utf-8")
+    scene = bundled()["hall"].read_text(encoding="utf-8").replace("overhead-100, at: -20 m", "own.yaml, at: -20.5 m")
+    run = play(parse(scene[: scene.index("actions:")] + UP_IN_HALL, str(tmp_path / "hall.yaml")).plan)
+    uses = {(u.limit.quantity, u.limit.subject, u.limit.note): u for u in run.uses}
+    drive, brake = (uses["side force", "hall", f"its {what}"] for what in ("drive moves", "brake holds"))
+    assert drive.value == brake.value
+    assert 8e3 < (drive.value or 0.0) < 80e3
+    assert [f.subject for f in run.verdict.findings if f.kind == "side force"] == ["hall"]
+    pull = uses["drum pull", "hall.main", ""]
+    assert (80e3 + 2.5e3) * G / 12 < (pull.value or 0.0) < 1.2 * (80e3 + 2.5e3) * G / 12
+    rails, girder = (next(u for u in run.uses if u.limit.quantity == x) for x in ("rails", "girder"))
+    assert (rails.value, girder.value) == (pytest.approx(-20.5), pytest.approx(8.0))

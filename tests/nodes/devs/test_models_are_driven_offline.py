@@ -9,14 +9,15 @@ from heavylift.kernel import ModelError
 from heavylift.nodes import drive
 from heavylift.nodes.devs import Coupled, Message, Tag, Transition, seconds
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts import Done, Run, SetProfile
+from heavylift.nodes.models.parts import Done, Order, SetProfile
+from heavylift.nodes.plan import Motion
 from heavylift.nodes.scene import load
 from heavylift.nodes.zoo import Generator, Job, Processor
 
 
 def test_the_west_crane_travels_10_m_in_30_s() -> None:
     west, gantry = build_one(load("turnover").plan, "west"), "west.gantry.drive"
-    said = drive(west, [(seconds(1), "order", Run(gantry, 1, (0, 0), speed=0.5, accel=0.05, by=10.0))])
+    said = drive(west, [(seconds(1), "order", Order(gantry, 1, (0, 0), Motion(speed=0.5, accel=0.05, by=10.0)))])
     assert said[-2:] == [
         (Tag(seconds(1), 1), "input", SetProfile(gantry, seconds(1), 0.5, 0.05, 10.0)),
         (Tag(seconds(31)), "report", Done(gantry, 1, 50.0)),

@@ -9,7 +9,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import Conduct, History, judge
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import READERS, WORDS, Limit, Use, signals_of, uses_of, uses_on_path
+from heavylift.nodes.limits import KINDS, WORDS, Limit, Use, signals_of, uses_of, uses_on_path
 from heavylift.nodes.limits import judge as judged
 from heavylift.nodes.plan import Quantity
 from heavylift.nodes.scene import LoadedScene, check, load
@@ -62,7 +62,7 @@ def test_each_quantity_turns_red_on_the_path_and_in_a_run(scenes: dict[str, Load
                 found |= {quantity for f in findings if f.severity == "red"}
     assert in_run == set(get_args(Quantity)) - {"clearance"}
     assert on_path == in_run - PEAKS
-    assert set(READERS) == set(WORDS) == in_run
+    assert {*KINDS, "signal"} == set(WORDS) == in_run
 
 
 def test_a_narrow_clearance_turns_the_verdict_red() -> None:

@@ -11,17 +11,16 @@ from heavylift.nodes.devs import seconds
 from heavylift.nodes.models.parts import (
     Done,
     DriveActor,
-    Follow,
-    Halt,
     Limit,
+    Order,
     RopeState,
-    Run,
     SetFollow,
     SetProfile,
     StateEvent,
     Watch,
     WinchActor,
 )
+from heavylift.nodes.plan import End, Follow, Motion
 from yard import Bench
 
 MIN = 1 / 60
@@ -36,8 +35,16 @@ C24 = {  # distance [m], speed [m/s], ramp [m/s2]
 }
 
 
-def run(speed: float, accel: float = 0.05, by: float | None = None, to: float | None = None, id: int = 1) -> Run:
-    return Run("x", id, (2, 0), speed, accel, by, to)
+def run(speed: float, accel: float = 0.05, by: float | None = None, to: float | None = None, id: int = 1) -> Order:
+    return Order("x", id, (2, 0), Motion(speed=speed, accel=accel, by=by, to=to))
+
+
+def end(id: int, s: float = 0.0) -> Order:
+    return Order("x", id, (0, 0), End(s=s))
+
+
+def follow(kc: float) -> Order:
+    return Order("x", 3, (0, 0), Follow(model="", actuator="x", master="turn", law=(0.0, kc, 0.0)))
 
 
 def drive(lower: float | None = None, upper: float | None = None) -> Bench:
@@ -73,7 +80,7 @@ def test_no_way_to_go_is_done_at_once() -> None:
 
 
 def test_a_halted_move_ramps_down_and_is_done_where_it_stands() -> None:
-    bench = drive().put(0.0, "order", run(-0.5)).put(30.0, "order", Halt("x", 1, (0, 0)))
+    bench = drive().put(0.0, "order", run(-0.5)).put(30.0, "order", end(1))
     assert bench.said() == [
         (0.0, "input", SetProfile("x", 0, -0.5, 0.05)),
         (30.0, "input", SetProfile("x", seconds(30.0), 0.0, 0.05)),
@@ -82,12 +89,12 @@ def test_a_halted_move_ramps_down_and_is_done_where_it_stands() -> None:
 
 
 def test_a_halt_that_comes_late_changes_nothing() -> None:
-    bench = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(9.0, "order", Halt("x", 1, (0, 0)))
+    bench = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(9.0, "order", end(1))
     assert [type(m) for _, _, m in bench.said()] == [SetProfile, Done]
 
 
 def test_a_new_move_takes_over_from_one_that_ramps_down() -> None:
-    bench = drive().put(0.0, "order", run(0.5)).put(20.0, "order", Halt("x", 1, (0, 0)))
+    bench = drive().put(0.0, "order", run(0.5)).put(20.0, "order", end(1))
     out = bench.put(25.0, "order", run(0.5, by=10.0, id=2)).said()[2:]
     x = 10.0 + 2.5 + 5.0 + (0.5 * 5 - 0.025 * 25)
     assert out[0] == (25.0, "input", SetProfile("x", seconds(25.0), 0.5, 0.05, 10.0))
@@ -103,7 +110,7 @@ def test_two_moves_at_once_are_refused_with_the_number_of_the_second() -> None:
 
 
 def test_orders_to_others_are_not_heard() -> None:
-    assert drive().put(0.0, "order", Run("y", 1, (0, 0), 1.0, 1.0, 4.0)).said() == []
+    assert drive().put(0.0, "order", Order("y", 1, (0, 0), Motion(speed=1.0, accel=1.0, by=4.0))).said() == []
 
 
 def test_an_endless_move_stops_at_the_end_of_the_travel() -> None:
@@ -125,22 +132,21 @@ def test_a_distance_beyond_the_end_is_cut_short_and_reported_and_the_way_back_is
 
 
 def test_a_follower_holds_its_place_when_released_and_knows_it() -> None:
-    follow = Follow("x", 3, (0, 0), "turn", 0.0, kc=-14.6, ks=0.0)
-    bench = drive().put(0.0, "order", follow).put(620.0, "order", Follow("x", 3, (0, 0), "", 3.141592653589793))
+    bench = drive().put(0.0, "order", follow(-14.6)).put(620.0, "order", end(3, 3.141592653589793))
     out = bench.put(630.0, "order", run(1.0, 1.0, to=40.2)).said()
-    assert out[0] == (0.0, "input", SetFollow("x", "turn", 0.0, -14.6, 0.0))
+    assert out[0] == (0.0, "input", SetFollow("x", "turn", (0.0, -14.6, 0.0)))
     assert out[1] == (620.0, "input", SetFollow("x"))
     assert out[2] == (630.0, "input", SetProfile("x", seconds(630.0), 1.0, 1.0, about(1.0)))
 
 
 def test_release_and_a_new_move_fit_into_one_bag() -> None:
-    bench = drive().put(0.0, "order", Follow("x", 3, (0, 0), "turn", 0.0, 1.0, 0.0))
-    out = bench.put(9.0, "order", Follow("x", 3, (0, 0), "", 0.0), run(1.0, 1.0, by=4.0)).said()
+    bench = drive().put(0.0, "order", follow(1.0))
+    out = bench.put(9.0, "order", end(3), run(1.0, 1.0, by=4.0)).said()
     assert [type(m) for _, _, m in out] == [SetFollow, SetFollow, SetProfile, Done]
 
 
 def test_a_follower_takes_no_moves() -> None:
-    bench = drive().put(0.0, "order", Follow("x", 3, (0, 0), "turn", 0.0, 1.0, 0.0))
+    bench = drive().put(0.0, "order", follow(1.0))
     with pytest.raises(ModelError, match=r"order 1 of action 3: x follows turn, wait until that is done"):
         bench.put(9.0, "order", run(1.0, by=4.0)).said()
 

@@ -5,14 +5,13 @@ from math import degrees
 from heavylift.nodes.models import build_one
 from heavylift.nodes.models.parts import (
     Attitude,
-    BrakeOrder,
     BrakeState,
     Done,
     Hook,
     Hooked,
-    HookOrder,
     Landed,
     Lifted,
+    Order,
     Overload,
     RopeState,
     SetBrake,
@@ -20,9 +19,10 @@ from heavylift.nodes.models.parts import (
     Touched,
     Unhook,
     Unhooked,
-    UnhookOrder,
     Watch,
 )
+from heavylift.nodes.plan import Brake, Hookup
+from heavylift.nodes.plan import Unhook as Release
 from yard import Bench, turnover
 
 RATED = Watch("loader-3.load", 2.6e6, True)
@@ -34,8 +34,10 @@ def loader(hooked: str = "AB") -> Bench:
 
 
 def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
-    bench = loader(hooked="A").put(1.0, "order", HookOrder(ONE, 7, (0, 0), "B'+16", (16.0, 12.0, -5.6)))
-    bench.put(2.0, "order", HookOrder(TWO, 8, (0, 0), "B'+20", (20.0, 12.0, -5.6)))
+    bench = loader(hooked="A").put(
+        1.0, "order", Order(ONE, 7, (0, 0), Hookup(sling=ONE, lug="B'+16", p=(16.0, 12.0, -5.6)))
+    )
+    bench.put(2.0, "order", Order(TWO, 8, (0, 0), Hookup(sling=TWO, lug="B'+20", p=(20.0, 12.0, -5.6))))
     assert bench.said() == [
         (0.0, "input", RATED),
         (1.0, "input", Hook(ONE, b=(16.0, 12.0, -5.6))),
@@ -50,7 +52,11 @@ def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
 
 
 def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
-    bench = loader().put(1.0, "order", UnhookOrder(ONE, 1, (0, 0))).put(2.0, "order", UnhookOrder(TWO, 2, (0, 0)))
+    bench = (
+        loader()
+        .put(1.0, "order", Order(ONE, 1, (0, 0), Release(sling=ONE)))
+        .put(2.0, "order", Order(TWO, 2, (0, 0), Release(sling=TWO)))
+    )
     assert bench.said()[1:] == [
         (1.0, "input", Unhook(ONE)),
         (1.0, "report", Unhooked(ONE)),
@@ -66,8 +72,8 @@ def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
 def test_the_hinge_is_locked_by_order_once() -> None:
     bench = (
         loader()
-        .put(1.0, "order", BrakeOrder(LOCK, 4, (0, 0), True))
-        .put(2.0, "order", BrakeOrder(LOCK, 5, (0, 0), True))
+        .put(1.0, "order", Order(LOCK, 4, (0, 0), Brake(model="loader-3", brake=LOCK, engaged=True)))
+        .put(2.0, "order", Order(LOCK, 5, (0, 0), Brake(model="loader-3", brake=LOCK, engaged=True)))
     )
     assert bench.said()[1:] == [
         (1.0, "input", SetBrake(LOCK, True)),

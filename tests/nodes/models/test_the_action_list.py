@@ -8,11 +8,8 @@ from heavylift.kernel.description import Threshold
 from heavylift.nodes.devs import seconds
 from heavylift.nodes.models.parts import (
     Finished,
-    Follow,
-    Halt,
     Hook,
     Order,
-    Run,
     SetFollow,
     SetProfile,
     Stage,
@@ -27,9 +24,12 @@ from heavylift.nodes.plan import (
     And,
     Condition,
     Crossing,
+    End,
+    Follow,
     Hookup,
     Landed,
     Lifted,
+    Motion,
     Move,
     MovesDone,
     Slings,
@@ -98,9 +98,11 @@ def test_each_hook_creeps_until_its_own_slings_are_taut() -> None:
     load = Action(when=taut(), orders=(hoist("west.H1", -1.0),))
     script = [line for i, s in enumerate(SLINGS) for line in events("taut", 50.0 + i, s)]
     yard = Yard(turnover(creep, load), *script).run(100.0)
-    halts = [(t, m.actor) for t, m in yard.said(COMMANDER, Halt)]
+    halts = [(t, m.actor) for t, m in yard.said(COMMANDER, Order) if isinstance(m.what, End)]
     assert halts == [(51.0 + 2 * i, hook) for i, hook in enumerate(pairs)]
-    assert [(t, m.actor) for t, m in yard.said(COMMANDER, Run)][6:] == [(61.0, "west.H1")]
+    assert [(t, m.actor) for t, m in yard.said(COMMANDER, Order) if isinstance(m.what, Motion)][6:] == [
+        (61.0, "west.H1")
+    ]
 
 
 def test_the_next_action_may_take_over_while_the_last_move_ramps_down() -> None:
@@ -169,9 +171,9 @@ def test_a_turn_sends_its_laws_once_and_lets_go_at_the_end() -> None:
     ]
     follows = yard.inputs(SetFollow)
     assert [t for t, _ in follows] == [0.0] * 10 + [done] * 10
-    assert dict((m.actuator, (m.kc, m.ks)) for _, m in follows[:10])["west.H3"] == (-5.6, 12.0)
+    assert dict((m.actuator, m.law[1:]) for _, m in follows[:10])["west.H3"] == (-5.6, 12.0)
     assert [m.master for _, m in follows] == ["turn"] * 10 + [""] * 10
-    assert {m.s for _, m in yard.said(COMMANDER, Follow)} == {0.0, pi / 2}
+    assert {m.what.s for _, m in yard.said(COMMANDER, Order) if isinstance(m.what, Follow | End)} == {0.0, pi / 2}
 
 
 def test_slings_change_their_lugs_and_the_second_half_follows_them() -> None:
@@ -184,7 +186,7 @@ def test_slings_change_their_lugs_and_the_second_half_follows_them() -> None:
     yard = Yard(turnover(unhook, hook, turn)).run()
     assert [m.rope for _, m in yard.inputs(Unhook)] == sorted(s for s, _ in b)
     assert yard.inputs(Hook)[0] == (0.0, Hook("loader-3.sling-1", b=(-16.0, 12.0, -5.6)))
-    law = {m.actuator: (m.kc, m.ks) for _, m in yard.inputs(SetFollow)[:10]}
+    law = {m.actuator: m.law[1:] for _, m in yard.inputs(SetFollow)[:10]}
     assert law["east.lower-slide.drive"] == (12.0, -5.6)
 
 

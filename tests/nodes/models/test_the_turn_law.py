@@ -1,12 +1,12 @@
 """Trolleys and winches follow the turn by the lugs that they carry: the table of the scene `turnover`."""
 
-from math import cos, radians, sin
+from math import radians
 
 import msgspec
 import pytest
 from heavylift.kernel import ModelError
-from heavylift.nodes.models.commander import Follower, first_lugs, followers
-from heavylift.nodes.plan import Plan
+from heavylift.nodes.models.commander import first_lugs, followers
+from heavylift.nodes.plan import Follow, Plan
 from yard import turnover
 
 FIRST = [(0, 61.0, 19.4, -14.6, 12.0), (30, 53.7, 26.1, -12.64, 13.19), (60, 48.4, 32.6, -7.30, 10.85)]
@@ -14,12 +14,12 @@ FIRST += [(85, 46.5, 36.5, -1.27, 6.62), (90, 46.4, 37.0, 0.0, 5.6)]
 SECOND = [(90, 46.4, 37.0, 0.0, -5.6), (120, 48.4, 32.6, 7.30, -10.85), (180, 61.0, 19.4, 14.6, -12.0)]
 
 
-def laws(plan: Plan, lugs: dict[str, str]) -> dict[str, Follower]:
+def laws(plan: Plan, lugs: dict[str, str]) -> dict[str, Follow]:
     return {f.actuator: f for f in followers(plan.machines, lugs)}
 
 
-def way(f: Follower, a: float, b: float) -> float:
-    return f.kc * (cos(b) - cos(a)) + f.ks * (sin(b) - sin(a))
+def way(f: Follow, a: float, b: float) -> float:
+    return f.value(b) - f.value(a)
 
 
 def half(lug: str) -> dict[str, str]:
@@ -59,7 +59,9 @@ def test_a_centre_of_gravity_off_the_middle_is_what_stays_in_place() -> None:
     (cargo,) = block.cargo
     aside = msgspec.structs.replace(block, cargo=(msgspec.structs.replace(cargo, com=(0.0, 0.5, 0.25)),))
     moved = msgspec.structs.replace(plan, machines=(*others, aside))
-    assert laws(moved, half("B"))["west.H1"] == Follower("west", "west.H1", 0.25, -15.1)
+    assert laws(moved, half("B"))["west.H1"] == Follow(
+        model="west", actuator="west.H1", master="turn", law=(0.0, 0.25, -15.1)
+    )
 
 
 def test_nothing_hooked_cannot_turn() -> None:

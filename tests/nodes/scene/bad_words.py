@@ -40,7 +40,7 @@ WORDS = {
     ),
     "a time of the clock": (
         "lift",
-        [("wait: 60 s", "wait: 1:00")],
+        [("wait: 20 s", "wait: 1:00")],
         "1:00",
         "actions[4].wait: '1:00' is no time: write '60 s' or '60 min', as it is meant",
     ),

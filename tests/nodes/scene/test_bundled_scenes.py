@@ -35,6 +35,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "tandem": (15, 40, 4, 8, 8, 5),
     "trolley": (2, 4, 0, 0, 2, 4),
     "turnover": (19, 54, 6, 12, 10, 23),
+    "turnover-untuned": (19, 54, 6, 12, 10, 23),
     "wind-tandem": (15, 40, 4, 8, 9, 5),
     "yard": (12, 36, 3, 12, 7, 22),
 }

@@ -102,7 +102,7 @@ LIMITED = "limits: {{signals: [{}]}}\n"
 
 
 def limited(*signals):
-    text = f"extends: wind-tandem\nname: limited\n{LIMITED.format(', '.join(signals))}"
+    text = f"extends: wind-tandem\nname: limited\n{LIMITED.format(', '.join(signals))}end: 200 s\n"
     return parse(text, "scene.yaml", passing=True)
 
 

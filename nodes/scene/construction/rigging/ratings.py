@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from heavylift.kernel.description.mechanics import WORLD, Vector
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys import schema
@@ -17,6 +18,8 @@ from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingType
 from heavylift.nodes.scene.text.source import Path
 
 from .slings import lugs_of, slings_of
+
+WAYS: dict[Vector, tuple[Quantity, str]] = {(1.0, 0.0, 0.0): ("rails", "along"), (0.0, 1.0, 0.0): ("girder", "across")}
 
 
 def hook_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
@@ -34,6 +37,41 @@ def hook_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
         winch = next((a for a in machine.actuators if a.name == hook.rope), None)
         ends = None if winch is None or winch.lower is None or winch.upper is None else (winch.lower, winch.upper)
         yield from _hoist(yard, given, at, ends)
+    if len(machine.hooks) > 1:
+        every, where = tuple(hook.rope for hook in machine.hooks), machine.where
+        told = "its type states none of all its hooks together"
+        yield Limit(subject=machine.name, quantity="crane load", unit="kg", elements=every, note=told, where=where)
+    yield from _travels(yard, machine)
+
+
+def _travels(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
+    """Between which ends what carries hooks travels along the world's x or y, and what ropes may pull it that way."""
+    keys: Any = yard.scene.machines.get(machine.name) or yard.scene.mechanism
+    joints = {joint.child: joint for joint in machine.system.joints}
+    driven = {drive.joint: drive.name for drive in machine.system.drives}
+    carried: dict[str, tuple[str, ...]] = {}  # body -> hooks that travel with it
+    for hook in machine.hooks:
+        body = hook.on
+        while (joint := joints.get(body)) is not None and joint.kind in ("prismatic", "fixed"):
+            carried[body], body = (*carried.get(body, ()), hook.rope), joint.parent
+        if body != WORLD:  # it turns
+            carried = {name: tuple(rope for rope in ropes if rope != hook.rope) for name, ropes in carried.items()}
+    for body, ropes in carried.items():
+        way = WAYS.get(joints[body].axis) if ropes and joints[body].kind == "prismatic" else None
+        name = driven.get(joints[body].name)
+        actuator = next((x for x in machine.actuators if x.name == name), None)
+        if way is None or actuator is None:
+            continue
+        quantity, over = way
+        subject = machine.name if joints[body].parent == WORLD else f"{machine.name} {body.rpartition('.')[2]}"
+        at = {"subject": subject, "where": actuator.where}
+        if actuator.lower is not None and actuator.upper is not None:
+            between = actuator.lower, actuator.upper
+            yield Limit(quantity=quantity, unit="m", between=between, elements=(body,), source="its type", **at)  # type: ignore[arg-type]
+        for key, does in (("force", "its drive moves"), ("brake", "its brake holds")):
+            most = getattr(keys.drives[name], key)
+            row = {"note": does, "source": "its type"} if most else {"note": f"its type states no '{key}' of {name}"}
+            yield Limit(quantity="side force", unit="N", value=most, over=over, elements=ropes, **at, **row)  # type: ignore[arg-type]
 
 
 def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float] | None) -> Iterator[Limit]:
@@ -45,9 +83,10 @@ def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float
     yield Limit(quantity="off-lead", value=most, note=note, **{**at, "unit": "rad", "source": by})
     if given.fall_breaking:
         yield from strength_limits("hoist rope", at["subject"], given.fall_breaking, at["where"], {})
-    yield Limit(quantity="drum pull", note="its type states none", **{**at, "unit": "N", "source": ""})
-    if given.highest is not None:
-        yield Limit(quantity="hook height", value=given.highest, **{**at, "unit": "m"})
+    pull = {"value": given.drum_pull} if given.drum_pull else {"note": "its type states none", "source": ""}
+    yield Limit(quantity="drum pull", **{**at, "unit": "N", **pull})
+    high = {"value": given.highest} if given.highest is not None else {"note": "its type states none", "source": ""}
+    yield Limit(quantity="hook height", **{**at, "unit": "m", **high})
     if ends is not None:
         yield Limit(quantity="rope length", between=ends, **{**at, "unit": "m"})
 

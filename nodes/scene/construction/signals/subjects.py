@@ -30,7 +30,7 @@ class Subjects:
 
     def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.mechanisms, self.gravity = yard, mechanisms, yard.scene.gravity
-        machines = [*yard.machines, *mechanisms]
+        self.machines = machines = [*yard.machines, *mechanisms]
         self.hooks = {hook.rope: hook for m in machines for hook in m.hooks}
         self.ropes = {rope.name: m.name for m in machines for rope in m.system.all_ropes}
         own = {beam: f"{crane}.{hook}" for beam, (crane, hook) in yard.hooks.items()}
@@ -62,7 +62,7 @@ class Subjects:
             case "load" if hook:
                 return model, Signal(kind, ropes=(hook.rope,), numbers=(1.0 / self.gravity, hook.block_mass))
             case "load" if (row := self.ratings[quantity].get(word)) and row.unit == "kg":
-                each = signal_of(row, self.hooks, self.gravity)
+                each = signal_of(row, self.machines, self.gravity)
                 return (self.ropes[row.elements[0]], each) if each else None
             case "radius" if hook and hook.axis:
                 return model, Signal(kind, point=hook.eye, origin=hook.axis)

@@ -165,6 +165,8 @@ class Drive(keys_of(k.Drive, "wave")):  # type: ignore[misc]
     verb: Literal["travel", "traverse", "slew", "luff"] | None = None
     speed: u.StrokeSpeed | None = None  # the highest that orders may give it
     emergency: u.StrokeRamp | None = None  # deceleration by `stop` and interlocks; left out: the ramp
+    force: u.Force | None = None  # that it moves; ropes that lead off the vertical may pull no more along it
+    brake: u.Force | None = None  # that its brake holds
 
 
 class BoomChart(Base):
@@ -199,6 +201,7 @@ class Hook(Base):
     fall_mass: u.MassPerLength | None = None  # where the fidelity gives ropes a mass; left out: of steel wire so stiff
     fall_breaking: u.Force | None = None  # left out: the rope is not judged
     mechanism_group: MechanismGroup = "M6"  # gives the rope factor by ISO 4308-1
+    drum_pull: u.Force | None = None  # that its rope may pull at the drum
     damping: u.Ratio = 0.03  # of critical, with what it carries at the start
     speed: u.Speed
     ramp: u.Ramp

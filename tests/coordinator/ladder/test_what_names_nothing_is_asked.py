@@ -1,0 +1,99 @@
+"""A scene that leaves open how it is run is asked what is usually meant, and is run as finely as its checks need."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import msgspec
+import pytest
+from heavylift.coordinator.cli import main
+from heavylift.coordinator.ladder import Figure, Ladder, Measuring, Rung, chosen, decided, play
+from heavylift.coordinator.ladder.choosing import _looks
+from heavylift.coordinator.run.simulate import simulate
+from heavylift.nodes.plan import MEANT, OF_TENSIONS, Question
+from heavylift.nodes.scene import LoadedScene, load
+from heavylift.recordings.read.verdict import Check
+
+NAMED = ["ask=[]", "accuracy=0.1 %", "method=radau5", "tolerance=1e-5", "step=5 ms", "fidelity={}"]
+MOST = 5.0  # times what the errors of steps are, they may be told to be where their order is seen
+
+
+@pytest.mark.parametrize("named", NAMED)
+@pytest.mark.parametrize("scene", ["lift", "turnover", "tandem"])
+def test_only_a_scene_that_names_none_of_six_keys_is_asked(scene: str, named: str) -> None:
+    assert load(scene).question == Question(MEANT, 0.01)
+    assert load(scene, ["end=5 s", "samples=4 Hz", "seed=3"]).question == Question(MEANT, 0.01)
+    given = load(scene, [named])
+    assert given.question is None
+    assert given.facts.accuracy == (0.001 if "accuracy" in named else OF_TENSIONS)
+    assert chosen(given).plan == given.plan
+
+
+def test_the_summary_has_one_line_of_what_is_answered(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.argv", ["heavylift", "run", "lift", "-o", str(tmp_path / "a.mcap"), "--in-process"])
+    main()
+    said = capsys.readouterr().out
+    answer = chosen(load("lift")).answer
+    assert answer is not None
+    assert [line for line in said.splitlines() if "within" in line] == [str(answer)]
+    assert max(answer.errors.values()) <= 0.01
+    assert f"digest {simulate('lift').digest}" in said
+
+
+def checks(scene: LoadedScene) -> list[Check]:
+    """Of its signals."""
+    return [c for c in play(scene.plan, errors=scene.errors).verdict.checks if c.quantity == "signal"]
+
+
+def test_a_run_is_as_accurate_as_its_checks_need() -> None:
+    def limited(tension: float) -> list[str]:
+        return [f"limits.signals=[tension of crane.H1 <= {tension / 1e3!r} kN]"]
+
+    (far,) = checks(chosen(load("lift", limited(2e6))))
+    assert far.error
+    near = limited(far.value + 0.5 * far.error)
+    assert [c.state for c in checks(chosen(load("lift", near)))] == ["undecided"]
+    said: list[str] = []
+    fine = decided(load("lift", near), said.append)
+    after = play(fine.plan, errors=fine.errors).verdict.checks
+    assert all(c.state != "undecided" for c in after)
+    assert said[-1].endswith(": 0 checks undecided")
+
+
+class Falling(Measuring):
+    """Figures whose errors fall as powers of the tolerance."""
+
+    def __init__(self, orders: dict[str, float], sizes: dict[str, float]) -> None:
+        super().__init__(MEANT)
+        self.orders, self.sizes = orders, sizes
+
+    def error(self, name: str, rung: Rung) -> float:
+        return float(self.sizes[name] * rung.plan.tolerance ** self.orders[name])
+
+    def figures(self, rung: Rung) -> dict[str, Figure]:
+        return {x: Figure(x, "swing", "m", 1.0 + self.error(x, rung), 1.0) for x in self.orders}
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_left_of_errors_of_steps_is_bounded_and_not_by_much(seed: int) -> None:
+    draw = Random(seed)
+    order = draw.uniform(0.55, 1.2)
+    measuring = Falling(
+        {f"f{i}": order for i in range(5)}, {f"f{i}": draw.choice((-1, 1)) * draw.uniform(0.1, 9.0) for i in range(5)}
+    )
+    plan = msgspec.structs.replace(load("lift").plan, method="radau5")
+    rungs = Ladder(plan).rungs(Ladder(plan).full[0])
+    first = draw.randrange(4)
+    second = first + draw.choice((1, 2))
+    third = second + draw.choice((1, 2))
+    for runs in ([rungs[first], rungs[second]], [rungs[first], rungs[second], rungs[third]]):
+        looks = _looks(runs, {}, (), measuring)
+        for look, rung in zip(looks, runs, strict=True):
+            for name, told in look.steps.items():
+                assert told >= abs(measuring.error(name, rung))
+        if len(runs) == 3:
+            most = max(looks[-1].steps.values()) / max(abs(measuring.error(x, runs[-1])) for x in measuring.orders)
+            assert most <= MOST
