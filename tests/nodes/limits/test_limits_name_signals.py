@@ -4,12 +4,10 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Point, Quantity
-from heavylift.kernel.description.mechanics import assembled
+from heavylift.kernel.description import Point, Quantity, assembled
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.model import LINED, ROWS, SIDES, check_signal, scalar
-from heavylift.nodes.limits import KINDS, READERS, signal_of, signals_of
-from heavylift.nodes.limits.reading import evaluated
+from heavylift.nodes.limits import KINDS, READERS, evaluated, signal_of, signals_of
 from heavylift.nodes.scene import bundled, load
 
 PLACES = {"height": 1, "height difference": 2, "radius": 2, "moment": 2, "use by place": 1, "gap": 8}
