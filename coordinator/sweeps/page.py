@@ -158,9 +158,8 @@ def _histograms(found: Summary) -> list[str]:
     for ax, name in zip(figure.axes, names, strict=True):
         values = found.results[name][np.isfinite(found.results[name])]
         bins = min(40, max(5, round(len(values) ** 0.5)))
-        same = (
-            len(values) > 0 and np.ptp(values) <= 1e-9 * np.abs(values).max()
-        )  # but for rounding, which leaves no room for several bins
+        # results that differ by rounding only leave no room for several bins
+        same = len(values) > 0 and np.ptp(values) <= 1e-9 * np.abs(values).max()
         ax.hist(values, bins=1 if same else bins, color=COLOURS[0], edgecolor=PAPER, lw=0.5)
         if name == "use":
             ax.axvline(1.0, color=LIMIT, lw=1.1, ls=(0, (6, 3)))
