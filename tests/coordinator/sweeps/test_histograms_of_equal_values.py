@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from heavylift.coordinator.sweeps.page import _histograms
 from heavylift.coordinator.sweeps import Summary
+from heavylift.coordinator.sweeps.page import _histograms
 
 NEAR = np.nextafter(88.7, 90.0)
 
