@@ -1,7 +1,6 @@
-"""Writes REFERENCE.md: commands, keys of scene files, public names of the rooms, all from their own docstrings.
+"""The reference: commands, keys of scene files, public names of the rooms, made from docstrings, help texts and schema.
 
-`python tests/pages/reference.py` in the repository makes the page anew; a test holds it against what it would be.
-What a page should say is said where it is written: in docstrings, help texts and comments behind keys.
+The documentation site calls `parts`; nothing of it is stored.  `python tests/pages/reference.py` prints it.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from types import ModuleType
 from typing import Any
 
 import typer
-from page_blocks import ROOT
 
 MODULES = (  # and perhaps which names of each
     "heavylift",
@@ -41,17 +39,17 @@ MODULES = (  # and perhaps which names of each
     "heavylift.kernel.forces.mathematics",
     "heavylift.kernel.errors",
 )
-HEAD = """# Reference
+HEADS = {
+    "commands": "# Commands\n\nEach prints this with `--help`.",
+    "scene-files": "# Scene files\n\n`heavylift schema` writes the same as a JSON Schema, which editors read.",
+    "python": "# Python\n\nPublic names of the packages. Times are in seconds, quantities in SI units unless stated.",
+}
 
-Made from docstrings, help texts and the models that read scenes, by `python tests/pages/reference.py`.
-[Commands](#commands), [scene files](#scene-files), [Python](#python).
-"""
 
-
-def page() -> str:
-    """The whole page as Markdown."""
-    parts = [HEAD, "## Commands\n", *_commands(), "## Scene files\n", *_keys(), "## Python\n", *_modules()]
-    return "\n".join(part.rstrip() + "\n" for part in parts)
+def parts() -> dict[str, str]:
+    """The pages of the reference as Markdown, by name."""
+    made = {"commands": _commands, "scene-files": _keys, "python": _modules}
+    return {name: "\n\n".join(part.strip() for part in (HEADS[name], *make())) + "\n" for name, make in made.items()}
 
 
 def _commands() -> Iterator[str]:
@@ -65,8 +63,8 @@ def _commands() -> Iterator[str]:
         rows += [_row(p.name, p.help) for p in command.params if p.param_type_name == "argument"]
         usage = " ".join(["heavylift", name, *words])
         told = "\n\n".join(" ".join(part.split()) for part in command.help.split("\n\n"))
-        table = ["| | |", "|---|---|", *rows] if rows else []
-        yield "\n".join([f"### `{usage}`\n", f"{told} Example: `{command.example}`\n", *table])
+        table = ["| option or argument | meaning |", "|---|---|", *rows] if rows else []
+        yield "\n".join([f"## `{usage}`\n", f"{told} Example: `{command.example}`\n", *table])
 
 
 def _keys() -> Iterator[str]:
@@ -74,7 +72,7 @@ def _keys() -> Iterator[str]:
     from heavylift.nodes.scene.language import phrases
 
     schema = json_schema()
-    grammar = inspect.cleandoc((phrases.__doc__ or "").partition("\n\n")[2])
+    grammar = inspect.cleandoc(phrases.__doc__ or "").partition("\n\n")[2]
     yield (
         "A quantity is written with its unit, and perhaps how uncertain it is (`480 t +- 3 %`, `480 t sd 5 t`, "
         "`460..500 t`); `string` stands for a name, `list` and `mapping` for several; `like: name` in an entry copies "
@@ -88,7 +86,9 @@ def _keys() -> Iterator[str]:
             _key(key, value, key in model.get("required", ())) for key, value in model.get("properties", {}).items()
         ]
         if rows:
-            yield "\n".join([f"### {_plain(name)}\n", f"{told}\n", "| key | default | |", "|---|---|---|", *rows])
+            yield "\n".join(
+                [f"## {_plain(name)}\n", f"{told}\n", "| key | default | meaning |", "|---|---|---|", *rows]
+            )
 
 
 def _key(name: str, value: dict[str, Any], required: bool) -> str:
@@ -143,14 +143,14 @@ def _modules() -> Iterator[str]:
         name, _, some = told.partition(": ")
         module = import_module(name)
         doc = inspect.cleandoc(module.__doc__ or "")
-        yield f"### {name}\n\n```\n{doc}\n```"
-        for public in some.split() or _public(module):
+        yield f"## {name}\n\n```\n{doc}\n```"
+        for public in some.split() or public_names(module):
             entry = _entry(public, getattr(module, public))
             if entry:
                 yield entry
 
 
-def _public(module: ModuleType) -> list[str]:
+def public_names(module: ModuleType) -> list[str]:
     own = [
         k for k, v in vars(module).items() if getattr(v, "__module__", "") == module.__name__ and not k.startswith("_")
     ]
@@ -161,9 +161,9 @@ def _entry(name: str, thing: object) -> str:
     if isinstance(thing, type) and thing.__doc__:
         lines = [f"**`{name}`** {_first(thing)}", *_members(thing)]
         return "\n".join(lines)
-    if inspect.isfunction(thing) and thing.__doc__:
+    if inspect.isfunction(thing):
         return f"**`{name}{_signature(thing)}`** {_first(thing)}"
-    return ""
+    return "" if isinstance(thing, ModuleType) else f"**`{name}`** `{str(thing).replace('typing.', '')}`"
 
 
 def _members(kind: type) -> Iterator[str]:
@@ -208,4 +208,4 @@ def _row(*cells: str | None) -> str:
 
 
 if __name__ == "__main__":
-    (ROOT / "coordinator" / "REFERENCE.md").write_text(page(), encoding="utf-8")
+    print("\n".join(parts().values()))

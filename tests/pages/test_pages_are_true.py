@@ -1,7 +1,8 @@
-"""Pages of the project: their commands exist, their links lead somewhere, the reference is what the sources say."""
+"""Commands of pages exist, links lead somewhere, and the reference describes the public interface."""
 
 from __future__ import annotations
 
+import inspect
 import re
 import shlex
 from importlib import import_module
@@ -9,8 +10,9 @@ from importlib import import_module
 import pytest
 import typer
 from heavylift.coordinator.commands import app
+from heavylift.nodes.scene import json_schema
 from page_blocks import ROOT
-from reference import page
+from reference import MODULES, parts, public_names
 
 PAGES = sorted(
     str(path.relative_to(ROOT))
@@ -50,9 +52,31 @@ def test_files_named_in_commands_exist(name: str) -> None:
     assert [path for path in named if not (ROOT / path).exists() and not (here / path).exists()] == []
 
 
-def test_the_reference_is_what_the_sources_say() -> None:
-    committed = (ROOT / "coordinator" / "REFERENCE.md").read_text()
-    assert committed == page(), "make it anew: python tests/pages/reference.py"
+REFERENCE = parts()
+
+
+def test_the_reference_describes_every_command_and_option() -> None:
+    for name, command in COMMANDS.items():
+        (part,) = re.findall(rf"^## `heavylift {name}[ `].*?(?=^## |\Z)", REFERENCE["commands"], re.M | re.S)
+        rows = dict(re.findall(r"^\| `?([^|`]*)`? \| (.*) \|$", part, re.M))
+        for parameter in command.params:
+            told = ", ".join(parameter.opts) if parameter.param_type_name == "option" else parameter.name
+            assert rows.get(told), f"heavylift {name} {told}"
+
+
+def test_the_reference_describes_every_key_of_scenes() -> None:
+    keys = re.findall(r"^\| `([^`]*)` \|", REFERENCE["scene-files"], re.M)
+    schema = json_schema()
+    models = [schema, *(option for part in schema["$defs"].values() for option in [part, *part.get("anyOf", [])])]
+    assert {key for model in models for key in model.get("properties", {})} - {"like"} == set(keys) - {"like"}
+
+
+@pytest.mark.parametrize("module", [told for told in MODULES if ":" not in told])
+def test_the_reference_describes_every_public_name(module: str) -> None:
+    there = import_module(module)
+    names = [name for name in public_names(there) if not inspect.ismodule(getattr(there, name))]
+    (part,) = re.findall(rf"^## {re.escape(module)}$.*?(?=^## |\Z)", REFERENCE["python"], re.M | re.S)
+    assert [name for name in names if f"**`{name}" not in part] == []
 
 
 IMPORT = re.compile(r"^ *from (heavylift[\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
@@ -71,8 +95,8 @@ def test_the_reference_has_what_pages_import(name: str) -> None:
         if word.strip() and module not in OTHERS and ".zoo." not in module
     ]
     classes = [word for module, word in found if callable(getattr(import_module(module), word))]
-    assert [word for word in classes if not re.search(rf"^\*\*`{word}\b", page(), re.MULTILINE)] == []
+    assert [word for word in classes if not re.search(rf"^\*\*`{word}\b", REFERENCE["python"], re.MULTILINE)] == []
 
 
 def test_the_reference_has_what_models_are_made_of() -> None:
-    assert [word for word in ALWAYS if not re.search(rf"^\*\*`{word}`", page(), re.MULTILINE)] == []
+    assert [word for word in ALWAYS if not re.search(rf"^\*\*`{word}`", REFERENCE["python"], re.MULTILINE)] == []

@@ -9,10 +9,11 @@ from page_blocks import follow
 def test_a_beginner_comes_to_a_lift_of_their_own(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert follow("nodes/scenes/TUTORIAL.md", tmp_path, capfd, monkeypatch) == 20
+    assert follow("nodes/scenes/TUTORIAL.md", tmp_path, capfd, monkeypatch) == 24
     assert {path.name for path in tmp_path.iterdir()} >= {
         "my-lift.html",
         "my-lift-report.html",
         "both.png",
         "mine.mcap",
+        "pair-lift.png",
     }

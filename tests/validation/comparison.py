@@ -91,9 +91,10 @@ class Case:
         return self.compute.__name__
 
     def lines(self) -> list[tuple[Row, str]]:
-        """Each row with its line of the page."""
-        shown = f"[{Path(self.shown).stem}](../{self.shown})"
-        return [(row, f"| {self.source} | {row.cells()} | {shown} |") for row in self.compute()]
+        """Each row with its line of the page; the first one names the source and links to the test."""
+        rows = list(self.compute())
+        first = f"| [{self.source}](../{self.shown}) | "
+        return [(row, f"{'| | ' if number else first}{row.cells()} |") for number, row in enumerate(rows)]
 
 
 CASES: list[Case] = []

@@ -57,12 +57,11 @@ SCALE, TRACK = 0.05, 0.1  # of an angle: perspective and what the fit of the tro
 LENGTH = 0.01  # of a period: the wire is given as 1 m and 0.5 m
 CRANE = "laboratory crane, 2022 (github peterkrull/EIT6-Crane-Control, f408f82, camera tracks)"
 CRANE_WHY = (
-    "periods: the wire is given as 1 m or 0.5 m, but not to what point of the load. Swings: both runs at 7 A are "
-    "missed by far, and the cause is not known. SciPy solves the same pendulum below the same trolley to our figures "
-    "within 0.1°, so it is not the computation; it is what the pendulum leaves out (hook and container as one point, "
-    "no damping), or the camera: what it makes of one and the same height drifts by 4 % and more along the rail, and "
-    "the authors' scripts measure the angle both between the marks, as here, and with 0.13 m added to their distance, "
-    "which would make theirs 13 % smaller at 1 m, 25 % at 0.5 m, and every swing of ours too large"
+    "periods: the source gives the wire as 1 m or 0.5 m without the reference point on the load. Swings at 7 A: cause"
+    " unknown. SciPy solves the same pendulum to our figures within 0.1°, so the computation is not the cause. "
+    "Candidates are the model (hook and container as one point, no damping) and the camera, whose scale drifts by 4 %"
+    " along the rail; the authors' scripts also add 0.13 m to the distance of the marks in places, which would lower "
+    "theirs by 13 % at 1 m and 25 % at 0.5 m"
 )
 
 
@@ -156,7 +155,7 @@ def predicted(angles: list[float], periods: list[float], angle: float) -> float:
     TABLE,
     "bicycle frame on a torsion rod (github moorepants/BicycleParameters, e061bc9, RigidclMeasured.txt)",
     HERE,
-    why="the four periods are not those of any one inertia tensor within the stated ± 0.1° and 50 µs; three of them "
+    why="no single inertia tensor has these four periods within the stated ± 0.1° and 50 µs; three of them "
     "give the fourth to 1 %, whichever program is asked",
 )
 def frame_on_a_rod() -> Iterator[Row]:

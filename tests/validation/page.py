@@ -25,23 +25,23 @@ from sources import NOT_HAD, TABLES, other_codes
 
 MODULES = (swing_cases, hoist_cases, static_cases, event_cases, body_cases, problem_cases, measured_cases)
 PAGE = Path(__file__).parents[2] / "kernel" / "VALIDATION.md"
-HEAD = ["| source | quantity | theirs | ours | difference | within | shown in |", "|---|---|---|---|---|---|---|"]
+HEAD = ["| source | quantity | theirs | ours | difference | within |", "|---|---|---|---|---|---|"]
 MEASURED = "Published measurements"
 INTRODUCTION = """\
 # Validation
 
-What heavylift computes, beside what others say: closed forms, published problems, worked examples, published
-measurements. The page is made by `python tests/validation/page.py`, which computes each figure anew; the tests check
-that its rows are still what comes out. *Difference* is ours less theirs, relative to theirs (in the row's unit where
-theirs is 0). *Within* is what the comparison allows: theory that leaves something out, the digits of the source, the
-reading error of a measurement; differences below a hundredth of it, or 1e-9, are told as less than that. Misses are
-in bold and stay in the page."""
+Results of heavylift compared with closed forms, published problems, worked examples and published measurements.
+`python tests/validation/page.py` computes every figure and writes this page; tests check that its rows are still
+true. *Difference* is ours minus theirs, relative to theirs (in the unit of the row where theirs is 0). *Within* is
+the allowed difference: what the theory neglects, the digits of the source, or the reading error of a measurement.
+Differences below a hundredth of it, or below 1e-9, are printed as such. Misses are bold. A source links to the test
+of its rows."""
 LIMITS = """\
-What this is not: no lift of a shipyard is among the measurements, because none could be had with its figures
-([below](#sources-that-were-looked-for)); what was measured are a laboratory crane, pendulums and a frame on a rod. Rope
-damping, sheave efficiency, wind on real blocks and the stiffness of real cranes are not held against measurements at
-all. The one miss among what others calculated is an error in print; [each miss](#misses) has its reason, or says that
-none is known. Soft and stiff, light and heavy to the extreme: [STABILITY.md](STABILITY.md)."""
+No lift in a shipyard is among the measurements, since no published figures were found
+([sources](#sources-not-used)); the measured systems are a laboratory crane, pendulums and a frame on a torsion rod.
+Rope damping, sheave efficiency, wind on real blocks and the stiffness of real cranes are not compared with
+measurements. The only miss among calculated figures is a misprint; [each miss](#misses) is explained or stated as
+unexplained. Extreme scenes: [STABILITY.md](STABILITY.md)."""
 
 
 def made(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
@@ -51,18 +51,15 @@ def made(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
         lines = [line for case, rows in computed if case.table == table for _, line in rows]
         parts.append("\n\n".join(part for part in (f"## {table}", words, "\n".join([*HEAD, *lines])) if part))
     parts.append(misses(computed))
-    said = "Other programs solve the same scene; the bound is the one that the test holds at every run."
+    said = "The same scene solved by other programs; each bound is the one of the test."
     parts.append("\n\n".join(("## Other codes", said, "\n".join(other_codes()))))
-    said = (
-        "Looked for in stored copies of public pages and repositories, which often hold only the beginning of a "
-        "document; not in the tables because no more than this could be read:"
-    )
+    said = "Only public copies were searched, which often hold no more than the beginning of a document."
     rows = [
-        "| source | could be read | why it is not used |",
+        "| source | available | reason |",
         "|---|---|---|",
         *(f"| {' | '.join(x)} |" for x in NOT_HAD),
     ]
-    parts.append("\n\n".join(("## Sources that were looked for", said, "\n".join(rows))))
+    parts.append("\n\n".join(("## Sources not used", said, "\n".join(rows))))
     return "\n\n".join(parts) + "\n"
 
 
@@ -90,8 +87,8 @@ def misses(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
 
 def stale(case: Case, page: str) -> list[str]:
     """Lines of a case that are not in the page."""
-    there = set(page.splitlines())
-    return [line for _, line in case.lines() if line not in there]
+    lines = [line for _, line in case.lines()]
+    return [] if "\n".join(lines) in page else [line for line in lines if line not in page] or lines
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -16,18 +16,17 @@ TABLES = {
     "Springs, stops, brakes": "",
     "Contact and friction": "",
     "Numerical methods": "",
-    "Design factors": "Factors of rules are made to be on the safe side: ours shall not exceed them for a slow lift.",
+    "Design factors": "Factors of standards are conservative; ours must not exceed them for a slow lift.",
     "Worked examples of rules and tools": (
         "The printed result of the first could not be read: theirs is the printed formula with the printed inputs."
     ),
     "Published problems": (
-        "The problems are published; unless the source is said to publish the figure itself, theirs is the project's "
-        "own solution with 113 bits, confirmed by a second method, since published figures carry too few digits."
+        "Where the source does not publish the figure itself, theirs is the project's own solution with 113 bits, "
+        "confirmed by a second method."
     ),
     "Published measurements": (
-        "*Within* is here the uncertainty of the measurement as far as the source tells it: reading errors, scatter, "
-        "stated accuracies. Inputs are measured, too (motion of the trolley, lengths, masses); nothing is fitted to "
-        "what is compared."
+        "*Within* is the stated uncertainty of the measurement. Inputs (motion of the trolley, lengths, masses) are "
+        "measured, too; nothing is fitted."
     ),
 }
 
@@ -45,30 +44,21 @@ OTHER_CODES = (  # what, which code, file, the constant in it that bounds the di
      "TENSION_ERROR", "of 550 kN"),
 )  # fmt: skip
 
-NOT_HAD = (  # source, what of it could be read, and why it is not in the tables
-    ("Ku, Ha, Roh 2014, IJCTE 6(3): lifts against shipyard measurements", "abstract, two copies at scribd.com",
-     "says that results were compared with data of a shipyard; no figure could be read"),
-    ("NSRP TIA 2010-620, final report 2012: instrumented block lifts", "foreword, at scribd.com",
-     "the measured figures stand in six block reports, none of which could be found"),
-    ("Perig et al. 2014, Shock and Vibration 203709: slewing pendulum", "abstract, hindawi.com and thefreelibrary.com",
-     "“good agreement” with averaged experiments, no figure"),
-    ("Park, Ham, Lee 2016, Ocean Engineering 114", "abstract, at coek.info", "observations of operations, no figure"),
-    ("Ham, Roh, Lee 2016, Automation in Construction 61: equalisers", "abstract, scribd.com and sydlab.snu.ac.kr",
-     "simulations only, as far as the abstract tells"),
-    ("Musca, Debeleac, Vlase 2020, Symmetry 12(8) 1231: wire rope", "abstract and captions, copies of mdpi.com",
-     "masses (8 and 19 kg), but neither frequency nor damping"),
-    ("Custer, ES255: transverse vibration of tensioned rope", "summary, at studylib.net",
-     "60 % of readings within 6 % of the string formula, none off by more than 13 %; the readings themselves not"),
-    ("Schlamminger et al. 2022, Am. J. Phys. 90, 169: crane operator's trick", "abstract, pubs.aip.org", "no figure"),
-    ("Stein, Parcic, Singh 2023, arXiv 2303.02044: pendulum of changing length", "abstract, ar5iv.org", "no figure"),
-    ("EN 13001-2: hoisting classes", "title pages, at scribd.com and iteh.ai",
-     "the factor in the table is quoted from the project's closed forms, which name the standard"),
-    ("the laboratory crane's runs at 5 A and the logs of its angle sensor", "all",
-     "one run begins in mid-swing, one track jumps at 3.1 s; the sensor's filter is not described"),
-    ("double pendulum on video, 2026 (github ffavre13/Physics_Double-Pendulum, rdtjulien/PendulePhysic)",
-     "all, read twice by different students", "masses are not given, so that nothing could be predicted"),
-    ("string in resonance (github HNNUYUXUAN/general-physics-lab)", "readings",
-     "80 g and 100 g gave the same wavelength within 1 %, so the readings contradict each other"),
+NOT_HAD = (  # source, what of it is available, and why it is not in the tables
+    ("Ku, Ha, Roh 2014, IJCTE 6(3): lifts in a shipyard", "abstract", "no figures"),
+    ("NSRP TIA 2010-620, 2012: instrumented block lifts", "foreword", "figures are in six reports that were not found"),
+    ("Perig et al. 2014, Shock and Vibration 203709: slewing pendulum", "abstract", "no figures"),
+    ("Park, Ham, Lee 2016, Ocean Engineering 114", "abstract", "no figures"),
+    ("Ham, Roh, Lee 2016, Automation in Construction 61: equalisers", "abstract", "simulations only"),
+    ("Musca, Debeleac, Vlase 2020, Symmetry 12(8) 1231: wire rope", "abstract", "neither frequency nor damping"),
+    ("Custer, ES255: transverse vibration of tensioned rope", "summary", "no readings, only their spread"),
+    ("Schlamminger et al. 2022, Am. J. Phys. 90, 169: crane operator's trick", "abstract", "no figures"),
+    ("Stein, Parcic, Singh 2023, arXiv 2303.02044: pendulum of changing length", "abstract", "no figures"),
+    ("EN 13001-2: hoisting classes", "title pages", "the factor is quoted from the closed forms of the project"),
+    ("laboratory crane: runs at 5 A, logs of its angle sensor", "all", "incomplete tracks, unknown filter"),
+    ("double pendulum on video, 2026 (github ffavre13/Physics_Double-Pendulum, rdtjulien/PendulePhysic)", "all",
+     "masses are not given"),
+    ("string in resonance (github HNNUYUXUAN/general-physics-lab)", "readings", "they contradict each other"),
 )  # fmt: skip
 
 
@@ -83,7 +73,7 @@ def bound(path: str, name: str) -> float:
 def other_codes() -> list[str]:
     """Lines of the table of other codes."""
     rows = [
-        f"| {what} | {code} | {bound(path, name):g} {of} | [{path.rpartition('/')[2]}](../tests/{path}.py) |"
+        f"| [{what}](../tests/{path}.py) | {code} | {bound(path, name):g} {of} |"
         for what, code, path, name, of in OTHER_CODES
     ]
-    return ["| what | code | agrees within | shown in |", "|---|---|---|---|", *rows]
+    return ["| what | code | agrees within |", "|---|---|---|", *rows]
