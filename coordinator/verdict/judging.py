@@ -111,7 +111,7 @@ def _bending(bench: Bench) -> None:
 
 def _conduct(bench: Bench) -> None:
     """Whether it went as the action list means it."""
-    told = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in bench.uses if use.beyond}
+    told = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in bench.uses if use.at_worst.beyond}
     bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
 
@@ -156,7 +156,7 @@ def judged_with_uses(
     others = _in_order(_placed(f, conduct) for f in bench.findings)
     checks = checks_of(plan, [*bench.uses, *_smallest(bench)], others, errors, bench.shapeless)
     red = {(c.quantity, c.subject) for c in checks if c.state == "red"}
-    certain = [use for use in bench.uses if not use.beyond or (use.limit.quantity, use.limit.subject) in red]
+    certain = [use for use in bench.uses if not use.at_worst.beyond or (use.limit.quantity, use.limit.subject) in red]
     of_limits = [_placed(f, conduct) for f in limits_judged(plan, certain, dynamic=True)]
     findings = _in_order([*others, *of_limits])
     verdict = Judged(

@@ -46,15 +46,17 @@ def checks_of(
 
 
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
-    limit = use.limit
+    limit, met, use = use.limit, use, use.at_worst
     error = 0.0 if errors is None else error_of(use, errors)
     state, why, told = _judged(use, error, plan.accepts_assumed, at_rest=errors is None)
-    finding = finding_of(plan, use, dynamic=errors is not None) if state == "red" else None
-    basis = "; ".join(part for part in (limit.source, limit.note) if part)
+    finding = finding_of(plan, met, dynamic=errors is not None) if state == "red" else None
+    inputs = f"at the worst of {limit.inputs}" if use is not met else ""
+    basis = "; ".join(part for part in (limit.source, limit.note, inputs) if part)
+    value = shown(limit, met.value) + (f", at worst {shown(limit, use.value)}" if inputs else "")
     return Check(
         quantity=limit.quantity, subject=limit.subject, state=state, why=why, value=use.value, unit=limit.unit,
         limit=bound(use) if limit.known and use.value is not None else limit.value, use=use.use, error=error, t=use.t,
-        stage=use.stage, basis=basis, where=limit.where, shown=shown(limit, use.value), allowed=_allowed(use),
+        stage=use.stage, basis=basis, where=limit.where, shown=value, allowed=_allowed(use),
         sentence=finding.sentence if finding else told,
     )  # fmt: skip
 

@@ -7,7 +7,7 @@ was found of a scene or a run is a finding.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
 from typing import Literal, TypeAlias
@@ -47,6 +47,7 @@ Quantity: TypeAlias = Literal[
     "girder",
     "clearance",
     "wind",
+    "inputs",
     "signal",
 ]
 Severity = Literal["red", "warning", "note"]
@@ -60,7 +61,8 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     `over` names, between which the limit is interpolated, unless that is the radius; without any of them the limit is
     not known.  With `least` a value below the limit is beyond it.  A value above `warning` is reported, though allowed.
     `factor`: design factor, or product of partial factors, that the value contains, of the force at which it breaks,
-    `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.
+    `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.  `spread`: by how much its use
+    grows at the worst corner of uncertain `inputs`, measured at rest: of loads a part of it, else itself.
     """
 
     subject: str
@@ -78,7 +80,14 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     signal: Signal | None = None  # that is judged, of the quantity "signal"
     source: str = ""
     note: str = ""  # what a planner must know to read the row: assumptions, what a value was reduced for
+    spread: float = 0.0
+    inputs: str = ""
     where: str = ""
+
+    @property
+    def loads(self) -> bool:
+        """Whether the quantity grows in proportion to what is lifted."""
+        return self.unit in ("N", "kg") or self.quantity == "rope factor"
 
     @property
     def known(self) -> bool:
@@ -142,6 +151,20 @@ class Use:
         if self.use is None or self.value is None or self.use <= 1.0 + ROUNDING:
             return False
         return not self.tolerance or self.limit.excess(self.value) > self.tolerance
+
+    @property
+    def at_worst(self) -> Use:
+        """The use at the worst corner of the uncertain inputs."""
+        limit, value = self.limit, self.value
+        if not limit.spread or value is None or self.use is None:
+            return self
+        use = self.use * (1.0 + limit.spread) if limit.loads else self.use + limit.spread
+        if limit.between is not None:
+            low, high = limit.between
+            middle, half = (low + high) / 2.0, (high - low) / 2.0
+            return replace(self, use=use, value=middle + (half if value >= middle else -half) * use)
+        bound = limit.at() if self.bound is None else self.bound
+        return replace(self, use=use, value=bound / use if limit.least else bound * use)
 
     @property
     def excess(self) -> float:

@@ -6,8 +6,9 @@ All errors of one step are reported at once; a later step starts only when the e
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,12 +30,13 @@ from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.keys.nodes import placement_faults
-from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.keys.validate import uncertainties, validate
 from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
 from heavylift.nodes.scene.text.source import Fault, Source, read
+from heavylift.nodes.scene.text.source import Path as InData
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.action_preview import first_rest
 from heavylift.nodes.statics.aiming import aimed
@@ -42,6 +44,7 @@ from heavylift.nodes.statics.resting import rigged, settled, standing
 from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.swinging import swing_free
 
+from .corners import cornered, ends_of
 from .instances import several
 from .loaded_scene import Facts, LoadedScene
 
@@ -87,7 +90,9 @@ def _built(
     whole: str = "",
     followed: bool = True,
 ) -> LoadedScene:
-    """The scene of a source."""
+    """The scene of a source; the limits of one whose actions are tried also at the worst of its uncertain inputs."""
+    given = deepcopy(source.data)
+    stated = uncertainties(replace(source, data=given, faults=[])) if followed else {}
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
@@ -146,7 +151,18 @@ def _built(
         if bent:
             rests = replace(rests, plan=settled(rests.plan))
         loaded = rests
-    return replace(loaded, plan=weighed(loaded.plan))
+    loaded = replace(loaded, plan=weighed(loaded.plan))
+    if not (ends := ends_of(scene, stated)):
+        return loaded
+
+    def other(values: Mapping[InData, str]) -> LoadedScene:
+        """The scene with other values, its limits not judged before it is built."""
+        own = replace(source, data=deepcopy(given), faults=[])
+        for at, text in values.items():
+            own.at(at[:-1])[at[-1]] = text  # type: ignore[index,call-overload]
+        return _built(own, path, text, followed=False)
+
+    return replace(loaded, plan=cornered(loaded, ends, other))
 
 
 def _side_by_side(

@@ -60,7 +60,7 @@ def test_each_quantity_turns_red_on_the_path_and_in_a_run(scenes: dict[str, Load
                 (judged(tight, uses_of(tight, [signals]), dynamic=True), in_run),
             ):
                 found |= {quantity for f in findings if f.severity == "red"}
-    assert in_run == set(get_args(Quantity)) - {"clearance"}
+    assert in_run == set(get_args(Quantity)) - {"clearance", "inputs"}
     assert on_path == in_run - PEAKS
     assert set(READERS) == set(WORDS) == in_run
 

@@ -1,0 +1,122 @@
+"""What limits use at the worst corner of a scene's uncertain inputs: measured on its path at rest, input by input, then
+at each corner where some limit is worst.
+
+Loads grow or fall with each input alone, whatever the others are; so the corner that is worst for a limit is that of
+the worse end of each input.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite, sqrt
+
+import msgspec
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.quantities import quantity_at
+from heavylift.nodes.scene.text.source import Path, shown
+from heavylift.nodes.scene.text.uncertainty import Stated, standard
+from heavylift.nodes.scene.text.units import NUMBER, tidy
+
+from .loaded_scene import LoadedScene
+
+NOISE = 1e-6  # of a use: less is rounding
+AT_REST = {"sling peak": ("sling tension",), "rope peak": ("rope factor", "rope tension", "hook load")}  # alike there
+Key = tuple[str, str]  # subject and quantity of a limit
+Build = Callable[[Mapping[Path, str]], LoadedScene]  # the scene with other values
+
+
+@dataclass(frozen=True)
+class Ends:
+    """An uncertain input: its path, what is stated of it, and both ends as a scene writes them."""
+
+    path: Path
+    told: str
+    texts: tuple[str, str]
+
+
+def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
+    """Both ends of each uncertain input: at a level of 95 %, or of all that can be."""
+    found = []
+    for path, each in stated.items():
+        at = quantity_at(scene, path)
+        if at is None:
+            continue
+        value, quantity = at
+        half = standard(each, quantity) * (sqrt(3.0) if each.kind == "uniform" else 2.0)
+        text, units = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", each.value), quantity.dimension.units
+        unit = tidy(text[1]) if text and tidy(text[1]) in units else next(iter(units))
+        texts = (f"{x / float(units[unit])!r} {unit}".strip() for x in (value - half, value + half))
+        low, high = texts
+        found.append(Ends(path, f"{shown(path)} {each.value.strip()} +- {each.half}", (low, high)))
+    return found
+
+
+def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> Plan:
+    """The plan with what each limit uses more at its worst corner; an input at whose end there is no path at rest is a
+    limit without a value."""
+    corners = _Corners(nominal, build)
+    worse: dict[Key, dict[Path, str]] = {}
+    moved: dict[Key, list[str]] = {}
+    for one in ends:
+        found = [(text, corners.uses({one.path: text})) for text in one.texts]
+        for key, usual in corners.usual.items():
+            text, use = max(((text, uses.get(key, usual)) for text, uses in found), key=lambda pair: pair[1])
+            if any(abs(uses.get(key, usual) - usual) > NOISE * max(1.0, usual) for _, uses in found):
+                moved.setdefault(key, []).append(one.told)
+            if use > usual:
+                worse.setdefault(key, {})[one.path] = text
+    for corner in dict.fromkeys(tuple(x.items()) for x in worse.values() if len(x) > 1):
+        corners.uses(dict(corner))
+    limits = [_spread(limit, corners, moved) for limit in nominal.plan.limits]
+    where = nominal.plan.limits[0].where if limits else ""
+    limits += [Limit(subject=told, quantity="inputs", unit="", note=why, where=where) for told, why in corners.lost]
+    return msgspec.structs.replace(nominal.plan, limits=tuple(limits))
+
+
+class _Corners:
+    """Uses of limits at corners that were looked at."""
+
+    def __init__(self, nominal: LoadedScene, build: Build) -> None:
+        self.usual = _uses(nominal)
+        self.most = dict(self.usual)
+        self.lost: list[tuple[str, str]] = []  # corners without a path as long as that of the scene, and why
+        self._build = build
+        self._ends = len(nominal.states) and nominal.states[-1].action
+
+    def uses(self, values: Mapping[Path, str]) -> dict[Key, float]:
+        """The use of each limit at a corner."""
+        told, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
+        try:
+            scene = self._build(values)
+            found = _uses(scene)
+            if scene.states and scene.states[-1].action < self._ends:
+                why = scene.statics.why or "the path at rest ends early"
+        except HeavyliftError as error:
+            found, why = {}, str(error).partition("\n")[0]
+        if why:
+            self.lost.append((told, f"limits are not known there: {why}"))
+        for key, use in found.items():
+            self.most[key] = max(self.most.get(key, use), use)
+        return found
+
+
+def _uses(scene: LoadedScene) -> dict[Key, float]:
+    each = ((use.limit, use.use) for use in scene.uses)
+    return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
+
+
+def _spread(limit: Limit, corners: _Corners, moved: Mapping[Key, list[str]]) -> Limit:
+    """A limit with how its use grows at the worst of the corners."""
+    alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
+    key = next((key for key in alike if key in corners.usual), None)
+    if key is None or key not in moved or not limit.known:
+        return limit
+    usual, most = corners.usual[key], corners.most[key]
+    spread = (most / usual - 1.0 if usual else 0.0) if limit.loads else most - usual
+    inputs = ", ".join(moved[key])
+    return msgspec.structs.replace(limit, spread=spread, inputs=inputs) if spread > NOISE else limit
