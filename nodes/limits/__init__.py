@@ -15,7 +15,8 @@ Finding   one thing that was found, with its place, time, value and limit
 judging, reading, signals    the table judged; how each quantity is read; what it is read from
 named                        the signal that a limit names
 rope_signals                 ropes and points of bodies in these signals
-standards, reeving, sharing  factors of standards; parts of a reeved rope; shares that are indeterminate
+standards, slings            factors of standards; what slings and shackles may carry by them
+reeving, sharing             parts of a reeved rope; shares that are indeterminate
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked
 telling, sentences           uses in words; the sentence of each quantity

@@ -46,6 +46,9 @@ def read(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
     """What the chart of a limit is over, at each instant: a trolley's place on its girder, or a hook's radius [m]."""
+    if limit.over == "angle":
+        angles = [x.values for name in limit.elements if (x := _bridle(plan, limit, signals, name))]
+        return np.fmax.reduce(angles) if angles else None
     hook = hooks_of(plan).get(limit.elements[0])
     if limit.over == "radius" and hook and hook.axis:
         return evaluated(plan, Signal("radius", point=hook.eye, origin=hook.axis), signals)
@@ -181,9 +184,23 @@ def _factor(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     return Reading(values, (breaking / pull.exact[0], pull.exact[1]) if pull.exact else None)
 
 
-def _bridle(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+def _assembly(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """What the legs of a bridle carry together, plumb [kg]; of their peaks, as if they came together."""
+    total, most = np.zeros(len(signals.t)), list[tuple[float, float]]()
+    for name in limit.elements:
+        angle = _bridle(plan, limit, signals, name)
+        if angle is not None:
+            plumb = np.cos(np.nan_to_num(angle.values)) / plan.gravity
+            total = total + plumb * signals.tensions[name]
+            if name in signals.peaks:
+                peak, when = signals.peaks[name]
+                most.append((peak * _near(signals, plumb, when), when))
+    return Reading(total, (sum(x for x, _ in most), max(most)[1]) if most else None)
+
+
+def _bridle(plan: Plan, limit: Limit, signals: Signals, name: str = "") -> Reading | None:
     """Angle of a sling to the vertical while it is tight [rad]."""
-    tie = tie_of(plan, limit.elements[0])
+    tie = tie_of(plan, name or limit.elements[0])
     if tie is None or tie.rope not in signals.tensions:
         return None
     values = np.full(len(signals.t), np.nan)
@@ -271,6 +288,7 @@ def _strongest(winds: list[forces.Signal], t: Column) -> Column:
 READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     **dict.fromkeys(("signal", *KINDS), _named),
     **dict.fromkeys(LOADS, _load),
+    "assembly load": _assembly,
     "lug load": _lug_load,
     "support load": _support,
     "impact": _support,

@@ -84,6 +84,11 @@ def _sling(use: Use, ran: bool) -> str:
     return f"{told}, {limit.factor:g} are needed ({limit.source})"
 
 
+def _legs_together(use: Use, ran: bool) -> str:
+    told = f"the legs of {use.limit.subject} {'carried' if ran else 'would carry'} {shown(use.limit, use.value)}"
+    return f"{told} of {shown(use.limit, bound(use))} together ({use.limit.source})"
+
+
 def _lands(use: Use, ran: bool) -> str:
     limit, verb = use.limit, "pressed" if ran else "would press"
     times = (use.value or 0.0) * limit.factor / bound(use)
@@ -186,6 +191,7 @@ WORDS: dict[str, Words] = {
     BEAM_LOAD: Words("overload", _beam),
     "frame load": Words("overload", _carries(str), refused=True),
     "shackle load": Words("overload", _carries(lambda sling: f"each shackle of {sling}"), refused=True),
+    "assembly load": Words("overload", _legs_together),
     "lug load": Words("overload", _carries(lambda lug: f"the lug {lug}"), refused=True),
     "support load": Words("overload", _carries(lambda block: f"a support of {block}")),
     "impact": Words("impact", _lands),

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import prod
-from typing import Literal
+from typing import Literal, TypeAlias
 
 from heavylift.nodes.plan.limit import Limit, Quantity
 
@@ -22,8 +22,8 @@ SLINGS = "EN 13414-1, working coefficient 5"
 DAF_ONSHORE = ((100e3, 1.10), (300e3, 1.05), (1000e3, 1.05), (2500e3, 1.03), (float("inf"), 1.03))  # up to [kg]
 DAF_SOURCE = f"{ND_0027}, table 5-1, onshore"
 
-# 7.4 to 7.10: load, consequence, hand splice of a wire rope, wear, material of a certified wire rope, twist
-RIGGING = {"load": 1.3, "consequence": 1.3, "termination": 1.25, "wear": 1.0, "material": 1.5, "twist": 1.0}
+# 7.4 to 7.10: load, consequence, hand splice of a wire rope, wear in a yard, material of a certified wire rope, twist
+RIGGING = {"load": 1.3, "consequence": 1.3, "termination": 1.25, "wear": 1.2, "material": 1.5, "twist": 1.0}
 LEAST = 2.3  # 7.3.1: the product is not below this times termination, wear and twist
 
 # EN 13001-2, partial safety factors: hoist load in combinations A; EN 13001-3-2, clause 5: rope resistance factor
@@ -91,14 +91,14 @@ STRENGTHS = (  # a limit by another standard is one row
 )
 
 
-def strength_limits(
-    of: str, name: str, breaking: float, where: str, given: Mapping[str, float | None], note: str = ""
-) -> Iterator[Limit]:
-    """What a sling or hoist rope may carry by each standard; `breaking` [N], `given`: factors of the scene, by key."""
+Own: TypeAlias = Mapping[str, tuple[float, str, str]]  # by key: a factor with its source and a note
+
+
+def strength_limits(of: str, name: str, breaking: float, where: str, given: Own, note: str = "") -> Iterator[Limit]:
+    """What a sling or hoist rope may carry by each standard; `breaking` [N], `given`: other factors than the rows'."""
     for row in (row for row in STRENGTHS if row.of == of):
-        own = given.get(row.own)
-        factor = own or row.factor
+        factor, source, more = given.get(row.own) or (row.factor, row.source, note)
         yield Limit(
             subject=name, quantity=row.quantity, unit="N", value=breaking / factor, factor=factor, breaking=breaking,
-            elements=(name,), source="the scene" if own else row.source, note=note, where=where,
+            elements=(name,), source=source, note=more, where=where,
         )  # fmt: skip

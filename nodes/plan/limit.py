@@ -27,6 +27,7 @@ Quantity: TypeAlias = Literal[
     BeamLoad,
     "frame load",
     "shackle load",
+    "assembly load",
     "lug load",
     "support load",
     "impact",
@@ -58,8 +59,9 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """A limit of a subject: what may be reached of a quantity, and by which source.
 
     `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value), x being what
-    `over` names, between which the limit is interpolated, unless that is the radius; without any of them the limit is
-    not known.  With `least` a value below the limit is beyond it.  A value above `warning` is reported, though allowed.
+    `over` names, between which the limit is interpolated, unless that is the radius or an angle; without any of them
+    the limit is not known.  With `least` a value below the limit is beyond it.  A value above `warning` is reported,
+    though allowed.
     `factor`: design factor, or product of partial factors, that the value contains, of the force at which it breaks,
     `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.  `spread`: by how much its use
     grows at the worst corner of uncertain `inputs`, measured at rest: of loads a part of it, else itself.
@@ -97,13 +99,14 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     def at(self, x: float = 0.0) -> float:
         """The limit at x of its chart, beyond its ends that of the nearest end; raises ValueError if there is none.
 
-        A chart over a radius is never interpolated: the next longer one counts, and beyond the last nothing may hang.
+        A chart over a radius or an angle is never interpolated: the next longer one counts, and beyond the last nothing
+        may hang.
         """
         if not self.chart:
             if self.value is None:
                 raise ValueError(f"the {self.quantity} of {self.subject} has no limit")
             return self.value
-        if self.over == "radius":
+        if self.over in ("radius", "angle"):
             return next((value for radius, value in self.chart if x <= radius), 0.0)
         if x <= self.chart[0][0]:
             return self.chart[0][1]

@@ -25,10 +25,12 @@ from heavylift.nodes.scene.construction.level_luffing import measuring
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_locked, check_parts
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
+from heavylift.nodes.scene.construction.rigging.ratings import gear_of
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
 from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
+from heavylift.nodes.scene.keys.gear import geared
 from heavylift.nodes.scene.keys.nodes import placement_faults
 from heavylift.nodes.scene.keys.validate import uncertainties, validate
 from heavylift.nodes.scene.text.extending import alike, extended
@@ -75,6 +77,7 @@ def build(
         override(source, setting)
     alike(source)
     tabled(source)
+    geared(source)
     shaped(source)
     gather(source)
     whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
@@ -121,6 +124,7 @@ def _built(
             models=build_models(yard, mechanisms),
             interlocks=yard.interlocks,
             limits=build_limits(yard, mechanisms),
+            gear=tuple(gear_of(yard)),
             accepts_assumed=yard.scene.assumed == "accept",
             actions=build_actions(yard, mechanisms),
             may_touch=tuple(touches(source, (), scene.may_touch)),
@@ -173,6 +177,7 @@ def _side_by_side(
     def alone(own: Source) -> LoadedScene:
         alike(own)
         tabled(own)
+        geared(own)
         shaped(own)
         gather(own)
         return _built(own, path, text)

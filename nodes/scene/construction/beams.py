@@ -36,7 +36,7 @@ from heavylift.nodes.scene.text.source import Path
 
 from .limiting import reeving, rope_factor
 from .rigging.edges import SPREAD, along_edges, height_of
-from .rigging.slings import key_of, lugs_of
+from .rigging.slings import key_of, lugs_of, rated
 from .yard import UPPER, Yard, box, by_beam, parts_of, ramp_of
 
 THIN = 1.0  # edge of what has no other [m]
@@ -143,8 +143,8 @@ def _beam(
             bent.append(Reeving(sling, beam, over[i], to, EA, Signal(given.sling), damping, bool(lug)))
         else:
             ropes.append(Rope(sling, (Line(beam, to),), EA, given.sling, damping, hooked=bool(lug)))
-        rated, where = rig.sling.breaking / rig.sling.factor, yard.source.where((*path, "sling"))
-        ties.append(plan.Tie(rope=sling, upper=beam, lug=key_of(lug, to) if lug else "", rated=rated, where=where))
+        most, where = rated(rig.sling, yard.scene.gravity), yard.source.where((*path, "sling"))
+        ties.append(plan.Tie(rope=sling, upper=beam, lug=key_of(lug, to) if lug else "", rated=most, where=where))
     turn = Joint(hinge, "revolute", upper, lower, (0.0, 0.0, -given.hinge), axis=(0.0, 1.0, 0.0), q0=(0.0,), v0=(0.0,))
     stop = Stop(f"{hinge}.stop", hinge, -given.stop, given.stop, given.stop_stiffness, given.stop_damping)
     lock = given.lock_moment, given.lock_stiffness, given.lock_damping

@@ -24,7 +24,7 @@ from .nodes import OwnModel, Process
 from .parts.flexible import Hull, Mode
 from .parts.machines import Machine, PartName, PortalParts
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
-from .parts.rigging import Edge, Rigging, SlingType
+from .parts.rigging import Edge, Gear, Rigging, SlingType
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -276,6 +276,7 @@ class Scene(Base):
     vessels: dict[Name, Vessel] = Field(default_factory=dict)
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    gear: dict[str, Gear] = Field(default_factory=dict)  # items of rigging by ID, or files of them
     edges: dict[Name, Edge] = Field(default_factory=dict)  # that ropes bend over
     lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own

@@ -40,7 +40,7 @@ def narrow(use: Use) -> Limit:
 
 @pytest.fixture(scope="module")
 def scenes() -> dict[str, LoadedScene]:
-    more = {"gust": load("gust", [WIND]), "spreader": load("spreader")}
+    more = {"gust": load("gust", [WIND]), "spreader": load("spreader"), "jib": load("jib")}
     return {name: load(name, given) for name, given in SCENES.items()} | more
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
+from heavylift.nodes.limits.slings import assembly, at_rest, in_a_run, shackle
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
@@ -13,10 +14,10 @@ from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
-from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingType
-from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Slings, SlingType
+from heavylift.nodes.scene.text.source import Path, shown
 
-from .slings import lugs_of, slings_of
+from .slings import lugs_of, slings_of, terms
 
 
 def hook_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
@@ -102,12 +103,23 @@ def rigging_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
             if given.capacity:
                 yield Limit(subject=name, quantity="frame load", value=given.capacity, elements=below, **at)  # type: ignore[arg-type]
             continue
-        for sling in machine.rigged[name]:
-            yield from sling_limits(given.sling, sling, at["where"])
+        slings = machine.rigged[name]
+        if isinstance(given, Slings):
+            yield from _assembly(yard, name, given, slings, str(at["where"]))
+        for sling in slings:
+            yield from sling_limits(yard, given.sling, sling, at["where"], ("rigging", name, "sling"))
             bent = isinstance(given, Equaliser) or bool(given.over_edges)
             yield bridle_limit(yard, sling, at["where"], bent=bent)
             if given.shackle:
-                yield Limit(subject=sling, quantity="shackle load", value=given.shackle, elements=(sling,), **at)  # type: ignore[arg-type]
+                item = _item(yard, ("rigging", name, "shackle"))
+                by = {"source": item, "note": shackle(given.shackle, item.partition(", ")[2])} if item else {}
+                yield Limit(subject=sling, quantity="shackle load", value=given.shackle, elements=(sling,), **at | by)  # type: ignore[arg-type]
+
+
+def _item(yard: Yard, at: Path) -> str:
+    """The item of gear at a path and its standard; "" if there is none."""
+    found = ((name, x.standard) for name, x in yard.scene.gear.items() if shown(at) in x.at)
+    return ", ".join(filter(None, next(found, ())))
 
 
 def _on(yard: Yard) -> dict[str, list[str]]:
@@ -164,8 +176,39 @@ def bridle_limit(yard: Yard, sling: str, where: str, *, bent: bool) -> Limit:
     return Limit(quantity="bridle angle", value=limits.bridle, warning=warning, source=source, **row)  # type: ignore[arg-type]
 
 
-def sling_limits(given: SlingType, name: str, where: str) -> Iterator[Limit]:
+def sling_limits(yard: Yard, given: SlingType, name: str, where: str, base: Path) -> Iterator[Limit]:
     """A sling, at rest and at its peak."""
-    own = {"partial_factor": given.partial_factor}
-    own |= {"factor": given.factor} if "factor" in given.model_fields_set else {}
-    yield from strength_limits("sling", name, given.breaking, where, own)
+    known = terms(given, _item(yard, base))
+    own = {"factor": tuple(at_rest(known, yard.scene.gravity)), "partial_factor": tuple(in_a_run(known))}
+    own |= {x: (getattr(given, x), "the scene", "") for x in own if x in given.model_fields_set and getattr(given, x)}
+    yield from strength_limits("sling", name, given.breaking, where, own)  # type: ignore[arg-type]
+
+
+def _assembly(yard: Yard, name: str, given: Slings, slings: tuple[str, ...], where: str) -> Iterator[Limit]:
+    """The legs of a bridle on one hook or frame that were bought together."""
+    own = given.sling.legs == "single" or "factor" in given.sling.model_fields_set
+    if own or given.over_edges or len({*given.holders}) > 1:
+        return
+    found = assembly(terms(given.sling, _item(yard, ("rigging", name, "sling"))), len(given.to), yard.scene.gravity)
+    if found:
+        yield Limit(
+            subject=name, quantity="assembly load", unit="kg", chart=found[0], over="angle", elements=slings,
+            source=found[1], note="shares as lengths and stiffness make them", where=where,
+        )  # fmt: skip
+
+
+def gear_of(yard: Yard) -> Iterator[plan.Gear]:
+    """The items of rigging that the scene uses."""
+    scene = yard.scene
+    for name, x in scene.gear.items():
+        number = 0
+        for at in x.at:
+            words = at.split(".")
+            entry = scene.rigging.get(words[1]) if words[0] == "rigging" else None
+            legs = len(entry.to) if isinstance(entry, Slings) else 1
+            slings = 2 * len(scene.rig.beams) if scene.rig and words == ["rig", "sling"] else legs
+            number += {"sling": slings, "shackle": 2 * legs, "length": 0}.get(words[-1], 1)
+        yield plan.Gear(
+            name=name, kind=x.kind, number=number, WLL=x.WLL or 0.0, mass=x.mass or 0.0, standard=x.standard,
+            termination=x.termination or "", certificate=x.certificate, at=tuple(x.at),
+        )  # fmt: skip
