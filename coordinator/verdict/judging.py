@@ -10,6 +10,7 @@ import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
+from heavylift.nodes.limits.factors import gear, sheet, sources
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
@@ -165,7 +166,9 @@ def judged_with_uses(
         line=line_of(checks),
         head=HEAD,
         rows=tuple(rows(checks)),
-        told=(*hoisting_foreseen(plan), *shared(plan)),
+        told=(*hoisting_foreseen(plan), *shared(plan), *sources(bench.uses)),
+        sheet=sheet(bench.uses),
+        gear=gear(plan),
         dynamic=dynamics_foreseen(plan),
         clearances=tuple(bench.clearances),
         not_looked_at=tuple(bench.not_looked_at),

@@ -17,6 +17,7 @@ named                        the signal that a limit names
 rope_signals                 ropes and points of bodies in these signals
 standards, slings            factors of standards; what slings and shackles may carry by them
 reeving, sharing             parts of a reeved rope; shares that are indeterminate
+factors                      factor sheets: from loads at rest to design loads; the rigger's list
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked
 telling, sentences           uses in words; the sentence of each quantity

@@ -42,7 +42,14 @@ def checks_of(
     found += [
         Check(quantity="clearance", subject="", state="amber", why=NOT_CHECKED, sentence=what) for what in shapeless
     ]
+    if any(m.hooks for m in plan.machines) and any(m.cargo for m in plan.machines) and not _factored(plan):
+        told = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
+        found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=told))
     return sorted(found, key=lambda check: STATES.index(check.state))
+
+
+def _factored(plan: Plan) -> bool:
+    return any(limit.factors or limit.quantity == "factor" for limit in plan.limits)
 
 
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
@@ -134,7 +141,11 @@ def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...
     """Cells under `HEAD`, worst first: per quantity and state the subject that uses it most; `every`: all subjects."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
-        key = (number,) if every else (check.state, check.why, check.quantity, check.allowed if check.why else "")
+        key = (
+            (number,)
+            if every or check.quantity == "factor"
+            else (check.state, check.why, check.quantity, check.allowed if check.why else "")
+        )
         groups.setdefault(key, []).append(check)
     return [_row(group) for group in groups.values()]
 

@@ -13,6 +13,7 @@ from heavylift.nodes.plan.limit import Finding, Limit, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
+from .factors import product
 from .reading import axis_of, read
 from .sentences import NOISE
 from .signals import Signals, signals_of
@@ -53,7 +54,7 @@ class _Worst:
     """The worst value of a limit, and where it is met first."""
 
     def __init__(self, limit: Limit, dynamic: bool) -> None:
-        self._limit = limit
+        self._limit, self._dynamic = limit, dynamic
         self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
         self._exact: Use | None = None
         self._most = -np.inf
@@ -115,6 +116,10 @@ class _Worst:
     def use(self) -> Use:
         """The worst of all that was seen."""
         exact, found = self._exact, self._first[0][1] if self._first else None
+        if (rest := self._limit.rest) and self._dynamic:
+            value = rest.value * product(self._limit, dynamic=False)
+            foreseen = Use(self._limit, value, None, rest.stage, value / rest.bound, bound=rest.bound)
+            return max((x for x in (foreseen, exact, found) if x), key=lambda x: x.use or 0.0)
         if exact is None or found is None:
             return exact or found or Use(self._limit, None)
         return exact if self._exceeds(exact, found) else found

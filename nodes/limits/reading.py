@@ -21,6 +21,7 @@ from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 
+from .factors import BASES, product
 from .named import KINDS, LOADS, signal_of
 from .reeving import drum_end_factor, lead_factor
 from .rope_signals import EMPTY, carries, hooks_of, place, rope_direction, rope_length, rope_of, tie_of
@@ -151,6 +152,15 @@ def _off_lead(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     if rope is None or angle is None:
         return None
     return Reading(np.where(carries(plan, rope, signals), np.abs(angle), np.nan))
+
+
+def _design(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """A load times its factors; in a run what is simulated, without the dynamic one."""
+    if limit.rest is None or (signals.dynamic and limit.rest.alone):
+        return None
+    found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)
+    times = product(limit, dynamic=signals.dynamic)
+    return found and Reading(found.values * times, (found.exact[0] * times, found.exact[1]) if found.exact else None)
 
 
 # of their own
@@ -288,6 +298,7 @@ def _strongest(winds: list[forces.Signal], t: Column) -> Column:
 READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     **dict.fromkeys(("signal", *KINDS), _named),
     **dict.fromkeys(LOADS, _load),
+    **dict.fromkeys(BASES, _design),
     "assembly load": _assembly,
     "lug load": _lug_load,
     "support load": _support,

@@ -177,6 +177,13 @@ def _blown(use: Use, ran: bool) -> str:
     return f"the wind {verb} {shown(use.limit, use.value)}, lifting is allowed up to {shown(use.limit, bound(use))}"
 
 
+def _designed(use: Use, ran: bool) -> str:
+    limit = use.limit
+    part, factors = limit.quantity.partition(" ")[0], " x ".join(f"{x.name} {x.value:.4g}" for x in limit.factors)
+    told = f"the design load of the {part} {limit.subject}, {shown(limit, use.value)}, is beyond"
+    return f"{told} {shown(limit, bound(use))}: {shown(limit, limit.rest.value if limit.rest else None)} x {factors}"
+
+
 def _measured(use: Use, ran: bool) -> str:
     limit, verb = use.limit, "was" if ran else "would be"
     most = "at least" if limit.least else "at most"
@@ -211,5 +218,6 @@ WORDS: dict[str, Words] = {
     "rails": Words("end", _ends("rails", "x"), refused=True),
     "girder": Words("end", _ends("girder", "y"), refused=True),
     "wind": Words("wind", _blown),
+    **{f"{part} design load": Words("design load", _designed) for part in ("hook", "sling", "shackle", "lug")},
     "signal": Words("signal", _measured),
 }

@@ -15,6 +15,7 @@ from typing import Literal, TypeAlias
 import msgspec
 from heavylift.kernel.description.signals import Signal
 
+from .factors import Factor
 from .spellings import BeamLoad
 
 ROUNDING = 1e-9  # a use so little above 1 is 1
@@ -49,10 +50,25 @@ Quantity: TypeAlias = Literal[
     "clearance",
     "wind",
     "inputs",
+    "factor",
+    "hook design load",
+    "sling design load",
+    "shackle design load",
+    "lug design load",
     "signal",
 ]
 Severity = Literal["red", "warning", "note"]
 State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a check, worst first
+
+
+class Rest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What a part carries at rest where it uses its limit most, that limit, and in which stage; `alone`: what a run
+    adds is in the limit already."""
+
+    value: float
+    bound: float
+    stage: str = ""
+    alone: bool = False
 
 
 class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -82,6 +98,8 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     signal: Signal | None = None  # that is judged, of the quantity "signal"
     source: str = ""
     note: str = ""  # what a planner must know to read the row: assumptions, what a value was reduced for
+    factors: tuple[Factor, ...] = ()  # by which what is read becomes a design load
+    rest: Rest | None = None  # of a design load
     spread: float = 0.0
     inputs: str = ""
     where: str = ""

@@ -18,6 +18,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .actions import Action as Action
 from .actions import Item, Touch
+from .factors import Place
 from .fidelity import Fidelity as Fidelity
 from .interlock import Interlock as Interlock
 from .limit import Limit
@@ -77,6 +78,7 @@ class Plan(Item, frozen=True, kw_only=True):
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
     gear: tuple[Gear, ...] = ()
+    place: Place = "onshore"  # where it is lifted; "": not known
     accepts_assumed: bool = False  # limits that heavylift assumes count as the scene's own
     models: tuple[Own, ...] = ()
     interlocks: tuple[Interlock, ...] = ()

@@ -37,7 +37,7 @@ from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
-from heavylift.nodes.scene.text.source import Fault, Source, read
+from heavylift.nodes.scene.text.source import Data, Fault, Source, read
 from heavylift.nodes.scene.text.source import Path as InData
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.action_preview import first_rest
@@ -46,7 +46,7 @@ from heavylift.nodes.statics.resting import rigged, settled, standing
 from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.swinging import swing_free
 
-from .corners import cornered, ends_of
+from .corners import cornered, designed, ends_of
 from .instances import several
 from .loaded_scene import Facts, LoadedScene
 
@@ -125,6 +125,7 @@ def _built(
             interlocks=yard.interlocks,
             limits=build_limits(yard, mechanisms),
             gear=tuple(gear_of(yard)),
+            place=scene.factors.place or ("" if scene.vessels else "onshore"),
             accepts_assumed=yard.scene.assumed == "accept",
             actions=build_actions(yard, mechanisms),
             may_touch=tuple(touches(source, (), scene.may_touch)),
@@ -156,17 +157,21 @@ def _built(
             rests = replace(rests, plan=settled(rests.plan))
         loaded = rests
     loaded = replace(loaded, plan=weighed(loaded.plan))
-    if not (ends := ends_of(scene, stated)):
+    if not followed:
         return loaded
 
-    def other(values: Mapping[InData, str]) -> LoadedScene:
+    def other(values: Mapping[InData, Data]) -> LoadedScene:
         """The scene with other values, its limits not judged before it is built."""
         own = replace(source, data=deepcopy(given), faults=[])
-        for at, text in values.items():
-            own.at(at[:-1])[at[-1]] = text  # type: ignore[index,call-overload]
+        for at, value in values.items():
+            own.at(at[:-1])[at[-1]] = value  # type: ignore[index,call-overload]
         return _built(own, path, text, followed=False)
 
-    return replace(loaded, plan=cornered(loaded, ends, other))
+    ends = ends_of(scene, stated)
+    limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, other)]
+    judged = replace(loaded, plan=msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
+    judged.__dict__.update(statics=loaded.statics)
+    return judged
 
 
 def _side_by_side(

@@ -1,5 +1,5 @@
 """What limits use at the worst corner of a scene's uncertain inputs: measured on its path at rest, input by input, then
-at each corner where some limit is worst.
+at each corner where some limit is worst; and at the corners of the box of the centre of mass.
 
 Loads grow or fall with each input alone, whatever the others are; so the corner that is worst for a limit is that of
 the worse end of each input.
@@ -8,17 +8,18 @@ the worse end of each input.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from math import isfinite, sqrt
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.limits.factors import design_limits
 from heavylift.nodes.plan.limit import Limit
-from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.quantities import quantity_at
-from heavylift.nodes.scene.text.source import Path, shown
+from heavylift.nodes.scene.text.source import Data, Path, shown
 from heavylift.nodes.scene.text.uncertainty import Stated, standard
 from heavylift.nodes.scene.text.units import NUMBER, tidy
 
@@ -27,7 +28,8 @@ from .loaded_scene import LoadedScene
 NOISE = 1e-6  # of a use: less is rounding
 AT_REST = {"sling peak": ("sling tension",), "rope peak": ("rope factor", "rope tension", "hook load")}  # alike there
 Key = tuple[str, str]  # subject and quantity of a limit
-Build = Callable[[Mapping[Path, str]], LoadedScene]  # the scene with other values
+Values = Mapping[Path, Data]
+Build = Callable[[Values], LoadedScene]  # the scene with other values
 
 
 @dataclass(frozen=True)
@@ -56,9 +58,9 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
     return found
 
 
-def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> Plan:
-    """The plan with what each limit uses more at its worst corner; an input at whose end there is no path at rest is a
-    limit without a value."""
+def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[Limit]:
+    """The limits of a scene with what each uses more at its worst corner; an input at whose end there is no path at rest
+    is a limit without a value."""
     corners = _Corners(nominal, build)
     worse: dict[Key, dict[Path, str]] = {}
     moved: dict[Key, list[str]] = {}
@@ -73,9 +75,31 @@ def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> Plan:
     for corner in dict.fromkeys(tuple(x.items()) for x in worse.values() if len(x) > 1):
         corners.uses(dict(corner))
     limits = [_spread(limit, corners, moved) for limit in nominal.plan.limits]
-    where = nominal.plan.limits[0].where if limits else ""
-    limits += [Limit(subject=told, quantity="inputs", unit="", note=why, where=where) for told, why in corners.lost]
-    return msgspec.structs.replace(nominal.plan, limits=tuple(limits))
+    return [*limits, *_lost(nominal, corners)]
+
+
+def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Limit]:
+    """The design loads of a scene that names a practice or factors, with the worst corner of the box of the centre of
+    mass of each block; nothing else."""
+    if scene.practice is None and not scene.factors.model_fields_set:
+        return []
+    given, corners = scene.factors.built(), _Corners(nominal, build)
+    blocks = {("blocks", name): block for name, block in scene.blocks.items()}
+    blocks |= {("block",): scene.block} if scene.block else {}
+    for signs in product(*((-1, 1) if half else (0,) for half in given.cog)) if given.cog else ():
+        way = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
+        places = {path: [x + dx for x, dx in zip(b.com, way, strict=True)] for path, b in blocks.items()}
+        corners.uses({(*path, "com"): [f"{x!r} m" for x in place] for path, place in places.items()})
+    used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
+    rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)
+    return [*rows, *_lost(nominal, corners)]
+
+
+def _lost(nominal: LoadedScene, corners: _Corners) -> Iterator[Limit]:
+    """Corners of which nothing is known."""
+    where = nominal.plan.limits[0].where if nominal.plan.limits else ""
+    for told, why in corners.lost:
+        yield Limit(subject=told, quantity="inputs", unit="", note=why, where=where)
 
 
 class _Corners:
@@ -88,7 +112,7 @@ class _Corners:
         self._build = build
         self._ends = len(nominal.states) and nominal.states[-1].action
 
-    def uses(self, values: Mapping[Path, str]) -> dict[Key, float]:
+    def uses(self, values: Values) -> dict[Key, float]:
         """The use of each limit at a corner."""
         told, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
         try:

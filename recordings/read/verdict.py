@@ -78,6 +78,7 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
 
     `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
     and what is not determined.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
+    `sheet`, `gear`: design loads and the rigger's list, each a head and rows of cells.
     """
 
     red: bool
@@ -91,6 +92,8 @@ class Judged(msgspec.Struct, frozen=True, kw_only=True):
     rows: tuple[tuple[str, ...], ...] = ()
     told: tuple[str, ...] = ()
     dynamic: tuple[float, str] | None = None
+    sheet: tuple[tuple[str, ...], ...] = ()
+    gear: tuple[tuple[str, ...], ...] = ()
 
 
 def contents(rec: Recording) -> Contents:

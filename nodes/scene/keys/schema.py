@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.nodes.devs.execution.rules import LIMIT
+from heavylift.nodes.plan import factors as f
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import USUAL, Asked
 from heavylift.nodes.plan.spellings import BEAMS
@@ -236,6 +237,10 @@ class Fidelity(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
     """How much of the machines is modelled."""
 
 
+class Factors(keys_of(f.Factors)):  # type: ignore[misc]
+    """Factors between the load at rest and that for which hooks, slings, shackles and lugs are chosen."""
+
+
 class Instance(Base):
     """A scene as one of several lifts; what else is written here is laid over it, as over one that is extended."""
 
@@ -267,6 +272,8 @@ class Scene(Base):
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()
+    practice: f.Practice | None = None  # fills the factors that the scene leaves out, where its clause was read
+    factors: Factors = Factors()  # of design loads
     assumed: Literal["accept"] | None = None  # accept: the limits that heavylift assumes are confirmed
     mechanism: Mechanism | None = None
     wind: Wind | None = None
