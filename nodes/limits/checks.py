@@ -141,11 +141,9 @@ def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...
     """Cells under `HEAD`, worst first: per quantity and state the subject that uses it most; `every`: all subjects."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
-        key = (
-            (number,)
-            if every or check.quantity == "factor"
-            else (check.state, check.why, check.quantity, check.allowed if check.why else "")
-        )
+        alone = every or check.quantity == "factor"
+        alike = (check.state, check.why, check.quantity, check.allowed if check.why else "")
+        key: tuple[object, ...] = (number,) if alone else alike
         groups.setdefault(key, []).append(check)
     return [_row(group) for group in groups.values()]
 

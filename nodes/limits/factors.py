@@ -27,7 +27,7 @@ BASES: dict[Quantity, Quantity] = {
     "shackle design load": "shackle load",
     "lug design load": "lug load",
 }
-NAMES = ("weight", "cog", "dynamic", "tilt", "heights", "yaw", "skew", "consequence", "wind")  # in order
+NAMES = ("rigging", "weight", "cog", "dynamic", "tilt", "heights", "yaw", "skew", "consequence", "wind")  # in order
 BELOW = ("yaw", "skew")  # that act below hooks alone
 AIR = 1.25  # [kg/m3]
 TILT, RISE, APART = 0.05233595624294383, 1.0, 0.08715574274765817  # sin 3 deg, [m], sin 5 deg
@@ -79,20 +79,23 @@ def design_limits(
     clauses, missing = PRACTICES.get(practice, {}), dict[str, str]()
     strengths = {x.subject: x for x in plan.limits if x.quantity == "sling peak"}
     for quantity, base in BASES.items():
-        for use in (use for use in uses if use.limit.quantity == base and use.use is not None and use.value):
+        for use in (use for use in uses if use.limit.quantity == base and use.value):
             limit = use.limit
             lift = _lift(plan, limit)
             if lift is None or use.value is None:
                 continue
             found = list[Factor]()
-            for name in NAMES:
+            for name in NAMES[1:]:
                 if not _needed(name, quantity, lift):
                     continue
                 value, source = _value(name, given, clauses, lift, plan, limit, states, aside)
                 if value is None:
                     missing[name] = source
-                elif not (quantity == "hook design load" and name == "dynamic" and given.dynamics == "included"):
+                elif quantity != "hook design load" or name != "dynamic" or given.dynamics == "not included":
                     found.append(Factor(name=name, value=value, source=source))
+            if quantity == "hook design load" and (hung := _rigging(plan, limit.elements[0])):
+                told = f"{hung / 1e3:.4g} t of slings and shackles, which have no mass in the model"
+                found.insert(0, Factor(name="rigging", value=1.0 + hung / use.value, source=told))
             if quantity == "hook design load" and not given.dynamics and "dynamic" not in missing:
                 missing["dynamics"] = "whether capacities of hooks include dynamics: write 'dynamics: included'"
             alone = quantity == "hook design load" and given.dynamics == "included"
@@ -109,6 +112,20 @@ def design_limits(
             yield row
     for name, source in missing.items():
         yield Limit(subject=name, quantity="factor", unit="", note=source)
+
+
+def _rigging(plan: Plan, rope: str) -> float:
+    """The mass of the slings on a hook and their shackles, two each, as far as gear tells it [kg]."""
+    hook = next((hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope), None)
+    ties = [*ties_on(plan.machines, hook)] if hook else []
+    total = 0.0
+    for item in plan.gear:
+        for at in item.at:
+            owner, _, what = at.rpartition(".")
+            many = {"sling": 1, "shackle": 2}.get(what, 0)
+            held = sum(owner == (f"rigging.{tie.rigging}" if tie.rigging else "rig") for tie in ties)
+            total += many * held * item.mass
+    return total
 
 
 def _lift(plan: Plan, limit: Limit) -> Lift | None:
@@ -160,7 +177,8 @@ def _value(
         return _wind(given, lift)
     if name == "cog" and given.cog is not None:
         box = ", ".join(f"{x:g}" for x in given.cog)
-        return aside.get((limit.subject, limit.quantity)), f"corners of a box of +- {box} m, at rest"
+        radius = ", with the radius that goes with each" if limit.over == "radius" else ""
+        return aside.get((limit.subject, limit.quantity)), f"corners of a box of +- {box} m, at rest{radius}"
     if name == "tilt" and own is None and len(lift.hooks) == 2:
         told, least = "the scene", (given.tilt and float(_sine(given.tilt)), 0.0)
         if given.tilt is None and clauses and plan.place in ("inshore", "offshore"):
@@ -187,10 +205,7 @@ def _sine(angle: float) -> float:
 def _wind(given: Factors, lift: Lift) -> tuple[float | None, str]:
     """Of a push of the wind beside the weight: the force on the part that holds both over the weight."""
     if given.wind is None:
-        return (
-            None,
-            "to be confirmed: write 'factors: {wind: 10 m/s, area: 100 m2}', of a lift in no wind 'wind: 0 m/s'",
-        )
+        return None, "to be confirmed: write 'factors: {wind: 10 m/s, area: 100 m2}', in no wind 'wind: 0 m/s'"
     push = 0.5 * AIR * given.drag * given.area * given.wind * given.wind
     told = f"0.5 x {AIR:g} kg/m3 x {given.drag:g} x {given.area:g} m2 x ({given.wind:g} m/s)2 = {push / 1e3:.4g} kN"
     return sqrt(1.0 + (push / lift.weight) * (push / lift.weight)), told
@@ -262,7 +277,7 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
 
 def sheet(uses: Sequence[Use]) -> tuple[tuple[str, ...], ...]:
     """The factor sheet of uses of limits: head and a row for each hook, sling, shackle and lug; nothing without one."""
-    rows = [use for use in uses if use.limit.factors and use.limit.rest and use.value is not None]
+    rows = [use for use in uses if use.limit.rest and use.value is not None]
     names = [name for name in NAMES if any(x.name == name for use in rows for x in use.limit.factors)]
     met = {(use.limit.subject, use.limit.quantity): use for use in uses}
     table = [("part", "", "load at rest", *names, "design load", "limit", "used", "met", "most loaded in")]
@@ -275,7 +290,8 @@ def sheet(uses: Sequence[Use]) -> tuple[tuple[str, ...], ...]:
             (
                 limit.quantity.partition(" ")[0], limit.subject, shown(limit, rest.value),
                 *(f"{each[name]:.4g}" if name in each else "" for name in names), shown(limit, use.value),
-                shown(limit, use.value / use.use if use.value and use.use else None), percent(use.use or 0.0),
+                shown(limit, use.value / use.use if use.value and use.use else None),
+                "" if use.use is None else percent(use.use),
                 shown(limit, base.value) if base else "", use.stage,
             )
         )  # fmt: skip

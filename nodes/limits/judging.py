@@ -118,8 +118,9 @@ class _Worst:
         exact, found = self._exact, self._first[0][1] if self._first else None
         if (rest := self._limit.rest) and self._dynamic:
             value = rest.value * product(self._limit, dynamic=False)
-            foreseen = Use(self._limit, value, None, rest.stage, value / rest.bound, bound=rest.bound)
-            return max((x for x in (foreseen, exact, found) if x), key=lambda x: x.use or 0.0)
+            use = value / rest.bound if rest.bound else None
+            foreseen = Use(self._limit, value, None, rest.stage, use, bound=rest.bound or None)
+            return max((x for x in (foreseen, exact, found) if x), key=lambda x: x.use or x.value or 0.0)
         if exact is None or found is None:
             return exact or found or Use(self._limit, None)
         return exact if self._exceeds(exact, found) else found

@@ -164,7 +164,7 @@ def _built(
         """The scene with other values, its limits not judged before it is built."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
-            own.at(at[:-1])[at[-1]] = value  # type: ignore[index,call-overload]
+            own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
         return _built(own, path, text, followed=False)
 
     ends = ends_of(scene, stated)

@@ -59,8 +59,8 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
 
 
 def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[Limit]:
-    """The limits of a scene with what each uses more at its worst corner; an input at whose end there is no path at rest
-    is a limit without a value."""
+    """The limits of a scene with what each uses more at its worst corner; an input at whose end nothing is known is a
+    limit without a value."""
     corners = _Corners(nominal, build)
     worse: dict[Key, dict[Path, str]] = {}
     moved: dict[Key, list[str]] = {}
@@ -84,7 +84,7 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Li
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.factors.built(), _Corners(nominal, build)
-    blocks = {("blocks", name): block for name, block in scene.blocks.items()}
+    blocks: dict[Path, schema.Block] = {("blocks", name): block for name, block in scene.blocks.items()}
     blocks |= {("block",): scene.block} if scene.block else {}
     for signs in product(*((-1, 1) if half else (0,) for half in given.cog)) if given.cog else ():
         way = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
@@ -130,7 +130,8 @@ class _Corners:
 
 
 def _uses(scene: LoadedScene) -> dict[Key, float]:
-    each = ((use.limit, use.use) for use in scene.uses)
+    """The use of each limit, of one that is not known the value itself."""
+    each = ((use.limit, use.value if use.use is None else use.use) for use in scene.uses)
     return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
 
 

@@ -107,8 +107,8 @@ def report(
     designed, listed = sheet(uses), gear(built)
     told = [*table("Design loads:", designed), *(f"  {x}" for x in sources(uses)), *table("Rigger's list:", listed)]
     lines[-2:-2] = told
-    judged = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks), designed, listed
-    return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged)
+    judged = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
+    return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged, sheet=designed, gear=listed)
 
 
 def _mobility(built: plan.Plan) -> Mobility:

@@ -110,7 +110,10 @@ def rigging_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
             yield from sling_limits(yard, given.sling, sling, at["where"], ("rigging", name, "sling"))
             bent = isinstance(given, Equaliser) or bool(given.over_edges)
             yield bridle_limit(yard, sling, at["where"], bent=bent)
-            if given.shackle:
+            if given.shackle is None:
+                unknown = {"source": "", "note": "give its 'shackle'"}
+                yield Limit(subject=sling, quantity="shackle load", elements=(sling,), **at | unknown)  # type: ignore[arg-type]
+            else:
                 item = _item(yard, ("rigging", name, "shackle"))
                 by = {"source": item, "note": shackle(given.shackle, item.partition(", ")[2])} if item else {}
                 yield Limit(subject=sling, quantity="shackle load", value=given.shackle, elements=(sling,), **at | by)  # type: ignore[arg-type]
@@ -141,27 +144,27 @@ def lug_limits(yard: Yard) -> Iterator[Limit]:
         for rope, sling in slings_of(scene, name).items():
             for word in given.to if isinstance(given, Equaliser) else [sling.holds]:
                 held.setdefault(lugs.get(word, word), []).append(rope)
-    if scene.block and scene.block.lug_capacity:
+    if scene.block:
         every = [tie.rope for tie in yard.slings()]  # of beams, which may take any lug
         for lug in scene.block.lugs:
             yield from _lug(yard, lug, scene.block.lug_capacity, [*held.get(lugs[lug], ()), *every], ("block",))
     for name, block in scene.blocks.items():
-        for lug in (f"{name}.{lug}" for lug in block.lugs if block.lug_capacity):
+        for lug in (f"{name}.{lug}" for lug in block.lugs):
             slings = [*held.get(lugs[lug], ()), *(tie.rope for tie in yard.slings())]
-            yield from _lug(yard, lug, block.lug_capacity or 0.0, slings, ("blocks", name))
+            yield from _lug(yard, lug, block.lug_capacity, slings, ("blocks", name))
     for name, given in scene.rigging.items():
-        if isinstance(given, Frame) and given.lug_capacity:
+        if isinstance(given, Frame):
             for lug in (name, *(f"{name}.{point}" for point in given.points)):
                 slings = [*held.get(lug, ()), *_on(yard).get(lug, ())]
                 yield from _lug(yard, lug, given.lug_capacity, slings, ("rigging", name))
 
 
-def _lug(yard: Yard, lug: str, most: float, slings: list[str], base: Path) -> Iterator[Limit]:
+def _lug(yard: Yard, lug: str, most: float | None, slings: list[str], base: Path) -> Iterator[Limit]:
     where = yard.source.where((*base, "lug capacity"))
     if slings:
         yield Limit(
-            subject=lug, quantity="lug load", unit="kg", value=most, elements=tuple(slings), source="the scene",
-            where=where,
+            subject=lug, quantity="lug load", unit="kg", value=most, elements=tuple(slings),
+            source="the scene" if most else "", note="" if most else "give 'lug capacity'", where=where,
         )  # fmt: skip
 
 
