@@ -18,7 +18,15 @@ from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
-from .rigging.ratings import bridle_limit, hook_limits, lug_limits, rigging_limits, sling_limits, tandem_limits
+from .rigging.ratings import (
+    bridle_limit,
+    hook_limits,
+    lug_limits,
+    rigging_limits,
+    shackle_limit,
+    sling_limits,
+    tandem_limits,
+)
 from .yard import LEVELS, LOWER, UPPER, Yard
 
 
@@ -236,3 +244,4 @@ def _rig(yard: Yard) -> Iterator[Limit]:
         for tie in beam.ties:
             yield from sling_limits(yard, rig.sling, tie.rope, tie.where, ("rig", "sling"))
             yield bridle_limit(yard, tie.rope, tie.where, bent=tie.rope in bent)
+            yield shackle_limit(yard, rig.shackle, tie.rope, ("rig", "shackle"))

@@ -229,6 +229,7 @@ class Rig(Base):
 
     beams: dict[Name, Beam]
     sling: SlingType = SlingType()
+    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of all slings at the start
     groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 

@@ -10,6 +10,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.limits import KL, TERMINATIONS, Terms, assembly, at_rest, bending, gear, in_a_run, shackle
 from heavylift.nodes.plan import Limit
 from heavylift.nodes.scene import check, load, parse
+from msgspec.structs import replace
 
 G = 9.80665
 TABLE = {  # EN 13414-1, table 4, steel core, ferrule-secured: mm -> t of one leg, 2 to 45, 2 to 60, 4 to 45, 4 to 60
@@ -127,7 +128,7 @@ def test_gear_is_taken_from_its_files_and_listed(tmp_path: Path) -> None:
     assert "Rigger's list:" in str(report)
     again = parse(found.merged or found.text, "again.yaml")
     assert again.plan.gear == found.plan.gear
-    assert again.plan.limits == found.plan.limits
+    assert [replace(x, where="") for x in again.plan.limits] == [replace(x, where="") for x in found.plan.limits]
 
 
 def test_the_mass_of_gear_is_part_of_the_design_load_of_its_hook(tmp_path: Path) -> None:

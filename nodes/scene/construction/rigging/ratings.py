@@ -7,12 +7,11 @@ from typing import Any
 
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.slings import assembly, at_rest, in_a_run, shackle
-from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
+from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, TANDEM, TANDEM_SOURCE, strength_limits
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.yard import Yard
-from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Slings, SlingType
 from heavylift.nodes.scene.text.source import Path, shown
@@ -62,17 +61,19 @@ def tandem_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[
             for tie in ties_on(mechanisms, hook):
                 if tie.lug and (held := tie.lower or lugs.get(tie.lug)):
                     lifting.setdefault(held.body, {}).setdefault(machine.name, []).append(hook)
-    part, seen = schema.Crane.model_fields["tandem"].default, set[str]()
+    seen, own = set[str](), yard.scene.factors.tandem
     for hooks in (hooks for hooks in lifting.values() if len(hooks) > 1):
-        own = (hook for name, each in hooks.items() if name not in levelled for hook in each)  # others have rows
-        for hook in (hook for hook in own if hook.capacity or hook.chart):
-            chart = tuple((radius, part * mass) for radius, mass in hook.chart)
-            note = f"{part:.0%} of what it may carry alone, as {len(hooks)} cranes lift together"
+        more = own or TANDEM[min(len(hooks), max(TANDEM))]
+        mine = (hook for name, each in hooks.items() if name not in levelled for hook in each)  # others have rows
+        for hook in (hook for hook in mine if hook.capacity or hook.chart):
+            chart = tuple((radius, mass / more) for radius, mass in hook.chart)
+            note = f"{1.0 / more:.1%} of what it may carry alone, as {len(hooks)} cranes lift together"
+            note += "" if own else f", not synchronised ({TANDEM_SOURCE})"
             if hook.rope not in seen:
                 yield Limit(
                     subject=hook.rope, quantity="tandem load", unit="kg", elements=(hook.rope,), chart=chart,
-                    value=None if chart else part * hook.capacity, over="radius" if chart else "", note=note,
-                    source="assumed", where=hook.where,
+                    value=None if chart else hook.capacity / more, over="radius" if chart else "", note=note,
+                    source="the scene" if own else "assumed", where=hook.where,
                 )  # fmt: skip
             seen.add(hook.rope)
 
@@ -110,13 +111,17 @@ def rigging_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
             yield from sling_limits(yard, given.sling, sling, at["where"], ("rigging", name, "sling"))
             bent = isinstance(given, Equaliser) or bool(given.over_edges)
             yield bridle_limit(yard, sling, at["where"], bent=bent)
-            if given.shackle is None:
-                unknown = {"source": "", "note": "give its 'shackle'"}
-                yield Limit(subject=sling, quantity="shackle load", elements=(sling,), **at | unknown)  # type: ignore[arg-type]
-            else:
-                item = _item(yard, ("rigging", name, "shackle"))
-                by = {"source": item, "note": shackle(given.shackle, item.partition(", ")[2])} if item else {}
-                yield Limit(subject=sling, quantity="shackle load", value=given.shackle, elements=(sling,), **at | by)  # type: ignore[arg-type]
+            yield shackle_limit(yard, given.shackle, sling, ("rigging", name, "shackle"))
+
+
+def shackle_limit(yard: Yard, WLL: float | None, sling: str, at: Path) -> Limit:
+    """Of each shackle of a sling, of an item of gear by its standard."""
+    item = _item(yard, at)
+    note = "give its 'shackle'" if WLL is None else shackle(WLL, item.partition(", ")[2]) if item else ""
+    return Limit(
+        subject=sling, quantity="shackle load", unit="kg", value=WLL, elements=(sling,), note=note,
+        source=item or ("the scene" if WLL else ""), where=yard.source.where(at[:-1]),
+    )  # fmt: skip
 
 
 def _item(yard: Yard, at: Path) -> str:
@@ -209,8 +214,8 @@ def gear_of(yard: Yard) -> Iterator[plan.Gear]:
             words = at.split(".")
             entry = scene.rigging.get(words[1]) if words[0] == "rigging" else None
             legs = len(entry.to) if isinstance(entry, Slings) else 1
-            slings = 2 * len(scene.rig.beams) if scene.rig and words == ["rig", "sling"] else legs
-            number += {"sling": slings, "shackle": 2 * legs, "length": 0}.get(words[-1], 1)
+            slings = 2 * len(scene.rig.beams) if scene.rig and words[0] == "rig" else legs
+            number += {"sling": slings, "shackle": 2 * slings, "length": 0}.get(words[-1], 1)
         yield plan.Gear(
             name=name, kind=x.kind, number=number, WLL=x.WLL or 0.0, mass=x.mass or 0.0, standard=x.standard,
             termination=x.termination or "", certificate=x.certificate, at=tuple(x.at),
