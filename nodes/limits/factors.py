@@ -98,7 +98,7 @@ def design_limits(
                 found.insert(0, Factor(name="rigging", value=1.0 + hung / use.value, source=told))
             if quantity == "hook design load" and not given.dynamics and "dynamic" not in missing:
                 missing["dynamics"] = "whether capacities of hooks include dynamics: write 'dynamics: included'"
-            alone = quantity == "hook design load" and given.dynamics == "included"
+            alone = quantity == "hook design load" and given.dynamics != "not included"
             rest = Rest(value=use.value, bound=use.value / use.use if use.use else 0.0, stage=use.stage, alone=alone)
             row = replace(limit, quantity=quantity, factors=tuple(found), rest=rest, spread=0.0, inputs="")
             if quantity == "sling design load" and limit.subject in strengths:
@@ -292,7 +292,7 @@ def sheet(uses: Sequence[Use]) -> tuple[tuple[str, ...], ...]:
                 *(f"{each[name]:.4g}" if name in each else "" for name in names), shown(limit, use.value),
                 shown(limit, use.value / use.use if use.value and use.use else None),
                 "" if use.use is None else percent(use.use),
-                shown(limit, base.value) if base else "", use.stage,
+                shown(limit, base.value) if base and not rest.alone else "", use.stage,
             )
         )  # fmt: skip
     return tuple(table) if rows else ()

@@ -70,11 +70,11 @@ def at_rest(x: Terms, gravity: float) -> Rated:
     if known.kt is None:
         peak = in_a_run(x)
         return Rated(peak.factor, peak.source, "what its largest tension may be, so the least that is asked at rest")
-    told = f"{EN_13414}, Zp = {ZP:g}"
     heavy = (x.diameter or 0.0) > LARGEST_ROPE or x.breaking * known.kt / ZP > LARGEST_LEG * gravity * (1.0 + ROUNDED)
     if heavy and not x.termination:
         return _skewed(x, Rated(ZP, f"assumed: {ENDS}", "give 'termination' or 'WLL'"))
-    told = f"{told}, KT = {known.kt:g} of {x.termination or 'a ferrule, assumed'}"
+    end = x.termination or "a ferrule, assumed"
+    told = f"{EN_13414}, Fmin = {x.breaking / 1e3:g} kN, Zp = {ZP:g}, KT = {known.kt:g} of {end}"
     if heavy:
         told = f"{told}, assumed: {ENDS}"
     return _skewed(x, Rated(ZP / known.kt, told))
@@ -95,10 +95,11 @@ def in_a_run(x: Terms) -> Rated:
     bend = bending(x.pin / x.diameter) if x.pin and x.diameter else 1.0
     reduced = max(TERMINATIONS[name].factor, bend)
     wear = x.wear or YARD_WEAR
-    told = f"{ND_0027}, 7.3.1, {'hand splice' if name == 'spliced' else name}{'' if x.termination else ' assumed'}"
+    factor = partial_factor(termination=reduced, wear=wear)
+    end = f"{'hand splice' if name == 'spliced' else name}{'' if x.termination else ' assumed'}"
     pins = f"bent over {x.pin / x.diameter:.3g} d" if x.pin and x.diameter else f"pins of {STRAIGHT:g} d assumed"
-    told = f"{told}, wear {wear:g}, {pins}; {SUCCESSOR}"
-    return Rated(partial_factor(termination=reduced, wear=wear), told)
+    told = f"{ND_0027}, 7.3.1: {x.breaking / 1e3:g} kN over 1.3 x 1.3 x 1.5 x {reduced:.4g} ({end}, {pins}) x {wear:g}"
+    return Rated(factor, f"{told} (wear), {factor:.4g}; {SUCCESSOR}")
 
 
 def bending(ratio: float) -> float:

@@ -50,6 +50,7 @@ def tables(rec: Recording, found: Facts, verdict: Judged | None) -> list[Table]:
     made = [
         _findings(verdict) if verdict else _warnings(found),
         *([_checks(verdict)] if verdict and verdict.rows else ()),
+        *(_rigging(verdict) if verdict else ()),
         *([_clearances(verdict)] if verdict else ()),
         Table("Notes of the kernel", ["what", "at"], [[(told, True), clock(t, 1)] for t, told in found.notes], "told"),
         *(Table(title, [head], [[x] for x in rec.told(fact)], "told") for fact, head, title in TOLD),
@@ -168,6 +169,12 @@ def _checks(verdict: Judged) -> Table:
     """All checks, worst first."""
     rows: list[list[Cell]] = [[(cell, row[0] == "red") for cell in row] for row in verdict.rows]
     return Table("Checks", verdict.head, rows, "placed limits", verdict.told)
+
+
+def _rigging(verdict: Judged) -> list[Table]:
+    """From loads at rest to design loads, and what riggers fetch."""
+    given = (("Design loads", verdict.sheet), ("Rigger's list", verdict.gear))
+    return [Table(title, rows[0], rows[1:], "placed") for title, rows in given if rows]
 
 
 def _stage(s: StageUse, band: float | None, judged: bool) -> list[Cell]:

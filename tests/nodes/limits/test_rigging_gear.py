@@ -117,7 +117,7 @@ def test_gear_is_taken_from_its_files_and_listed(tmp_path: Path) -> None:
     checks = {c.quantity: c for c in found.checks}
     assert checks["shackle load"].limit == 35e3
     assert "SH-35, EN 13889; EN 13889 ends at 25 t, assumed" in checks["shackle load"].basis
-    assert checks["sling tension"].basis.startswith("EN 13414-1, Zp = 5, KT = 0.9 of ferrule")
+    assert checks["sling tension"].basis.startswith("EN 13414-1, Fmin = 1600 kN, Zp = 5, KT = 0.9 of ferrule")
     head, second, first = gear(found.plan)
     assert head[:4] == ("item", "number", "kind", "WLL")
     assert first[:6] == ("WR-48-8", "4", "sling", "", "95 kg", "EN 13414-1")
