@@ -51,6 +51,7 @@ class Terms(NamedTuple):
     diameter: float | None = None
     pin: float | None = None
     wear: float | None = None
+    chosen: bool = True  # somebody has written the breaking force
     single: bool = False  # its legs are chosen singly, and four of them hold one rigid load
 
 
@@ -73,8 +74,8 @@ def at_rest(x: Terms, gravity: float) -> Rated:
     heavy = (x.diameter or 0.0) > LARGEST_ROPE or x.breaking * known.kt / ZP > LARGEST_LEG * gravity * (1.0 + ROUNDED)
     if heavy and not x.termination:
         return _skewed(x, Rated(ZP, f"assumed: {ENDS}", "give 'termination' or 'WLL'"))
-    end = x.termination or "a ferrule, assumed"
-    told = f"{EN_13414}, Fmin = {x.breaking / 1e3:g} kN, Zp = {ZP:g}, KT = {known.kt:g} of {end}"
+    force, end = _force(x), x.termination or "a ferrule, assumed"
+    told = f"{EN_13414}, Fmin = {force}, Zp = {ZP:g}, KT = {known.kt:g} of {end}"
     if heavy:
         told = f"{told}, assumed: {ENDS}"
     return _skewed(x, Rated(ZP / known.kt, told))
@@ -98,8 +99,12 @@ def in_a_run(x: Terms) -> Rated:
     factor = partial_factor(termination=reduced, wear=wear)
     end = f"{'hand splice' if name == 'spliced' else name}{'' if x.termination else ' assumed'}"
     pins = f"bent over {x.pin / x.diameter:.3g} d" if x.pin and x.diameter else f"pins of {STRAIGHT:g} d assumed"
-    told = f"{ND_0027}, 7.3.1: {x.breaking / 1e3:g} kN over 1.3 x 1.3 x 1.5 x {reduced:.4g} ({end}, {pins}) x {wear:g}"
+    told = f"{ND_0027}, 7.3.1: {_force(x)} over 1.3 x 1.3 x 1.5 x {reduced:.4g} ({end}, {pins}) x {wear:g}"
     return Rated(factor, f"{told} (wear), {factor:.4g}; {SUCCESSOR}")
+
+
+def _force(x: Terms) -> str:
+    return f"{x.breaking / 1e3:g} kN{'' if x.chosen else ' assumed'}"
 
 
 def bending(ratio: float) -> float:

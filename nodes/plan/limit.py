@@ -49,6 +49,7 @@ Quantity: TypeAlias = Literal[
     "girder",
     "clearance",
     "wind",
+    "sharing",
     "inputs",
     "factor",
     "hook design load",

@@ -24,7 +24,7 @@ PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that dr
 
 def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
     """(where, sentence) of each."""
-    judged = (x for x in built.limits if x.quantity not in ELSEWHERE and WORDS[x.quantity].refused)
+    judged = (x for x in built.limits if x.known and x.quantity not in ELSEWHERE and WORDS[x.quantity].refused)
     refused = [x for x in judged if x.source != "assumed"]  # by what nobody has written no scene is refused
     if not refused or not statics.states:
         return []

@@ -6,8 +6,8 @@
       beam: {type: spreader, gear: SB-20, points: {...}}
 
 In a table the first column is the ID, the others are keys with their units, `breaking [kN]`; a file .yaml has the same
-keys below each ID.  What a scene writes beside `gear` wins over the item.  Below `gear` the scene keeps the items that
-it uses, each with the places where it does.
+keys below each ID.  What the same file writes beside `gear` wins over the item, the item over what that extends.  Below
+`gear` the scene keeps the items that it uses, each with the places where it does.
 """
 
 from __future__ import annotations
@@ -78,7 +78,11 @@ def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: d
         taken["capacity"] = item["WLL"]
     if kind == "frame":
         taken["type"] = item.get("kind")
-    for key in (key for key in taken if key not in given):
+    own = [x for x in given if source.layer(source.mark((*path, x), on_key=True)) >= source.layer(mark)]
+    for key in ("breaking", "EA") if kind == "sling" else ():
+        if key not in item and key not in own:
+            source.fault(at, f"the gear '{name}' has no '{key}'", mark=mark)
+    for key in (key for key in taken if key not in own):
         given[key] = taken[key]
         source.keys[(*path, key)] = source.values[(*path, key)] = mark
 

@@ -163,6 +163,7 @@ def test_gear_may_stand_in_a_workbook_or_in_the_scene(tmp_path: Path) -> None:
         ("", "", "", "name the files that hold it"),
         ("gear: [slings.csv, slings.csv]\n", "", "", "which another file has, too"),
         ("gear: [slings.csv, shackles.yaml]\n", "shackle: {gear: SH-35}", "shackle: {gear: WR-48-8}", "has no 'WLL'"),
+        ("gear: [slings.csv, shackles.yaml]\n", "sling: {gear: WR-48-8}", "sling: {gear: SH-35}", "has no 'breaking'"),
     ],
 )
 def test_gear_that_cannot_be_had_is_told_at_its_place(
@@ -173,3 +174,12 @@ def test_gear_that_cannot_be_had_is_told_at_its_place(
     with pytest.raises(SceneError, match=r"geared.yaml:\d+:\d+: error") as error:
         load(str(path))
     assert told in str(error.value)
+
+
+def test_four_legs_are_not_shared_in_silence() -> None:
+    """Where no assembly is rated, a row asks how."""
+    heavy = "rigging.legs.sling={EA: 60 MN, breaking: 4000 kN}"
+    (asked,) = (c for c in load("crawler", [heavy]).checks if c.quantity == "sharing")
+    assert (asked.state, asked.why) == ("amber", "not checked")
+    for answer in ("factors={skew: 1.25}", heavy.replace("}", ", legs: single}")):
+        assert not [c for c in load("crawler", [heavy, answer]).checks if c.quantity == "sharing"]

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
+from heavylift.nodes.limits.sharing import DETERMINATE
 from heavylift.nodes.limits.slings import assembly, at_rest, in_a_run, shackle
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, TANDEM, TANDEM_SOURCE, strength_limits
 from heavylift.nodes.plan import plan
@@ -193,16 +194,24 @@ def sling_limits(yard: Yard, given: SlingType, name: str, where: str, base: Path
 
 
 def _assembly(yard: Yard, name: str, given: Slings, slings: tuple[str, ...], where: str) -> Iterator[Limit]:
-    """The legs of a bridle on one hook or frame that were bought together."""
-    own = given.sling.legs == "single" or "factor" in given.sling.model_fields_set
-    if own or given.over_edges or len({*given.holders}) > 1:
+    """The legs of a bridle on one hook or frame that were bought together; else, how more than three share a load."""
+    scene, sling = yard.scene, given.sling
+    if given.over_edges or len({*given.holders}) > 1:
         return
-    found = assembly(terms(given.sling, _item(yard, ("rigging", name, "sling"))), len(given.to), yard.scene.gravity)
+    own = sling.legs == "single" or "factor" in sling.model_fields_set
+    known = terms(sling, _item(yard, ("rigging", name, "sling")))
+    found = None if own else assembly(known, len(given.to), scene.gravity)
+    row = {"subject": name, "elements": slings, "where": where}
     if found:
         yield Limit(
-            subject=name, quantity="assembly load", unit="kg", chart=found[0], over="angle", elements=slings,
-            source=found[1], note="shares as lengths and stiffness make them", where=where,
+            quantity="assembly load", unit="kg", chart=found[0], over="angle", source=found[1],
+            note="shares as lengths and stiffness make them", **row,  # type: ignore[arg-type]
         )  # fmt: skip
+    elif len(given.to) > DETERMINATE and sling.legs != "single" and not (scene.practice or scene.factors.skew):
+        told = (
+            f"{len(given.to)} slings share a load as lengths and stiffness make them: write 'sling: {{legs: single}}'"
+        )
+        yield Limit(quantity="sharing", unit="", note=f"{told} or 'factors: {{skew: 1.25}}'", **row)  # type: ignore[arg-type]
 
 
 def gear_of(yard: Yard) -> Iterator[plan.Gear]:

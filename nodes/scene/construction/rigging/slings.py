@@ -52,8 +52,10 @@ def lugs_of(scene: Scene) -> dict[str, k.Point]:
 
 def terms(given: SlingType, item: str = "") -> Terms:
     """What is known of a sling, an item of gear or none."""
-    single = given.legs == "single"
-    return Terms(given.breaking, given.WLL, item, given.termination, given.diameter, given.pin, given.wear, single)
+    chosen, single = "breaking" in given.model_fields_set, given.legs == "single"
+    return Terms(
+        given.breaking, given.WLL, item, given.termination, given.diameter, given.pin, given.wear, chosen, single
+    )
 
 
 def rated(given: SlingType, gravity: float) -> float:
