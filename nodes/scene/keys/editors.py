@@ -35,6 +35,8 @@ SHORT = {  # what a scene may write shorter than its models require
     "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
 }
+FILES = ({"type": "string"}, {"type": "array", "items": {"type": "string"}})
+GEAR = "its item of the scene's gear, by ID"
 TABLES = {  # out of which a block may take what it needs
     "from": "a row of a table beside the scene, such as blocks.csv#B17; its heads name keys with units: mass [t]",
     "lugs from": "the block's lugs in a table, such as lugs.csv#B17; columns block, name, x [m], y [m], z [m]",
@@ -60,6 +62,14 @@ def json_schema() -> Schema:
         entries["additionalProperties"] = {"anyOf": [entries["additionalProperties"], ALIKE]}
     for name, key in (("Vessel", "responses"), ("Floating", "loads")):
         definitions[name]["properties"][f"{key} from"] = {"type": "string", "description": ANSWERS}
+    schema["properties"]["gear"] = {"anyOf": [schema["properties"]["gear"], *FILES]}
+    beam = next(name for name, x in definitions.items() if {"hook", "sling", "lugs"} <= x.get("properties", {}).keys())
+    for name in ("SlingType", "Frame", beam):
+        definitions[name]["properties"]["gear"] = {"type": "string", "description": GEAR}
+    definitions["Frame"]["anyOf"] = [{"required": definitions["Frame"].pop("required")}, {"required": ["gear"]}]
+    item = {"type": "object", "properties": {"gear": {"type": "string"}}, "required": ["gear"], "description": GEAR}
+    for name, key in (("Slings", "shackle"), ("Slings", "length"), ("Equaliser", "shackle"), ("Rig", "shackle")):
+        definitions[name]["properties"][key] = {"anyOf": [definitions[name]["properties"][key], item]}
     block = definitions["Block"]
     for key, meaning in TABLES.items():
         block["properties"][key] = {"type": "string", "description": meaning}
