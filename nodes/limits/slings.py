@@ -15,6 +15,7 @@ EN_13414 = "EN 13414-1"
 ZP = 5.0  # working coefficient of wire ropes
 LARGEST_LEG, LARGEST_ROPE = 42e3, 0.060  # where its tables end [kg, m]
 ENDS = f"the table of {EN_13414} ends at 60 mm and 42 t a leg"
+FERRULE = "a ferrule, assumed"
 ROUNDED = 0.02  # by which its tables round
 KL = {2: ((45.0, 1.4), (60.0, 1.0)), 3: ((45.0, 2.1), (60.0, 1.5)), 4: ((45.0, 2.1), (60.0, 1.5))}  # legs: up to [deg]
 YARD_WEAR = 1.2  # 0027/ND, 7.9.4, unless slings are shown to be good
@@ -74,7 +75,7 @@ def at_rest(x: Terms, gravity: float) -> Rated:
     heavy = (x.diameter or 0.0) > LARGEST_ROPE or x.breaking * known.kt / ZP > LARGEST_LEG * gravity * (1.0 + ROUNDED)
     if heavy and not x.termination:
         return _skewed(x, Rated(ZP, f"assumed: {ENDS}", "give 'termination' or 'WLL'"))
-    force, end = _force(x), x.termination or "a ferrule, assumed"
+    force, end = _force(x), x.termination or FERRULE
     told = f"{EN_13414}, Fmin = {force}, Zp = {ZP:g}, KT = {known.kt:g} of {end}"
     if heavy:
         told = f"{told}, assumed: {ENDS}"
