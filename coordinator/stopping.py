@@ -46,7 +46,7 @@ class Stopping:
     """From now on these signals end what the main thread does."""
 
     def __init__(self) -> None:
-        self._over = self._stopped = False
+        self._over = False
         self._signal = signal.SIGINT
         self._raised: Callable[[], object] = lambda: None
         taken = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
@@ -55,12 +55,12 @@ class Stopping:
         self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
 
     def end(self, process: bool = False) -> None:
-        """The command has ended, there is nothing left to stop; nor is there if its `process` was stopped and ends."""
+        """The command has ended, there is nothing left to stop; if its `process` ends, signals no longer matter."""
         self._over = True
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = self._unraisable
         for number, before in self._before.items():
-            signal.signal(number, signal.SIG_IGN if process and self._stopped else before)
+            signal.signal(number, signal.SIG_IGN if process else before)
         self._before = {}
 
     @property
@@ -69,7 +69,7 @@ class Stopping:
         return 128 + self._signal
 
     def _asked(self, number: int, frame: FrameType | None) -> None:
-        self._signal, self._stopped = signal.Signals(number), True
+        self._signal = signal.Signals(number)
         signal.setitimer(signal.ITIMER_REAL, LOOK_s, LOOK_s)
         self._look()
 

@@ -6,6 +6,7 @@ import contextlib
 import os
 import socket
 import ssl
+import threading
 import time
 from collections.abc import Callable
 
@@ -56,10 +57,15 @@ class _Playing:
         self.over, self._say = False, say
         self._told = f"process {ticket.process}: the coordinator of run {ticket.run} at {door.endpoint} is gone"
         at = key(ticket.run, "alive", HUB)
+        self._present = threading.Event()
         self._watch = session.liveliness().declare_subscriber(at, self._changed, history=True)
+        if not self._present.wait(JOIN_s):  # the line was cut just now: of who was never seen, no end is heard
+            raise ProtocolError(f"{self._told}; join again when it runs again")
 
     def _changed(self, sample: zenoh.Sample) -> None:
-        if sample.kind == zenoh.SampleKind.DELETE and not self.over:
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._present.set()
+        elif sample.kind == zenoh.SampleKind.DELETE and not self.over:
             self._say(f"heavylift: {self._told}; join again when it runs again")
             os._exit(LOST)
 

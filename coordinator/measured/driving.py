@@ -22,7 +22,8 @@ from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.plan import Driven
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.operator_command import spoken
-from heavylift.nodes.scene.text.units import STROKE, STROKE_SPEED, TIME, tidy
+from heavylift.nodes.scene.text.spelling import tidy
+from heavylift.nodes.scene.text.units import STROKE, STROKE_SPEED, TIME
 from heavylift.recordings.read.log import Log, read_log
 from numpy.typing import NDArray
 

@@ -19,8 +19,9 @@ from heavylift.kernel.errors import RecordingError, SceneError
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content
 from heavylift.nodes.scene.text.source import Fault, Mark, Source, read
+from heavylift.nodes.scene.text.spelling import tidy
 from heavylift.nodes.scene.text.uncertainty import PLUS, half_width
-from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, tidy
+from heavylift.nodes.scene.text.units import DIMENSIONS, MASS
 from heavylift.recordings import Recording
 from heavylift.recordings.format.samples import ERROR, MEASURED
 from heavylift.recordings.read.log import Log, read_log

@@ -5,6 +5,7 @@ variant             one run as a row of numbers, in any worker; dask_workers: th
 study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Executor
 limiting, motions   how far a number may go before the verdict turns red, speeds of all moves of a kind too; limits_page
 planning            the shortest timing of an action list within its limits
+rewriting           other values in the text of a scene, all else as it was written
 timing, timetable   what of it can be quicker; two timings beside each other
 summary, page       what the rows say: counts, curves, histograms, indices, probabilities of exceeding each limit
 """

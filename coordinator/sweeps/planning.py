@@ -20,10 +20,10 @@ from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.loading import parse
-from heavylift.nodes.scene.text.rewriting import rewritten
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 from heavylift.recordings.format.text import clock
 
+from .rewriting import rewritten
 from .timetable import Parts, Planned, done, last_wait
 from .timing import Step, overlaps, ramps, speeds
 

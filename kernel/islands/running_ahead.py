@@ -7,6 +7,7 @@ TOPLAS 7, 1985); samples, log and notes become those of all once nothing that ma
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from functools import partial
 
 import numpy as np
 from heavylift.kernel.description.notes import Note
@@ -16,6 +17,7 @@ from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 
 from .island import Island
 from .sample_merge import Joining, logged, noted
+from .side_by_side import SideBySide
 
 SPAN = 64  # periods of samples that islands run ahead of each other at most
 
@@ -36,6 +38,7 @@ class RunningAhead(Commanded):
         self._stopped: list[Island] = []
         self._pause: Callable[[], None] = lambda: None
         self._due = 0  # when to look for samples again [ns]
+        self._side_by_side = SideBySide()
         self._soonest: tuple[int, list[Island]] | None = None  # when something happens next, and events of whom
 
     @property
@@ -72,9 +75,9 @@ class RunningAhead(Commanded):
                 return end
             refused = all(p.refused for p in behind)
             soon = end + self._sample_ns  # who would be behind then goes on with them, as one call costs less than two
-            for p in behind if refused else [p for p in self.parts if p.due <= soon and not p.firing]:
-                if refused or not p.refused:
-                    p.extend(end, SPAN * self._sample_ns, pause)
+            able = behind if refused else [p for p in self.parts if p.due <= soon and not p.firing and not p.refused]
+            most = SPAN * self._sample_ns
+            self._side_by_side.carry_out([partial(p.extend, end, most) for p in able], pause)
             self._soonest = None
 
     def _reach(self, t_ns: int, whole: bool = False) -> None:

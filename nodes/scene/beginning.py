@@ -10,8 +10,8 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.plan.spellings import BEAM, BEAMS, RAILS
 from heavylift.nodes.scene.keys.parts.kinematics import place, poses
+from heavylift.nodes.scene.text.files import scene_file, scene_text
 from heavylift.nodes.scene.text.machine_types import machine_type
-from heavylift.nodes.scene.text.opening import scene_file, scene_text
 from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scene.text.table_files import row_names
 from heavylift.nodes.scene.text.tables import tabled

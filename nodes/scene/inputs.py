@@ -28,8 +28,9 @@ from heavylift.nodes.scene.keys.validate import uncertainties
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.overlay import made, next_key, parts
 from heavylift.nodes.scene.text.source import Path, Source, read
+from heavylift.nodes.scene.text.spelling import tidy
 from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, standard
-from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity, tidy
+from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity
 from pydantic import BaseModel
 
 from .loaded_scene import LoadedScene

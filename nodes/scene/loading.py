@@ -21,8 +21,7 @@ from heavylift.kernel.errors import SceneError, path_text
 from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.plan.limit import Finding
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.scene.text.files import named_so_far
-from heavylift.nodes.scene.text.opening import scene_file, scene_text
+from heavylift.nodes.scene.text.files import named_so_far, scene_file, scene_text
 from heavylift.nodes.scenes import bundled
 
 from .loaded_scene import Facts, LoadedScene

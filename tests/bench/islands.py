@@ -4,7 +4,8 @@
 
 Work is attempted steps times operations of one evaluation, which does not depend on the machine; the peer is the same
 kernel in one piece.  Seconds are those of this machine with machine code from the cache, least of three: the steps
-alone for `two lifts`, the whole run in one process for the other.
+alone for `two lifts`, the whole run in one process for the other.  Last, many lifts advance in threads, on two
+processors and on one, in turns; this is wall time, so other work on the machine counts.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from pathlib import Path
 
 from heavylift.coordinator.participants import configured, kernel_node, wiring
 from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
-from heavylift.kernel.islands import Islands
+from heavylift.kernel.description import merge
+from heavylift.kernel.islands import Islands, SideBySide
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Simulator, Tag, seconds
 from heavylift.nodes.models import KERNEL, build
@@ -26,10 +28,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/islands"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 from shared.rows import SHORT, options, row
 from test_two_cranes_of_which_one_idles import scene as two_cranes
-from two_loads import TWO, UP, played
+from two_loads import TWO, UP, G, lift, played, wind
 
 SECOND, HOUR = 1_000_000_000, 100 * 3600
-RUNS = 1 if SHORT else 3
+RUNS, MANY = (1, 4) if SHORT else (5, 16)
 
 Made = Callable[[], tuple[float, float]]  # seconds, operations
 
@@ -77,6 +79,18 @@ def two_lifts(apart: bool) -> Made:
     return made
 
 
+def in_threads(threads: int) -> float:
+    """Wall seconds until many lifts have been hoisted."""
+    system = merge([lift(f"load{i}", 10.0 * i) for i in range(MANY)], G)
+    islands = Islands(system, 1e-8, SECOND // 10)
+    islands._side_by_side = SideBySide(threads)
+    stages = [(1.0 + 0.1 * i, wind(f"load{i}", -3.0)) for i in range(MANY)]
+    islands.start()
+    began = time.perf_counter()
+    played(islands, stages, start=False)
+    return time.perf_counter() - began
+
+
 def least(made: Made) -> tuple[float, float]:
     return min(made() for _ in range(RUNS))
 
@@ -93,6 +107,9 @@ def main() -> None:
         (s, n), (peer_s, peer_n) = least(ours), least(peer)
         for what, unit, value, other in (("work", "operations", n, peer_n), ("time", "s", s, peer_s)):
             row(f"{name}, apart: {what}", value, unit, "in one piece", other, at_most=1.0)
+    in_threads(1)  # compiles
+    two, one = (min(found) for found in zip(*((in_threads(2), in_threads(1)) for _ in range(RUNS)), strict=True))
+    row(f"{MANY} lifts on one processor beside two", one / two, "x", at_least=1.7)
 
 
 if __name__ == "__main__":

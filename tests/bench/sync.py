@@ -258,15 +258,15 @@ def main() -> None:
         ("empty message in one process", "us", (empty, 0, 1), None, None, 5.0),
     ]
     rows = [x for x in rows if given.only in x[0]]
-    wanted = dict.fromkeys(m for x in rows for m in (x[2], x[4]) if m)
-    peers = (helics_round, HELICS)
-    if any(m[0] in peers for m in wanted) and not Forked(helics_there).result():
-        wanted = {m: None for m in wanted if m[0] not in peers}
-    found: dict[tuple[object, int, int], list[float]] = {m: [] for m in wanted}
-    for _ in range(given.repeats):
-        for work, n, cores in wanted:
-            found[work, n, cores].append(Forked(work, n, cores=cores).result())
+    there = any(m in (helics_round, HELICS) for x in rows for m in (x[2][0], (x[4] or (None,))[0]))
+    absent = () if there and Forked(helics_there).result() else (helics_round, HELICS)
+    found: dict[tuple[object, int, int], list[float]] = {}
     for name, unit, own, peer, other, target in rows:
+        new = [m for m in (own, other) if m and m not in found and m[0] not in absent]
+        found |= {m: [] for m in new}
+        for _ in range(given.repeats):
+            for work, n, cores in new:
+                found[work, n, cores].append(Forked(work, n, cores=cores).result())
         speed = unit.endswith("/s")
         best = max if speed else min
         theirs = best(found[other]) if other in found else None

@@ -24,6 +24,7 @@ from typing import Annotated, Literal
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Fault, Source
+from heavylift.nodes.scene.text.spelling import tidy
 from pydantic import BeforeValidator, Field, model_validator
 
 from .base import Base, Name
@@ -35,7 +36,7 @@ def _parameter(given: object) -> object:
     """A quantity as its number in SI units; other text, numbers and truth values as they are."""
     if isinstance(given, str) and TEXT.fullmatch(given):
         for dimension in u.DIMENSIONS:
-            if u.tidy(re.sub(rf"^{u.NUMBER}\s*", "", given)) in dimension.units:
+            if tidy(re.sub(rf"^{u.NUMBER}\s*", "", given)) in dimension.units:
                 return dimension.read(given)
     if isinstance(given, int) and not isinstance(given, bool):
         return float(given)

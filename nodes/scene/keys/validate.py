@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from difflib import get_close_matches
 from functools import reduce
+from itertools import pairwise
 from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
@@ -121,7 +122,8 @@ def _fault(source: Source, error: ErrorDetails) -> Fault:
             path, "the key 'type' is missing", f"known: {', '.join(_literals((*error['loc'], 'type')))}", on_key=True
         )
     if kind == "too_long":
-        return Fault(path, f"{context['max_length']} values are enough here, not {context['actual_length']}")
+        most, count = context["max_length"], context["actual_length"]
+        return Fault(path, f"{most} values are enough here, not {count}", _decimals(source.at(path)))
     if kind == "too_short":
         message = f"{context['min_length']} or more are needed here, not {context['actual_length']}"
         return Fault(path, message)
@@ -133,7 +135,18 @@ def _fault(source: Source, error: ErrorDetails) -> Fault:
         return Fault(path, str(context["error"]), on_key=True)
     if kind == "value_error":
         return Fault(path, str(context["error"]))
+    if kind in {"model_type", "model_attributes_type", "dict_type"} and isinstance(given, str):
+        key = next((key for key in _keys(error["loc"]) if given.startswith(f"{key} ")), "")
+        hint = f"is a colon missing: '{key}: {given[len(key) :].strip()}'?" if key else ""
+        return Fault(path, _PLAIN[kind], hint)
     return Fault(path, _PLAIN.get(kind, str(error["msg"])))
+
+
+def _decimals(values: Data) -> str:
+    """What a list may mean in which commas stand for decimal points: `[20,5 m, 16 m]` has three values."""
+    each = values if isinstance(values, list) else []
+    split = [(a, b) for a, b in pairwise(each) if isinstance(a, int) and isinstance(b, str) and b[:1].isdigit()]
+    return f"a decimal has a point: write '{split[0][0]}.{split[0][1]}'" if split else ""
 
 
 def _path(data: Data, loc: tuple[str | int, ...]) -> Path:

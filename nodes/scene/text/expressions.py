@@ -26,12 +26,13 @@ Exponents = tuple[int, int, int, int]  # of kg, m, s, rad
 PLAIN: Exponents = (0, 0, 0, 0)
 ANGLE: Exponents = (0, 0, 0, 1)
 BASE: dict[str, Exponents] = {  # without their powers of ten
-    **dict.fromkeys(("kg", "t"), (1, 0, 0, 0)),
-    **dict.fromkeys(("m", "mm", "cm", "km"), (0, 1, 0, 0)),
+    **dict.fromkeys(("kg", "t", "lb"), (1, 0, 0, 0)),
+    **dict.fromkeys(("m", "mm", "cm", "km", "ft", "in"), (0, 1, 0, 0)),
+    "kn": (0, 1, -1, 0),
     **dict.fromkeys(("s", "min", "h", "ms", "days"), (0, 0, 1, 0)),
     **dict.fromkeys(("rad", "deg"), ANGLE),
-    **dict.fromkeys(("N", "kN", "MN", "GN"), (1, 1, -2, 0)),
-    **dict.fromkeys(("Pa", "MPa", "GPa"), (1, -1, -2, 0)),
+    **dict.fromkeys(("N", "kN", "MN", "GN", "lbf", "kip"), (1, 1, -2, 0)),
+    **dict.fromkeys(("Pa", "MPa", "GPa", "psi", "ksi"), (1, -1, -2, 0)),
     **dict.fromkeys(("Hz", "kHz"), (0, 0, -1, 0)),
     **dict.fromkeys(("", "%"), PLAIN),
 }

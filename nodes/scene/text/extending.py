@@ -9,8 +9,7 @@ from pathlib import Path as FilePath
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.files import within
-from heavylift.nodes.scene.text.opening import scene_text
+from heavylift.nodes.scene.text.files import scene_text, within
 from heavylift.nodes.scene.text.overlay import merged
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 from heavylift.nodes.scenes import bundled

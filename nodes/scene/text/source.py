@@ -23,6 +23,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from .files import LARGEST
+from .yaml_errors import explained
 
 Path: TypeAlias = tuple[str | int, ...]
 Data: TypeAlias = "dict[str, Data] | list[Data] | str | int | float | bool | None"
@@ -164,14 +165,8 @@ def _composed(text: str, name: str) -> Source:
             yaml.Composer = _Composer
             node = yaml.compose(text)
     except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        where = at(mark.line, mark.column) if mark else at(0, 0)
-        message = " ".join(str(error.problem or error.context).split())
-        if "\\t" in message:
-            message = (
-                "a tab stands before this; indent with spaces" if where.column > 1 else "indent with spaces, not tabs"
-            )
-        source.fault((), f"this is not YAML: {message}", mark=where)
+        sentence, place = explained(error, lines)
+        source.fault((), sentence, mark=at(*place))
         return source
     except YAMLError as error:
         source.fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0))

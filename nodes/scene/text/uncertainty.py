@@ -18,7 +18,8 @@ from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from .source import Data, Path, Source
-from .units import ACCURACY, DURATION, NUMBER, SAMPLING, Dimension, Either, Limited, Quantity, tidy
+from .spelling import tidy
+from .units import ACCURACY, DURATION, NUMBER, SAMPLING, Dimension, Either, Limited, Quantity
 
 PLUS = r"\+-|\+/-|±"
 MARKED = re.compile(rf"{PLUS}|sd|sigma|\.\.")  # what every such form has in it

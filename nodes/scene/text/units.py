@@ -14,28 +14,38 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Literal
 
+from .spelling import punctuation, spelled, tidy
+
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-COMMA = re.compile(r"\s*([+-]?)(\d+(?:,\d+)+)(\.\d+)?\s*(.*?)\s*")
-CLOCK = re.compile(r"\s*(\d+):([0-5]\d)(?::([0-5]\d))?\s*")
-SPELLED = {  # units as they are spoken
-    **dict.fromkeys(("tonne", "ton", "te"), "t"), "kilogram": "kg", "kilo": "kg",
-    **dict.fromkeys(("metre", "meter"), "m"), **dict.fromkeys(("millimetre", "millimeter"), "mm"),
-    **dict.fromkeys(("centimetre", "centimeter"), "cm"), **dict.fromkeys(("kilometre", "kilometer"), "km"),
-    **dict.fromkeys(("second", "sec"), "s"), **dict.fromkeys(("minute", "mins"), "min"),
-    **dict.fromkeys(("hour", "hr"), "h"), "day": "days", "millisecond": "ms",
-    "degree": "deg", "radian": "rad", "newton": "N", "kilonewton": "kN", "meganewton": "MN",
-    "hertz": "Hz", "kilohertz": "kHz", "percent": "%", "pascal": "Pa", "megapascal": "MPa", "gigapascal": "GPa",
-}  # fmt: skip
 SMALL, LARGE = 1e-30, 1e30  # between which products of several quantities neither vanish nor overflow
 LEAST = 5e-324
 _DEGREE = Fraction(math.pi / 180)  # as `math.radians` has it
 _MINUTE, _KILO, _MILLI = Fraction(60), Fraction(1000), Fraction(1, 1000)
 _ONE, _MEGA, _GIGA = Fraction(1), _KILO**2, _KILO**3
+_FOOT, _POUND = Fraction(3048, 10_000), Fraction(45_359_237, 10**8)  # by definition since 1959
+_INCH, _LBF = _FOOT / 12, _POUND * Fraction(980_665, 10**5)
+_KIP = _KILO * _LBF
+
+CUSTOMARY = {  # units of the United States and of sailors: read, but not offered
+    "length": {"ft": _FOOT, "in": _INCH},
+    "mass": {"lb": _POUND},
+    "force": {"lbf": _LBF, "kip": _KIP},
+    "moment": {"lbf ft": _LBF * _FOOT, "kip ft": _KIP * _FOOT},
+    "speed": {"ft/min": _FOOT / _MINUTE, "ft/s": _FOOT, "kn": Fraction(1852, 3600)},
+    "acceleration": {"ft/s2": _FOOT},
+    "moment of inertia": {"lb ft2": _POUND * _FOOT**2},
+    "stiffness": {"lbf/in": _LBF / _INCH, "kip/in": _KIP / _INCH},
+    "area": {"ft2": _FOOT**2, "in2": _INCH**2},
+    "density": {"lb/ft3": _POUND / _FOOT**3},
+    "mass per length": {"lb/ft": _POUND / _FOOT},
+    "modulus": {"psi": _LBF / _INCH**2, "ksi": _KIP / _INCH**2},
+    "second moment of area": {"in4": _INCH**4},
+}
 
 
 @dataclass(frozen=True, eq=False)  # told apart by identity, so that what was read before is known
@@ -44,6 +54,9 @@ class Dimension:
 
     name: str
     units: dict[str, Fraction]
+
+    def __post_init__(self) -> None:
+        self.units.update(CUSTOMARY.get(self.name, {}))
 
     def read(self, value: object) -> float:
         """The value in SI units, from '900 t' or a number that needs no unit."""
@@ -65,11 +78,11 @@ class Dimension:
 
     @lru_cache(4096)  # noqa: B019 - dimensions stay, and variants of a scene share nearly all texts
     def _of_text(self, value: str) -> float:
-        if meant := self._punctuated(value):
+        if meant := punctuation(value, self.units):
             raise ValueError(f"'{value}' is no {self.name}: {meant}")
         match = re.fullmatch(rf"\s*({NUMBER}|[+-]?(?:nan|inf))\s*(.*?)\s*", value)
         if not match:
-            known = ", ".join(unit for unit in self.units if unit)
+            known = ", ".join(filter(None, self.metric))
             raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {known}")
         number, unit = _product(match[1], _ONE), tidy(match[2])
         if not unit:
@@ -77,10 +90,17 @@ class Dimension:
         if unit not in self.units:
             other = next((d.name for d in DIMENSIONS if unit in d.units), "")
             what = f"a unit of {other}" if other else "not a unit that is known here"
-            short = self._spelled(unit)
+            short = spelled(unit, self.units)
             meant = f": write '{match[1]} {short}'" if short else ""
-            raise ValueError(f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(self.units)}{meant}")
+            raise ValueError(
+                f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(self.metric)}{meant}"
+            )
         return _product(match[1], self.units[unit])
+
+    @property
+    def metric(self) -> list[str]:
+        """The units that messages offer."""
+        return [unit for unit in self.units if not any(unit in others for others in CUSTOMARY.values())]
 
     def show(self, si: float) -> str:
         """A value in the dimension's first unit, as a user writes it."""
@@ -91,32 +111,6 @@ class Dimension:
         if number == 0 or not math.isfinite(number) or "" in self.units:
             return number
         raise ValueError(f"missing unit: write {self._example(number, text)}")
-
-    def _punctuated(self, text: str) -> str:
-        """What to write in place of a number with a comma, or of a time of the clock; "" if it is neither."""
-        if found := COMMA.fullmatch(text):
-            sign, parts, rest, unit = found[1], found[2].split(","), found[3] or "", tidy(found[4])
-            unit = unit if unit in self.units else self._spelled(unit) or next(iter(self.units))
-            whole, point = (f"'{sign}{mark.join(parts)}{rest} {unit}'" for mark in ("", "."))
-            if len(parts) > 2 or rest:
-                return f"thousands are not set apart: write {whole}"
-            thousands = len(parts[1]) == 3 and parts[0] != "0"
-            meant = f"{whole} or {point}, as it is meant" if thousands else point
-            return f"a decimal has a point, no comma: write {meant}"
-        if "min" in self.units and (found := CLOCK.fullmatch(text)):
-            first, second, third = found.groups()
-            seconds = 60 * int(first) + int(second)
-            if third is not None:
-                return f"write it in one unit, '{60 * seconds + int(third)} s'"
-            return f"write '{seconds} s' or '{seconds} min', as it is meant"
-        return ""
-
-    def _spelled(self, unit: str) -> str:
-        """The unit of this kind that is written out, or in other letters; "" if there is none."""
-        words = re.sub(r"\s*\bper\b\s*", "/", unit, flags=re.IGNORECASE)
-        short = re.sub(r"[A-Za-z]+", lambda word: SPELLED.get(word[0].lower().removesuffix("s"), word[0]), words)
-        same = [known for known in self.units if known and known.lower() == short.lower()]
-        return short if short in same else same[0] if len(same) == 1 else ""
 
     @property
     def article(self) -> str:
@@ -159,13 +153,6 @@ def _product(text: str, factor: Fraction) -> float:
         return float(Fraction(text) * factor) or LEAST
     except OverflowError:
         return math.copysign(math.inf, number)
-
-
-def tidy(unit: str) -> str:
-    """A unit in the spelling of the tables: no superscripts, dots or doubled blanks."""
-    for old, new in (("²", "2"), ("³", "3"), ("·", " "), ("*", " "), ("^", ""), ("°", "deg")):
-        unit = unit.replace(old, new)
-    return " ".join(unit.split())
 
 
 LENGTH = Dimension("length", {"m": _ONE, "mm": _MILLI, "cm": Fraction(1, 100), "km": _KILO})

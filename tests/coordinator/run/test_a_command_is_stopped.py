@@ -44,6 +44,25 @@ def test_a_signal_that_was_ignored_before_does_nothing():
     assert subprocess.run([sys.executable, "-c", IGNORANT], capture_output=True, timeout=PATIENCE_s).returncode == 0
 
 
+ENDED = """
+import atexit, signal, threading, time
+from heavylift.coordinator.stopping import Stopping
+
+def signalled(): signal.raise_signal(signal.{name})
+
+threading.Timer(0.05, signal.pthread_kill, [threading.main_thread().ident, signal.{name}]).start()
+atexit.register(signalled)
+Stopping().end(process=True)
+"""
+
+
+@pytest.mark.parametrize("name", [number.name for number in CODES])
+def test_a_signal_after_the_end_of_a_command_changes_nothing(name):
+    """Neither while Python waits for threads nor while it tears itself down."""
+    ended = subprocess.run([sys.executable, "-c", ENDED.format(name=name)], capture_output=True, timeout=PATIENCE_s)
+    assert (ended.returncode, ended.stderr) == (0, b"")
+
+
 LOSING = """
 import ctypes, gc, os, signal, time, weakref
 from heavylift.coordinator.stopping import Stopping

@@ -86,7 +86,7 @@ REFERENCES = {
     "no YAML": (
         "lift",
         [("name: lift", "name: [lift")],
-        ": 60",
-        "scene: this is not YAML: expected ',' or ']', but got ':'",
+        "[lift",
+        "scene: the list that opens here is not closed by ']', or a comma is missing in it",
     ),
 }

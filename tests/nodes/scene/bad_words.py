@@ -32,6 +32,12 @@ WORDS = {
         "300 kN",
         "block.mass: '300 kN' is no mass: 'kN' is a unit of force; use t, kg",
     ),
+    "a dash for a minus": (
+        "lift",
+        [("mass: 300 t", "mass: \N{EN DASH}300 t")],
+        "\N{EN DASH}300 t",
+        "block.mass: '\N{EN DASH}300 t' is no mass: a minus sign is the '-' of the keyboard: write '-300 t'",
+    ),
     "a time of the clock": (
         "lift",
         [("wait: 60 s", "wait: 1:00")],
@@ -54,7 +60,7 @@ WORDS = {
         "lift",
         [("  mass: 300 t", "\tmass: 300 t")],
         "\tmass",
-        "scene: this is not YAML: indent with spaces, not tabs",
+        "scene: indent with spaces, not tabs",
     ),
     "position of what has none": (
         "lift",

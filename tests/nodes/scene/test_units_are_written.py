@@ -36,6 +36,14 @@ READS = [
     (units.ACCURACY, "1e-10 %", 1e-12),
     (units.ACCURACY, 0.1, 0.1),
     (units.DURATION, "100 days", 8.64e6),
+    (units.LENGTH, "10 ft", 3.048),
+    (units.LENGTH, "1 in", 0.0254),
+    (units.MASS, "1000 lb", 453.59237),
+    (units.FORCE, "1 kip", 4448.2216152605),
+    (units.SPEED, "3600 kn", 1852.0),
+    (units.MODULUS, "1 ksi", 6.894757293168361e6),  # NIST SP 811, table B.8
+    (units.DENSITY, "1 lb/ft3", 16.01846337396014),
+    (units.MOMENT, "1 lbf ft", 1.3558179483314004),
 ]
 
 REFUSES = [

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from heavylift.coordinator.sweeps import rewritten
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import load
-from heavylift.nodes.scene.text import Path, rewritten
+from heavylift.nodes.scene.text import Path
 
 TEXT = """\
 # a lift

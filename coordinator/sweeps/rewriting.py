@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from heavylift.kernel.errors import SceneError
-
-from .source import Mark, Path, Source, ordered, read
+from heavylift.nodes.scene.text.source import Mark, Path, Source, ordered, read
 
 
 def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:

@@ -1,0 +1,56 @@
+"""How people write numbers and units: what is meant by a comma, a colon, a dash, a unit that is written out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+
+COMMA = re.compile(r"\s*([+-]?)(\d+(?:,\d+)+)(\.\d+)?\s*(.*?)\s*")
+CLOCK = re.compile(r"\s*(\d+):([0-5]\d)(?::([0-5]\d))?\s*")
+DASHES = re.compile(r"(?<!\w)[\N{MINUS SIGN}\N{EN DASH}\N{EM DASH}\N{HYPHEN}](?=\s*[\d.])")
+SPELLED = {  # units as they are spoken
+    **dict.fromkeys(("tonne", "ton", "te"), "t"), "kilogram": "kg", "kilo": "kg",
+    **dict.fromkeys(("metre", "meter"), "m"), **dict.fromkeys(("millimetre", "millimeter"), "mm"),
+    **dict.fromkeys(("centimetre", "centimeter"), "cm"), **dict.fromkeys(("kilometre", "kilometer"), "km"),
+    **dict.fromkeys(("second", "sec"), "s"), **dict.fromkeys(("minute", "mins"), "min"),
+    **dict.fromkeys(("hour", "hr"), "h"), "day": "days", "millisecond": "ms",
+    "degree": "deg", "radian": "rad", "newton": "N", "kilonewton": "kN", "meganewton": "MN",
+    "hertz": "Hz", "kilohertz": "kHz", "percent": "%", "pascal": "Pa", "megapascal": "MPa", "gigapascal": "GPa",
+}  # fmt: skip
+
+
+def punctuation(text: str, units: Collection[str]) -> str:
+    """What to write in place of a number with a comma or a dash, or of a time of the clock; "" elsewhere."""
+    if DASHES.search(text):
+        return f"a minus sign is the '-' of the keyboard: write '{DASHES.sub('-', text.strip())}'"
+    if found := COMMA.fullmatch(text):
+        sign, parts, rest, unit = found[1], found[2].split(","), found[3] or "", tidy(found[4])
+        unit = unit if unit in units else spelled(unit, units) or next(iter(units))
+        whole, point = (f"'{sign}{mark.join(parts)}{rest} {unit}'" for mark in ("", "."))
+        if len(parts) > 2 or rest:
+            return f"thousands are not set apart: write {whole}"
+        thousands = len(parts[1]) == 3 and parts[0] != "0"
+        meant = f"{whole} or {point}, as it is meant" if thousands else point
+        return f"a decimal has a point, no comma: write {meant}"
+    if "min" in units and (found := CLOCK.fullmatch(text)):
+        first, second, third = found.groups()
+        seconds = 60 * int(first) + int(second)
+        if third is not None:
+            return f"write it in one unit, '{60 * seconds + int(third)} s'"
+        return f"write '{seconds} s' or '{seconds} min', as it is meant"
+    return ""
+
+
+def spelled(unit: str, units: Collection[str]) -> str:
+    """The one of some units that is written out, or in other letters; "" if there is none."""
+    words = re.sub(r"\s*\bper\b\s*", "/", unit, flags=re.IGNORECASE)
+    short = re.sub(r"[A-Za-z]+", lambda word: SPELLED.get(word[0].lower().removesuffix("s"), word[0]), words)
+    same = [known for known in units if known and known.lower() == short.lower()]
+    return short if short in same else same[0] if len(same) == 1 else ""
+
+
+def tidy(unit: str) -> str:
+    """A unit in the spelling of the tables: no superscripts, dots or doubled blanks."""
+    for old, new in (("²", "2"), ("³", "3"), ("·", " "), ("*", " "), ("^", ""), ("°", "deg")):
+        unit = unit.replace(old, new)
+    return " ".join(unit.split())

@@ -1,0 +1,71 @@
+"""Islands in threads: the same bits as one after another, and exceptions and interruptions in order."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pytest
+from heavylift.kernel.description import merge
+from heavylift.kernel.islands import Islands, SideBySide
+from two_loads import SECOND, TOLERANCE, G, lift, played, wind
+
+LIFTS = "abcde"
+THREADS = (2, 3, 8)
+
+
+def rows(threads: int, seed: int) -> list[tuple[int, bytes]]:
+    """All sample rows of five loads that are hoisted at random."""
+    draw = np.random.default_rng(seed)
+    stages = [
+        (float(t), wind(str(name), float(draw.uniform(-6.0, -1.0))))
+        for t, name in zip(np.sort(draw.uniform(0.1, 15.0, 8)).round(3), draw.choice(list(LIFTS), 8), strict=True)
+    ]
+    system = merge([lift(name, 10.0 * i) for i, name in enumerate(LIFTS)], G)
+    islands = Islands(system, TOLERANCE, SECOND // 10)
+    islands._side_by_side = SideBySide(threads)
+    played(islands, stages)
+    return [(t, row.tobytes()) for t, row in islands.rows]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("threads", THREADS)
+def test_any_number_of_threads_computes_the_same_bits(threads: int, seed: int) -> None:
+    assert rows(threads, seed) == rows(1, seed)
+
+
+def failing(message: str, after_s: float, pause: Callable[[], None]) -> None:
+    time.sleep(after_s)
+    raise ValueError(message)
+
+
+@pytest.mark.parametrize("threads", [1, *THREADS])
+def test_the_first_failure_in_the_order_of_islands_is_raised(threads: int) -> None:
+    tasks = [partial(failing, name, 0.05 - 0.01 * i) for i, name in enumerate(LIFTS)]
+    with pytest.raises(ValueError, match=r"^a$"):
+        SideBySide(threads).carry_out(tasks, lambda: None)
+
+
+@pytest.mark.parametrize("threads", [1, *THREADS])
+def test_an_interruption_stops_all_islands_and_is_raised_when_they_stand(threads: int) -> None:
+    going = []
+
+    def endless(pause: Callable[[], None]) -> None:
+        going.append(1)
+        try:
+            while True:
+                time.sleep(0.001)
+                pause()
+        finally:
+            going.pop()
+
+    def interrupt() -> None:
+        assert threading.current_thread() is threading.main_thread()
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        SideBySide(threads).carry_out([endless] * 5, interrupt)
+    assert not going
