@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import prod, sqrt
 from typing import NamedTuple
 
+from heavylift.kernel.algebra.elementary import sin
 from heavylift.nodes.plan.factors import Factor, Factors
 from heavylift.nodes.plan.limit import Limit, Quantity, Rest, Use
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
@@ -143,11 +144,11 @@ def _lift(plan: Plan, limit: Limit) -> Lift | None:
             own = [ropes for hook, ropes in held.items() if {hook, *ropes} & {*limit.elements}]
             if own:
                 bent = any(b.flexible for m in plan.machines for b in m.system.bodies if b.name == cargo.body)
-                direct = [x for m in plan.machines for x in m.ties if x.rope in own[0]]
+                direct = [x for m in plan.machines for x in m.ties if any(x.rope in ropes for ropes in own)]
                 to = [x for x in direct if x.lug in cargo.lugs or (x.lower and x.lower.body == cargo.body)]
-                most = max((sum(y.upper == x.upper for y in to) for x in to), default=0)
-                weight = cargo.mass * plan.gravity
-                return Lift(weight, tuple(held), len(cranes), len(own[0]) > 1, most >= FOUR and not bent)
+                four = any(sum(y.upper == x.upper for y in to) >= FOUR for x in to) and not bent
+                several = any(len(ropes) > 1 for ropes in own)
+                return Lift(cargo.mass * plan.gravity, tuple(held), len(cranes), several, four)
     return None
 
 
@@ -179,13 +180,12 @@ def _value(
         box = ", ".join(f"{x:g}" for x in given.cog)
         radius = ", with the radius that goes with each" if limit.over == "radius" else ""
         return aside.get((limit.subject, limit.quantity)), f"corners of a box of +- {box} m, at rest{radius}"
-    if name == "tilt" and own is None and len(lift.hooks) == 2:
-        told, least = "the scene", (given.tilt and float(_sine(given.tilt)), 0.0)
-        if given.tilt is None and clauses and plan.place in ("inshore", "offshore"):
-            told, least = (f"{clause.source}, 3 degrees or 1 m", (TILT, RISE)) if lift.cranes == 1 else (
-                f"{clause.source}, 5 degrees", (APART, 0.0))  # fmt: skip
-        if least[0]:
-            return tilted(plan, lift.hooks, limit, states, least[0], least[1]), told
+    if name == "tilt" and own is None and given.tilt is not None:
+        return tilted(plan, lift.hooks, limit, states, float(sin(given.tilt)), 0.0), "the scene"
+    if name == "tilt" and own is None and clauses and plan.place in ("inshore", "offshore"):
+        if lift.cranes == 1:
+            return tilted(plan, lift.hooks, limit, states, TILT, RISE), f"{clause.source}, 3 degrees or 1 m"
+        return tilted(plan, lift.hooks, limit, states, APART, 0.0), f"{clause.source}, 5 degrees"
     if own is not None:
         return own, "the scene"
     if name == "dynamic" and clauses and (foreseen := daf(plan.place, lift.weight / plan.gravity)):
@@ -194,12 +194,6 @@ def _value(
         return clause.value, clause.source
     key = {"cog": "cog: [0.5 m, 0.5 m, 0 m]", "tilt": "tilt: 3 deg"}.get(name, f"{name}: 1.05")
     return None, f"to be confirmed ({clause.source}): write 'factors: {{{key}}}'"
-
-
-def _sine(angle: float) -> float:
-    from heavylift.kernel.algebra.elementary import sin
-
-    return float(sin(angle))
 
 
 def _wind(given: Factors, lift: Lift) -> tuple[float | None, str]:

@@ -20,8 +20,9 @@ from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.quantities import quantity_at
 from heavylift.nodes.scene.text.source import Data, Path, shown
+from heavylift.nodes.scene.text.spelling import tidy
 from heavylift.nodes.scene.text.uncertainty import Stated, standard
-from heavylift.nodes.scene.text.units import NUMBER, tidy
+from heavylift.nodes.scene.text.units import NUMBER
 
 from .loaded_scene import LoadedScene
 
