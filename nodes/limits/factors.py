@@ -200,6 +200,8 @@ def _wind(given: Factors, lift: Lift) -> tuple[float | None, str]:
     """Of a push of the wind beside the weight: the force on the part that holds both over the weight."""
     if given.wind is None:
         return None, "to be confirmed: write 'factors: {wind: 10 m/s, area: 100 m2}', in no wind 'wind: 0 m/s'"
+    if not given.wind * given.area:
+        return 1.0, "no wind on the load"
     push = 0.5 * AIR * given.drag * given.area * given.wind * given.wind
     told = f"0.5 x {AIR:g} kg/m3 x {given.drag:g} x {given.area:g} m2 x ({given.wind:g} m/s)2 = {push / 1e3:.4g} kN"
     return sqrt(1.0 + (push / lift.weight) * (push / lift.weight)), told
