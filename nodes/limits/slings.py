@@ -19,6 +19,8 @@ FERRULE = "a ferrule, assumed"
 ROUNDED = 0.02  # by which its tables round
 KL = {2: ((45.0, 1.4), (60.0, 1.0)), 3: ((45.0, 2.1), (60.0, 1.5)), 4: ((45.0, 2.1), (60.0, 1.5))}  # legs: up to [deg]
 YARD_WEAR = 1.2  # 0027/ND, 7.9.4, unless slings are shown to be good
+GROMMET = 2.0  # 0027/ND, 7.2.3: straight, half of what is quoted counts
+BENT = 2.0  # of its diameters: over less no eye of EN 13414-1 bends
 STRAIGHT = 4.0  # D/d from which a hand splice is worse than the bend
 EN_13889, LARGEST_SHACKLE = "EN 13889", 25e3  # its shackles end there [kg]
 
@@ -79,6 +81,8 @@ def at_rest(x: Terms, gravity: float) -> Rated:
     told = f"{EN_13414}, Fmin = {force}, Zp = {ZP:g}, KT = {known.kt:g} of {end}"
     if heavy:
         told = f"{told}, assumed: {ENDS}"
+    if x.pin and x.diameter and x.pin < BENT * x.diameter:
+        told = f"{told}, assumed: its eyes bend over less than {BENT:g} d"
     return _skewed(x, Rated(ZP / known.kt, told))
 
 
@@ -97,11 +101,13 @@ def in_a_run(x: Terms) -> Rated:
     bend = bending(x.pin / x.diameter) if x.pin and x.diameter else 1.0
     reduced = max(TERMINATIONS[name].factor, bend)
     wear = x.wear or YARD_WEAR
-    factor = partial_factor(termination=reduced, wear=wear)
+    whole = GROMMET if name == "grommet" else 1.0
+    factor = partial_factor(termination=reduced, wear=wear) * whole
     end = f"{'hand splice' if name == 'spliced' else name}{'' if x.termination else ' assumed'}"
     pins = f"bent over {x.pin / x.diameter:.3g} d" if x.pin and x.diameter else f"pins of {STRAIGHT:g} d assumed"
     told = f"{ND_0027}, 7.3.1: {_force(x)} over 1.3 x 1.3 x 1.5 x {reduced:.4g} ({end}, {pins}) x {wear:g}"
-    return Rated(factor, f"{told} (wear), {factor:.4g}; {SUCCESSOR}")
+    half = f" x {whole:g} (of a grommet half its quoted force counts, 7.2.3)" if whole > 1.0 else ""
+    return Rated(factor, f"{told} (wear){half}, {factor:.4g}; {SUCCESSOR}")
 
 
 def _force(x: Terms) -> str:
