@@ -85,8 +85,9 @@ def _sling(use: Use, ran: bool) -> str:
 
 
 def _legs_together(use: Use, ran: bool) -> str:
-    told = f"the legs of {use.limit.subject} {'carried' if ran else 'would carry'} {shown(use.limit, use.value)}"
-    return f"{told} of {shown(use.limit, bound(use))} together ({use.limit.source})"
+    told = f"the slings of {use.limit.subject} {'carried' if ran else 'would carry'} {shown(use.limit, use.value)}"
+    most = f"of {shown(use.limit, bound(use))} together" if bound(use) else "at an angle for which they are not rated"
+    return f"{told} {most} ({use.limit.source})"
 
 
 def _lands(use: Use, ran: bool) -> str:

@@ -9,7 +9,8 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import KL, TERMINATIONS, Terms, assembly, at_rest, bending, gear, in_a_run, shackle
 from heavylift.nodes.plan import Limit
-from heavylift.nodes.scene import check, load, parse
+from heavylift.nodes.scene import begun_with, check, load, parse
+from heavylift.nodes.scene.text import library
 from msgspec.structs import replace
 
 G = 9.80665
@@ -186,3 +187,21 @@ def test_four_legs_are_not_shared_in_silence() -> None:
     assert (asked.state, asked.why) == ("amber", "not checked")
     for answer in ("factors={skew: 1.25}", heavy.replace("}", ", legs: single}")):
         assert not [c for c in load("crawler", [heavy, answer]).checks if c.quantity == "sharing"]
+
+
+@pytest.mark.parametrize("crane", sorted(library()))
+def test_of_each_type_the_legs_of_a_bridle_are_rated_together_or_asked_about(
+    crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
+    (tmp_path / "blocks.csv").write_text(f"name,mass [t],size x [m],size y [m],size z [m]\nB,10,{long},{wide},4\n")
+    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    for breaking, rated in (("900 kN", "assembly load"), ("6 MN", "sharing")):
+        plain = parse(text, str(tmp_path / "made.yaml"))
+        names = [name for name, x in plain.scene.rigging.items() if len(getattr(x, "to", ())) > 3]
+        settings = [f"rigging.{name}.sling={{breaking: {breaking}}}" for name in names]
+        found = parse(text, str(tmp_path / "made.yaml"), settings).plan.limits
+        told = {(x.subject, x.quantity) for x in found if x.quantity in ("assembly load", "sharing")}
+        assert told == {(name, rated) for name in names}
+        assert any(x.quantity == "lug load" for x in found)
