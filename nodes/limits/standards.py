@@ -62,7 +62,7 @@ SHARING = {
 }
 
 
-def daf(place: str, mass: float) -> tuple[float, str] | None:
+def daf(place: str | None, mass: float) -> tuple[float, str] | None:
     """Dynamic amplification factor for lifting this mass [kg] at a place, and its source; None at no known place."""
     if place not in DAF:
         return None

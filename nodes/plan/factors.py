@@ -10,18 +10,18 @@ from .actions import Item
 
 Positive: TypeAlias = Annotated[float, Unit("ratio", "positive")]
 Practice: TypeAlias = Literal["none", "0027/ND"]
-Place: TypeAlias = Literal["", "onshore", "inshore", "offshore"]
+Place: TypeAlias = Literal["onshore", "inshore", "offshore"]
 
 
 class Factors(Item, frozen=True, kw_only=True):
     """Factors of a lift; what is left out its practice says, where its clause was read."""
 
-    place: Place = ""  # where it is; left out: onshore, unless something floats
+    place: Place | None = None  # where it is; left out: onshore, unless something floats
     weight: Positive | None = None  # contingency of the weight
     cog: tuple[Gap, Gap, Gap] | None = None  # half edges of the box that the centre of mass is in, along u, v, w
     cog_factor: Positive | None = None  # instead of that box
     dynamic: Positive | None = None  # dynamic amplification of the load at rest
-    dynamics: Literal["", "included", "not included"] = ""  # in capacities and charts of hooks
+    dynamics: Literal["included", "not included"] | None = None  # in capacities and charts of hooks
     tilt: Annotated[float, Unit("angle", "positive")] | None = None  # of a load on two hooks
     tilt_factor: Positive | None = None  # instead of that angle
     heights: Positive | None = None  # of a load on more than three hooks, for the tolerance of their heights

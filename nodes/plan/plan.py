@@ -78,7 +78,7 @@ class Plan(Item, frozen=True, kw_only=True):
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
     gear: tuple[Gear, ...] = ()
-    place: Place = "onshore"  # where it is lifted; "": not known
+    place: Place | None = "onshore"  # where it is lifted, if that is known
     accepts_assumed: bool = False  # limits that heavylift assumes count as the scene's own
     models: tuple[Own, ...] = ()
     interlocks: tuple[Interlock, ...] = ()

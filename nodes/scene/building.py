@@ -125,7 +125,7 @@ def _built(
             interlocks=yard.interlocks,
             limits=build_limits(yard, mechanisms),
             gear=tuple(gear_of(yard)),
-            place=scene.factors.place or ("" if scene.vessels else "onshore"),
+            place=scene.factors.place or (None if scene.vessels else "onshore"),
             accepts_assumed=yard.scene.assumed == "accept",
             actions=build_actions(yard, mechanisms),
             may_touch=tuple(touches(source, (), scene.may_touch)),

@@ -55,7 +55,8 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
         unit = tidy(text[1]) if text and tidy(text[1]) in units else next(iter(units))
         texts = (f"{x / float(units[unit])!r} {unit}".strip() for x in (value - half, value + half))
         low, high = texts
-        found.append(Ends(path, f"{shown(path)} {each.value.strip()} +- {each.half}", (low, high)))
+        how = "+-" if each.kind == "uniform" else each.how
+        found.append(Ends(path, f"{shown(path)} {each.value.strip()} {how} {each.half}", (low, high)))
     return found
 
 

@@ -69,7 +69,8 @@ def json_schema() -> Schema:
     definitions["Frame"]["anyOf"] = [{"required": definitions["Frame"].pop("required")}, {"required": ["gear"]}]
     item = {"type": "object", "properties": {"gear": {"type": "string"}}, "required": ["gear"], "description": GEAR}
     for name, key in (("Slings", "shackle"), ("Slings", "length"), ("Equaliser", "shackle"), ("Rig", "shackle")):
-        definitions[name]["properties"][key] = {"anyOf": [definitions[name]["properties"][key], item]}
+        written = definitions[name]["properties"][key]
+        definitions[name]["properties"][key] = {"anyOf": [written, item], "description": written.get("description", "")}
     block = definitions["Block"]
     for key, meaning in TABLES.items():
         block["properties"][key] = {"type": "string", "description": meaning}

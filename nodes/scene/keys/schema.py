@@ -238,7 +238,7 @@ class Fidelity(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
     """How much of the machines is modelled."""
 
 
-class Factors(keys_of(f.Factors)):  # type: ignore[misc]
+class Factors(keys_of(f.Factors, "where")):  # type: ignore[misc]
     """Factors between the load at rest and that for which hooks, slings, shackles and lugs are chosen."""
 
 
