@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
@@ -68,8 +69,8 @@ class StageSpan(NamedTuple):
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """What a run has shown: times (n,) [s] of samples; signals by name; stages; the largest tension [N] of each rope
-    and when [s]; events, as a recording has them; sentences of the kernel and when [s]; the verdict, None of a system;
-    what the action list still waited for; the digest, which is that of `run`.
+    and when [s]; events, as a recording has them; sentences of the kernel and when [s]; what the action list still
+    waited for.  The verdict and the digest are computed when they are first asked for.
 
     Times repeat where an event or an order meets a sample: the first row is from before it, the last one from after.
     `at` has other times, each once.
@@ -81,10 +82,19 @@ class Result:
     peaks: dict[str, Peak]
     events: list[RecordedEvent]
     notes: list[tuple[float, str]]
-    verdict: Judged | None = None
     unfinished: str = ""
-    digest: str = ""
+    _run: Played | None = None
     _again: Again | None = None
+
+    @cached_property
+    def verdict(self) -> Judged | None:
+        """The verdict; None of a system."""
+        return self._run.verdict if self._run else None
+
+    @cached_property
+    def digest(self) -> str:
+        """That of `run`; "" of a system."""
+        return self._run.digest if self._run else ""
 
     def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> Result:
         """The same with its signals at these times [s], as the integrator has them between its steps.
@@ -109,7 +119,7 @@ class Result:
         return replace(self, t=t, signals=signals)
 
     def __getstate__(self) -> dict[str, object]:
-        return {**vars(self), "_again": None}
+        return {**vars(self), "verdict": self.verdict, "digest": self.digest, "_run": None, "_again": None}
 
     def __getitem__(self, name: str) -> Signal:
         """The signal of this name, such as "rope/tension"; SignalError names those that there are."""
@@ -227,9 +237,8 @@ def _of_scene(
             for e in run.events
         ],
         [(t / 1e9, said) for t, said in run.notes],
-        run.verdict,
         run.unfinished,
-        run.digest,
+        run,
         again,
     )
 
