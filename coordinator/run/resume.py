@@ -95,7 +95,7 @@ def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tu
     answer = msgspec.convert(found, Answer) if found else None
     scene = replace(restored(plan, text, merged, name), answer=answer)
     try:
-        told = parse(merged or text, name, followed=False)
+        told = parse(merged or text, name, followed=any(x.spread or x.rest for x in plan.limits))
     except HeavyliftError as error:
         return scene, error
     return replace(told, plan=plan, text=text, merged=merged, path=Path(name), chosen=True, answer=answer), told.plan

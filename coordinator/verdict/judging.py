@@ -11,6 +11,7 @@ from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
+from heavylift.nodes.limits.factors import sources
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
@@ -29,7 +30,7 @@ from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import Past, blocks, history_of, rests
 from .limits import impacts, signals_of_run
-from .tables import charts_used, tables_of_plan
+from .tables import charts_used, rigging, tables_of_plan
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 RESOLVED = "resolved.json"  # the plan in a recording
@@ -118,7 +119,7 @@ def _conduct(bench: Bench) -> None:
     """Whether it went as the action list means it."""
     tripped = {name for _, name, _ in bench.conduct.tripped}
     bench.uses = [x for x in bench.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
-    told = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in bench.uses if use.beyond}
+    told = {(WORDS[use.limit.quantity].kind, use.limit.subject) for use in bench.uses if use.at_worst.beyond}
     bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
 
@@ -163,7 +164,7 @@ def judged_with_uses(
     others = _in_order(_placed(f, conduct) for f in bench.findings)
     checks = checks_of(plan, [*bench.uses, *_smallest(bench)], others, errors, bench.shapeless)
     red = {(c.quantity, c.subject) for c in checks if c.state == "red"}
-    certain = [use for use in bench.uses if not use.beyond or (use.limit.quantity, use.limit.subject) in red]
+    certain = [use for use in bench.uses if not use.at_worst.beyond or (use.limit.quantity, use.limit.subject) in red]
     of_limits = [_placed(f, conduct) for f in limits_judged(plan, certain, dynamic=True)]
     findings = _in_order([*others, *of_limits])
     verdict = Judged(
@@ -172,9 +173,9 @@ def judged_with_uses(
         line=line_of(checks),
         head=HEAD,
         rows=tuple(rows(checks)),
-        told=(*hoisting_foreseen(plan), *shared(plan)),
+        told=(*hoisting_foreseen(plan), *shared(plan), *sources(bench.uses)),
         dynamic=dynamics_foreseen(plan),
-        tables=(*tables_of_plan(plan), *charts_used(bench.reach)),
+        tables=(*tables_of_plan(plan), *charts_used(bench.reach), *rigging(plan, bench.uses)),
         clearances=tuple(bench.clearances),
         not_looked_at=tuple(bench.not_looked_at),
         findings=tuple(findings),

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from heavylift.nodes.plan.limit import Reach
+from heavylift.nodes.limits.factors import gear, sheet
+from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.sheets.sheet import Table, columns, trimmed
+from heavylift.recordings.sheets.sheet import Table, columns, trimmed, words
 
 
 def hooks(plan: Plan) -> Iterator[Table]:
@@ -30,6 +31,12 @@ def charts_used(found: Sequence[Reach]) -> list[Table]:
     heads = columns("stage", "hook", "", "at [h:min:s]", "radius [m] .2", "load [t] .1", "chart [t] .1", "use [%] .1")
     note = "Load with hook block and rigging; the next longer radius of the chart counts."
     return [Table("Radius and chart", heads, rows, (note,))] if rows else []
+
+
+def rigging(plan: Plan, uses: Sequence[Use]) -> list[Table]:
+    """From loads at rest to design loads, and what riggers fetch."""
+    given = (("Design loads", sheet(uses)), ("Rigger's list", gear(plan)))
+    return [words(title, rows[0], rows[1:]) for title, rows in given if rows]
 
 
 TABLES: tuple[Callable[[Plan], Iterator[Table]], ...] = (hooks,)

@@ -12,10 +12,11 @@ Finding   one thing that was found, with its place, time, value and limit
     line_of(checks)             -> how many have which, and the worst
     rows(checks)                -> cells of the table that people read
 
-judging, reading, signals    the table judged; how each quantity is read; what it is read from
+judging, reading, signals    the table judged; how each quantity is read; of which columns
 named                        the signal that a limit names
-rope_signals                 what hangs on hooks, and points of bodies in these signals
-standards, reeving, sharing  factors of standards; parts of a reeved rope; shares that are indeterminate
+standards, slings            factors of standards; what slings and shackles may carry by them
+reeving, sharing             parts of a reeved rope; shares that are indeterminate
+factors                      factor sheets: from loads at rest to design loads; the rigger's list
 ground                       what machines press on the ground: tracks, outriggers, wheels
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked

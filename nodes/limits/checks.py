@@ -43,19 +43,28 @@ def checks_of(
     found += [
         Check(quantity="clearance", subject="", state="amber", why=NOT_CHECKED, sentence=what) for what in shapeless
     ]
+    if any(m.hooks for m in plan.machines) and any(m.cargo for m in plan.machines) and not _factored(plan):
+        told = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
+        found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=told))
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 
+def _factored(plan: Plan) -> bool:
+    return any(limit.factors or limit.quantity == "factor" for limit in plan.limits)
+
+
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
-    limit = use.limit
+    limit, met, use = use.limit, use, use.at_worst
     error = 0.0 if errors is None else error_of(use, errors)
     state, why, told = _judged(use, error, plan.accepts_assumed, at_rest=errors is None)
-    finding = finding_of(plan, use, dynamic=errors is not None) if state == "red" else None
-    basis = "; ".join(part for part in (limit.source, limit.note) if part)
+    finding = finding_of(plan, met, dynamic=errors is not None) if state == "red" else None
+    inputs = f"at the worst of {limit.inputs}" if use is not met else ""
+    basis = "; ".join(part for part in (limit.source, limit.note, inputs) if part)
+    value = shown(limit, met.value) + (f", at worst {shown(limit, use.value)}" if inputs else "")
     return Check(
         quantity=limit.quantity, subject=limit.subject, state=state, why=why, value=use.value, unit=limit.unit,
         limit=bound(use) if limit.known and use.value is not None else limit.value, use=use.use, error=error, t=use.t,
-        stage=use.stage, basis=basis, where=limit.where, shown=shown(limit, use.value), allowed=_allowed(use),
+        stage=use.stage, basis=basis, where=limit.where, shown=value, allowed=_allowed(use),
         sentence=finding.sentence if finding else told,
     )  # fmt: skip
 
@@ -133,7 +142,9 @@ def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...
     """Cells under `HEAD`, worst first: per quantity and state the subject that uses it most; `every`: all subjects."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
-        key = (number,) if every else (check.state, check.why, check.quantity, check.allowed if check.why else "")
+        alone = every or check.quantity == "factor"
+        alike = (check.state, check.why, check.quantity, check.allowed if check.why else "")
+        key: tuple[object, ...] = (number,) if alone else alike
         groups.setdefault(key, []).append(check)
     return [_row(group) for group in groups.values()]
 

@@ -20,8 +20,7 @@ from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.plan.plan import Plan
 
-from .rope_signals import place
-from .signals import Column, Signals
+from .signals import Column, Signals, place
 
 CORNERS = {"front left": (1.0, 1.0), "front right": (1.0, -1.0), "rear left": (-1.0, 1.0), "rear right": (-1.0, -1.0)}
 SIDES = {"left": 1.0, "right": -1.0}

@@ -14,6 +14,7 @@ from heavylift.nodes.plan.limit import Limit, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
+from .factors import product
 from .reading import axis_of, read
 from .sentences import NOISE
 from .signals import Signals, signals_of
@@ -54,7 +55,7 @@ class _Worst:
     """The worst value of a limit, and where it is met first."""
 
     def __init__(self, limit: Limit, dynamic: bool) -> None:
-        self._limit = limit
+        self._limit, self._dynamic = limit, dynamic
         self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
         self._exact: Use | None = None
         self._most = -np.inf
@@ -116,6 +117,11 @@ class _Worst:
     def use(self) -> Use:
         """The worst of all that was seen."""
         exact, found = self._exact, self._first[0][1] if self._first else None
+        if (rest := self._limit.rest) and self._dynamic:
+            value = rest.value * product(self._limit, dynamic=False)
+            use = value / rest.bound if rest.bound else None
+            foreseen = Use(self._limit, value, None, rest.stage, use, bound=rest.bound or None)
+            return max((x for x in (foreseen, exact, found) if x), key=lambda x: x.use or x.value or 0.0)
         if exact is None or found is None:
             return exact or found or Use(self._limit, None)
         return exact if self._exceeds(exact, found) else found

@@ -21,11 +21,11 @@ from heavylift.nodes.plan.limit import STANDING, TOUCHING, Limit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 
+from .factors import BASES, product
 from .ground import stood
 from .named import KINDS, LOADS, OF_TENSIONS, hooks_of, origin, signal_of
-from .rope_signals import EMPTY, carries, place, tie_of
 from .sharing import touch_speed
-from .signals import Column, Signals
+from .signals import EMPTY, Column, Signals, carries, place, tie_of
 
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 
@@ -45,6 +45,9 @@ def read(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
     """What the chart of a limit is over, at each instant: a trolley's place on its girder, or a hook's radius [m]."""
+    if limit.over == "angle":
+        angles = [x.values for name in limit.elements if (x := _bridle(plan, limit, signals, name))]
+        return np.fmax.reduce(angles) if angles else None
     hook = hooks_of(plan.machines).get(limit.elements[0])
     if limit.over == "radius" and hook and hook.axis:
         return evaluated(plan, Signal("radius", point=hook.eye, origin=hook.axis), signals)
@@ -136,9 +139,32 @@ def _hooked(plan: Plan, limit: Limit, signals: Signals) -> dict[str, Column]:
     return found
 
 
-def _bridle(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+def _design(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """A load times its factors; in a run what is simulated, without the dynamic one."""
+    if limit.rest is None or (signals.dynamic and limit.rest.alone):
+        return None
+    found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)
+    times = product(limit, dynamic=signals.dynamic)
+    return found and Reading(found.values * times, (found.exact[0] * times, found.exact[1]) if found.exact else None)
+
+
+def _assembly(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """What the legs of a bridle carry together, plumb [kg]; of their peaks, as if they came together."""
+    total, most = np.zeros(len(signals.t)), list[tuple[float, float]]()
+    for name in limit.elements:
+        angle = _bridle(plan, limit, signals, name)
+        if angle is not None:
+            plumb = np.cos(np.nan_to_num(angle.values)) / plan.gravity
+            total = total + plumb * signals.tensions[name]
+            if name in signals.peaks:
+                peak, when = signals.peaks[name]
+                most.append((peak * float(np.interp(when, signals.t, plumb)), when))
+    return Reading(total, (sum(x for x, _ in most), max(most)[1]) if most else None)
+
+
+def _bridle(plan: Plan, limit: Limit, signals: Signals, name: str = "") -> Reading | None:
     """Angle of a sling to the vertical while it is tight [rad]."""
-    tie = tie_of(plan, limit.elements[0])
+    tie = tie_of(plan, name or limit.elements[0])
     if tie is None or tie.rope not in signals.tensions:
         return None
     values = np.full(len(signals.t), np.nan)
@@ -197,7 +223,9 @@ COLUMNS: dict[str, Callable[[Plan, Limit, Signals], Column | None]] = {
     **dict.fromkeys(TOUCHING, touch_speed),
 }
 READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
+    "assembly load": _assembly,
     "bridle angle": _bridle,
+    **dict.fromkeys(BASES, _design),
     "wind": _wind,
     **dict.fromkeys(COLUMNS, _column),
 }

@@ -94,6 +94,12 @@ def _sling(use: Use, ran: bool) -> str:
     return f"{told}, {limit.factor:g} are needed ({limit.source})"
 
 
+def _legs_together(use: Use, ran: bool) -> str:
+    told = f"the slings of {use.limit.subject} {'carried' if ran else 'would carry'} {shown(use.limit, use.value)}"
+    most = f"of {shown(use.limit, bound(use))} together" if bound(use) else "at an angle for which they are not rated"
+    return f"{told} {most} ({use.limit.source})"
+
+
 def _lands(use: Use, ran: bool) -> str:
     limit, verb = use.limit, "pressed" if ran else "would press"
     times = (use.value or 0.0) * limit.factor / bound(use)
@@ -205,6 +211,13 @@ def _lifted(use: Use, ran: bool) -> str:
     return f"{use.limit.subject} {verb} {shown(use.limit, use.value)} of the way to where it tips ({use.limit.note})"
 
 
+def _designed(use: Use, ran: bool) -> str:
+    limit = use.limit
+    part, factors = limit.quantity.partition(" ")[0], " x ".join(f"{x.name} {x.value:.4g}" for x in limit.factors)
+    told = f"the design load of the {part} {limit.subject}, {shown(limit, use.value)}, is beyond"
+    return f"{told} {shown(limit, bound(use))}: {shown(limit, limit.rest.value if limit.rest else None)} x {factors}"
+
+
 def _measured(use: Use, ran: bool) -> str:
     limit, verb = use.limit, "was" if ran else "would be"
     most = "at least" if limit.least else "at most"
@@ -219,6 +232,7 @@ WORDS: dict[str, Words] = {
     BEAM_LOAD: Words("overload", _beam),
     "frame load": Words("overload", _carries(str), refused=True),
     "shackle load": Words("overload", _carries(lambda sling: f"each shackle of {sling}"), refused=True),
+    "assembly load": Words("overload", _legs_together),
     "lug load": Words("overload", _carries(lambda lug: f"the lug {lug}"), refused=True),
     "support load": Words("overload", _carries(lambda block: f"a support of {block}")),
     "impact": Words("impact", _lands),
@@ -238,6 +252,7 @@ WORDS: dict[str, Words] = {
     "rails": Words("end", _ends("rails", "x"), refused=True),
     "girder": Words("end", _ends("girder", "y"), refused=True),
     "wind": Words("wind", _blown),
+    **{f"{part} design load": Words("design load", _designed) for part in ("hook", "sling", "shackle", "lug")},
     "signal": Words("signal", _measured),
     "interlock": Words("interlock", _trips),
     **dict.fromkeys(TOUCHING, Words("speed", _touches)),

@@ -14,7 +14,7 @@ from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.plan import Plan
 
 from .signals import Column, Signals
-from .standards import HOISTING, SHARING, daf_onshore, hoisting_factor
+from .standards import HOISTING, SHARING, daf, hoisting_factor
 
 DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium alone
 
@@ -41,9 +41,10 @@ def shared(plan: Plan) -> list[str]:
 
 
 def dynamics_foreseen(plan: Plan) -> tuple[float, str] | None:
-    """The dynamic amplification that a standard foresees for the block, and its source; None where none is lifted."""
+    """The dynamic amplification that a standard foresees for the block, and its source; None where none is lifted,
+    or nobody says where."""
     masses = [cargo.mass for machine in plan.machines for cargo in machine.cargo]
-    return daf_onshore(max(masses)) if masses else None
+    return daf(plan.place, max(masses)) if masses else None
 
 
 def touching(plan: Plan, kind: type[Lifted] | type[Landed]) -> list[tuple[Action, float]]:

@@ -7,12 +7,15 @@ from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from heavylift.nodes.plan.mechanism import lug_places
-from heavylift.nodes.plan.plan import Plan
+from heavylift.kernel.description.mechanics import WORLD, Point
+from heavylift.nodes.plan.mechanism import lug_places, ties_on
+from heavylift.nodes.plan.plan import Hoist, Plan, Tie
 from heavylift.nodes.statics.state import StaticState
 from numpy.typing import NDArray
 
 Column: TypeAlias = NDArray[np.float64]
+CARRIES = 0.02  # of the capacity of its hook: with less below it a hook is empty
+EMPTY = 0.1  # of its hook block, where no capacity is known
 Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> lug
 
 
@@ -111,3 +114,37 @@ def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list
         ends = ((line.rope, lugs.get((line.b_body, *line.b))) for line in lines if line.rope in slings)
         found.append((start, {rope: lug for rope, lug in ends if lug}))
     return found
+
+
+def tie_of(plan: Plan, name: str) -> Tie | None:
+    """The sling of this name."""
+    return next((tie for machine in plan.machines for tie in machine.ties if tie.rope == name), None)
+
+
+def carries(plan: Plan, hook: Hoist, signals: Signals) -> Column:
+    """Whether a load hangs on a hook, at each instant (n,)."""
+    slings = [tie.rope for tie in ties_on(plan.machines, hook) if tie.rope in signals.tensions]
+    if not slings:
+        return np.ones(len(signals.t), dtype=bool)
+    least = CARRIES * hook.capacity if hook.capacity else EMPTY * hook.block_mass
+    return np.asarray(np.sum([signals.tensions[s] for s in slings], axis=0) > least * plan.gravity)
+
+
+def place(signals: Signals, point: Point) -> Column | None:
+    """Places (n, 3) of a point of a body [m]; None if the body is not on record."""
+    return _placed(signals, point) if point.body in signals.poses or point.body == WORLD else None
+
+
+def _placed(signals: Signals, point: Point) -> Column:
+    if point.body == WORLD:
+        return np.tile(np.array(point.p, dtype=float), (len(signals.t), 1))
+    p, R = signals.poses[point.body]
+
+    def make() -> Column:
+        found = p  # column by column: what lies one after the other in memory is summed in one go
+        for i, x in enumerate(point.p):
+            if x:
+                found = found + x * R[:, :, i]
+        return found
+
+    return signals.once((point.body, point.p), make)

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from math import prod
-from typing import Literal
+from math import prod, sqrt
+from typing import Literal, TypeAlias
 
 from heavylift.nodes.plan.limit import Limit, Quantity
 
@@ -19,11 +19,16 @@ SUCCESSOR = "its successor is DNV-ST-N001"
 ROPE_FACTORS = {"M1": 3.15, "M2": 3.35, "M3": 3.55, "M4": 4.0, "M5": 4.5, "M6": 5.6, "M7": 7.1, "M8": 9.0}  # running
 SLINGS = "EN 13414-1, working coefficient 5"
 
-DAF_ONSHORE = ((100e3, 1.10), (300e3, 1.05), (1000e3, 1.05), (2500e3, 1.03), (float("inf"), 1.03))  # up to [kg]
-DAF_SOURCE = f"{ND_0027}, table 5-1, onshore"
+DAF_MOST = (100e3, 300e3, 1000e3, 2500e3, float("inf"))  # up to [kg]
+DAF = {  # by place, for each of them; up to the first one a + b sqrt(100 t / mass)
+    "onshore": ((1.10, 0.0), 1.05, 1.05, 1.03, 1.03),
+    "inshore": ((1.07, 0.05), 1.12, 1.10, 1.08, 1.05),
+    "offshore": ((1.0, 0.25), 1.25, 1.20, 1.15, 1.10),
+}
+LIGHTEST = 3e3  # what is lighter counts as that [kg]
 
-# 7.4 to 7.10: load, consequence, hand splice of a wire rope, wear, material of a certified wire rope, twist
-RIGGING = {"load": 1.3, "consequence": 1.3, "termination": 1.25, "wear": 1.0, "material": 1.5, "twist": 1.0}
+# 7.4 to 7.10: load, consequence, hand splice of a wire rope, wear in a yard, material of a certified wire rope, twist
+RIGGING = {"load": 1.3, "consequence": 1.3, "termination": 1.25, "wear": 1.2, "material": 1.5, "twist": 1.0}
 LEAST = 2.3  # 7.3.1: the product is not below this times termination, wear and twist
 
 # EN 13001-2, partial safety factors: hoist load in combinations A; EN 13001-3-2, clause 5: rope resistance factor
@@ -44,6 +49,9 @@ class Sharing:
     source: str
 
 
+TANDEM = {2: 1.20, 3: 1.33, 4: 1.50}  # cranes that are not synchronised: capacity over the share of each
+TANDEM_SOURCE = "Queensland mobile crane code, 14.3.2"
+
 SHARING = {
     "four slings": Sharing(
         "four matched slings to one rigid load", "1.25 on each diagonal in turn", 1.25, f"{ND_0027}, 5.6.12"
@@ -54,9 +62,14 @@ SHARING = {
 }
 
 
-def daf_onshore(mass: float) -> tuple[float, str]:
-    """Dynamic amplification factor for lifting this mass [kg] onshore, and its source."""
-    return next(factor for most, factor in DAF_ONSHORE if mass <= most), DAF_SOURCE
+def daf(place: str | None, mass: float) -> tuple[float, str] | None:
+    """Dynamic amplification factor for lifting this mass [kg] at a place, and its source; None at no known place."""
+    if place not in DAF:
+        return None
+    (a, b), *others = DAF[place]
+    i = next(i for i, most in enumerate(DAF_MOST) if mass <= most)
+    factor = others[i - 1] if i else a + b * sqrt(DAF_MOST[0] / max(mass, LIGHTEST))
+    return factor, f"{ND_0027}, table 5-1, {place}"
 
 
 def hoisting_factor(speed: float, hoisting_class: str) -> float:
@@ -91,14 +104,14 @@ STRENGTHS = (  # a limit by another standard is one row
 )
 
 
-def strength_limits(
-    of: str, name: str, breaking: float, where: str, given: Mapping[str, float | None], note: str = ""
-) -> Iterator[Limit]:
-    """What a sling or hoist rope may carry by each standard; `breaking` [N], `given`: factors of the scene, by key."""
+Own: TypeAlias = Mapping[str, tuple[float, str, str]]  # by key: a factor with its source and a note
+
+
+def strength_limits(of: str, name: str, breaking: float, where: str, given: Own, note: str = "") -> Iterator[Limit]:
+    """What a sling or hoist rope may carry by each standard; `breaking` [N], `given`: other factors than the rows'."""
     for row in (row for row in STRENGTHS if row.of == of):
-        own = given.get(row.own)
-        factor = own or row.factor
+        factor, source, more = given.get(row.own) or (row.factor, row.source, note)
         yield Limit(
             subject=name, quantity=row.quantity, unit="N", value=breaking / factor, factor=factor, breaking=breaking,
-            elements=(name,), source="the scene" if own else row.source, note=note, where=where,
+            elements=(name,), source=source, note=more, where=where,
         )  # fmt: skip

@@ -15,12 +15,14 @@ SAME = 1e-6  # of the worst value: what comes so close to it came to it first, o
 
 
 def finding_of(plan: Plan, use: Use, *, dynamic: bool) -> Finding | None:
-    """What is to be said of a use, if anything: red beyond its limit, a warning beyond what is told."""
-    limit, value = use.limit, use.value
+    """What is to be said of a use at the worst of uncertain inputs, if anything: red beyond its limit, a warning beyond
+    what is told."""
+    limit, worst = use.limit, use.at_worst
+    told = f", at the worst of {limit.inputs}" if worst is not use else ""
+    use, value = worst, worst.value
     if value is None:
         return None
-    told = limit.warning is not None and value > limit.warning
-    if not use.beyond and not told:
+    if not use.beyond and not (limit.warning is not None and value > limit.warning):
         return None
     words = WORDS[limit.quantity]
     actions = {number: action.where for number, action in enumerate(plan.actions, 1)}
@@ -28,7 +30,7 @@ def finding_of(plan: Plan, use: Use, *, dynamic: bool) -> Finding | None:
         severity="red" if use.beyond else "warning",
         kind=words.kind,
         subject=limit.subject,
-        sentence=words.sentence(use, dynamic),
+        sentence=words.sentence(use, dynamic) + told,
         where=actions.get(use.action, "") or limit.where,
         stage=use.stage,
         t=use.t if dynamic else None,

@@ -10,6 +10,7 @@ places            where in a scene an action or an order stands
 spellings         words that stay as they have always been spelled
 pulses            ramps that leave no swing
 fidelity, planar  how much is modelled, and for what a scene asks; what a planar motion locks
+factors           those between a load at rest and a design load
 limit             a row of the table of limits; something that was found
 shapes            what collides and what is drawn
 """

@@ -6,7 +6,7 @@ A row without a value is unknown: it is reported and not judged.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
 from typing import Literal, TypeAlias
@@ -14,6 +14,7 @@ from typing import Literal, TypeAlias
 import msgspec
 from heavylift.kernel.description.signals import Signal
 
+from .factors import Factor
 from .spellings import BeamLoad
 
 ROUNDING = 1e-9  # a use so little above 1 is 1
@@ -26,6 +27,7 @@ Quantity: TypeAlias = Literal[
     BeamLoad,
     "frame load",
     "shackle load",
+    "assembly load",
     "lug load",
     "support load",
     "impact",
@@ -46,6 +48,13 @@ Quantity: TypeAlias = Literal[
     "girder",
     "clearance",
     "wind",
+    "sharing",
+    "inputs",
+    "factor",
+    "hook design load",
+    "sling design load",
+    "shackle design load",
+    "lug design load",
     "signal",
     "interlock",
     "lift-off speed",
@@ -58,14 +67,26 @@ STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # 
 TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 
 
+class Rest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What a part carries at rest where it uses its limit most, that limit, and in which stage; `alone`: what a run
+    adds is in the limit already."""
+
+    value: float
+    bound: float
+    stage: str = ""
+    alone: bool = False
+
+
 class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
     """A limit of a subject: what may be reached of a quantity, and by which source.
 
     `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value), x being what
-    `over` names, between which the limit is interpolated, unless that is the radius; without any of them the limit is
-    not known.  With `least` a value below the limit is beyond it.  A value above `warning` is reported, though allowed.
+    `over` names, between which the limit is interpolated, unless that is the radius or an angle; without any of them
+    the limit is not known.  With `least` a value below the limit is beyond it.  A value above `warning` is reported,
+    though allowed.
     `factor`: design factor, or product of partial factors, that the value contains, of the force at which it breaks,
-    `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.
+    `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.  `spread`: by how much its use
+    grows at the worst corner of uncertain `inputs`, measured at rest: of loads a part of it, else itself.
     """
 
     subject: str
@@ -83,7 +104,16 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     signal: Signal | None = None  # that is judged, of the quantity "signal"
     source: str = ""
     note: str = ""  # what a planner must know to read the row: assumptions, what a value was reduced for
+    factors: tuple[Factor, ...] = ()  # by which what is read becomes a design load
+    rest: Rest | None = None  # of a design load
+    spread: float = 0.0
+    inputs: str = ""
     where: str = ""
+
+    @property
+    def loads(self) -> bool:
+        """Whether the quantity grows in proportion to what is lifted."""
+        return self.unit in ("N", "kg") or self.quantity == "rope factor"
 
     @property
     def known(self) -> bool:
@@ -93,13 +123,14 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     def at(self, x: float = 0.0) -> float:
         """The limit at x of its chart, beyond its ends that of the nearest end; raises ValueError if there is none.
 
-        A chart over a radius is never interpolated: the next longer one counts, and beyond the last nothing may hang.
+        A chart over a radius or an angle is never interpolated: the next longer one counts, and beyond the last nothing
+        may hang.
         """
         if not self.chart:
             if self.value is None:
                 raise ValueError(f"the {self.quantity} of {self.subject} has no limit")
             return self.value
-        if self.over == "radius":
+        if self.over in ("radius", "angle"):
             return next((value for radius, value in self.chart if x <= radius), 0.0)
         if x <= self.chart[0][0]:
             return self.chart[0][1]
@@ -147,6 +178,20 @@ class Use:
         if self.use is None or self.value is None or self.use <= 1.0 + ROUNDING:
             return False
         return not self.tolerance or self.limit.excess(self.value) > self.tolerance
+
+    @property
+    def at_worst(self) -> Use:
+        """The use at the worst corner of the uncertain inputs."""
+        limit, value = self.limit, self.value
+        if not limit.spread or value is None or self.use is None:
+            return self
+        use = self.use * (1.0 + limit.spread) if limit.loads else self.use + limit.spread
+        if limit.between is not None:
+            low, high = limit.between
+            middle, half = (low + high) / 2.0, (high - low) / 2.0
+            return replace(self, use=use, value=middle + (half if value >= middle else -half) * use)
+        bound = limit.at() if self.bound is None else self.bound
+        return replace(self, use=use, value=bound / use if limit.least else bound * use)
 
     @property
     def excess(self) -> float:

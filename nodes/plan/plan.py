@@ -18,6 +18,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .actions import Action as Action
 from .actions import Item, Touch
+from .factors import Place
 from .fidelity import Fidelity as Fidelity
 from .interlock import Interlock as Interlock
 from .limit import Limit
@@ -45,6 +46,21 @@ class ActionList(Item, frozen=True, kw_only=True):
     start: float = 0.0
 
 
+class Gear(Item, frozen=True, kw_only=True):
+    """An item of rigging as riggers fetch it: what it is, how many, its working load limit and mass [kg] (0: not told),
+    by which standard, its termination, the date of its certificate, where it hangs."""
+
+    name: str
+    kind: str
+    number: int
+    WLL: float = 0.0
+    mass: float = 0.0
+    standard: str = ""
+    termination: str = ""
+    certificate: str = ""
+    at: tuple[str, ...] = ()
+
+
 class Plan(Item, frozen=True, kw_only=True):
     """A resolved scene.  With `end` [s] the run ends there, without it when the last action is done."""
 
@@ -61,6 +77,8 @@ class Plan(Item, frozen=True, kw_only=True):
     machines: tuple[Mechanism, ...] = ()  # in the order of their nodes
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
+    gear: tuple[Gear, ...] = ()
+    place: Place | None = "onshore"  # where it is lifted, if that is known
     accepts_assumed: bool = False  # limits that heavylift assumes count as the scene's own
     models: tuple[Own, ...] = ()
     interlocks: tuple[Interlock, ...] = ()

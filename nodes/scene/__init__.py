@@ -17,6 +17,7 @@ checks                      whether it fits, and whether its orders can be carri
 beginning                   texts to start from
 loading, building           from a path or name to a plan, from its text or as it was kept
 instances                   several scenes side by side in one
+corners                     what limits use at the worst of uncertain inputs
 loaded_scene                what can be run, and what follows from it at rest
 report                      what `heavylift check` prints
 inputs                      quantities by name, how uncertain they are, the scene with other values

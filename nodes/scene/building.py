@@ -6,8 +6,9 @@ All errors of one step are reported at once; a later step starts only when the e
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,17 +26,20 @@ from heavylift.nodes.scene.construction.level_luffing import measuring
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_locked, check_parts
 from heavylift.nodes.scene.construction.mechanisms import build_mechanisms
 from heavylift.nodes.scene.construction.resolve import build_actions
+from heavylift.nodes.scene.construction.rigging.ratings import gear_of
 from heavylift.nodes.scene.construction.signals import build_interlocks, build_limits, build_models, check_models
 from heavylift.nodes.scene.construction.weighing import weighed
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.defaults import override
+from heavylift.nodes.scene.keys.gear import geared
 from heavylift.nodes.scene.keys.nodes import placement_faults
-from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.keys.validate import uncertainties, validate
 from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
-from heavylift.nodes.scene.text.source import Fault, Source, read
+from heavylift.nodes.scene.text.source import Data, Fault, Source, read
+from heavylift.nodes.scene.text.source import Path as InData
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.action_preview import first_rest
 from heavylift.nodes.statics.aiming import aimed
@@ -43,6 +47,7 @@ from heavylift.nodes.statics.resting import rigged, settled, standing
 from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.swinging import swing_free
 
+from .corners import cornered, designed, ends_of
 from .instances import several
 from .loaded_scene import Facts, LoadedScene
 
@@ -74,6 +79,7 @@ def build(
         override(source, setting)
     alike(source)
     tabled(source)
+    geared(source)
     shaped(source)
     gather(source)
     whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
@@ -89,7 +95,9 @@ def _built(
     whole: str = "",
     followed: bool = True,
 ) -> LoadedScene:
-    """The scene of a source."""
+    """The scene of a source; the limits of one whose actions are tried also at the worst of its uncertain inputs."""
+    given = deepcopy(source.data)
+    stated = uncertainties(replace(source, data=given, faults=[])) if followed else {}
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
@@ -118,6 +126,8 @@ def _built(
             models=build_models(yard, mechanisms),
             interlocks=yard.interlocks,
             limits=build_limits(yard, mechanisms),
+            gear=tuple(gear_of(yard)),
+            place=scene.factors.place or (None if scene.vessels else "onshore"),
             accepts_assumed=yard.scene.assumed == "accept",
             actions=build_actions(yard, mechanisms),
             may_touch=tuple(touches(source, (), scene.may_touch)),
@@ -148,7 +158,22 @@ def _built(
         if bent:
             rests = replace(rests, plan=settled(rests.plan))
         loaded = rests
-    return replace(loaded, plan=weighed(loaded.plan))
+    loaded = replace(loaded, plan=weighed(loaded.plan))
+    if not followed:
+        return loaded
+
+    def other(values: Mapping[InData, Data]) -> LoadedScene:
+        """The scene with other values, its limits not judged before it is built."""
+        own = replace(source, data=deepcopy(given), faults=[])
+        for at, value in values.items():
+            own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
+        return _built(own, path, text, followed=False)
+
+    ends = ends_of(scene, stated)
+    limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, other)]
+    judged = replace(loaded, plan=msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
+    judged.__dict__.update(statics=loaded.statics)
+    return judged
 
 
 def _side_by_side(
@@ -159,6 +184,7 @@ def _side_by_side(
     def alone(own: Source) -> LoadedScene:
         alike(own)
         tabled(own)
+        geared(own)
         shaped(own)
         gather(own)
         return _built(own, path, text)

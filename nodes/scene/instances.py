@@ -35,7 +35,7 @@ from .loaded_scene import LoadedScene
 
 COMMON = ("accuracy", "ask", "samples", "method", "tolerance", "tolerance of", "step", "seed", "gravity", "microsteps")
 OWN = ("at", "start", "of")  # keys of an instance that are no keys of its scene
-SIDE_BY_SIDE = ("machines", "models", "interlocks", "may_touch")  # of a plan
+SIDE_BY_SIDE = ("machines", "models", "interlocks", "may_touch", "gear")  # of a plan
 NAMES = frozenset(  # fields of descriptions and plans that hold names of parts
     ("name", "joint", "parent", "child", "body", "of", "rope", "model", "actuator", "sling", "brake", "names", "ropes",
      "elements", "subject", "on", "taut", "closed", "slings", "lug", "machine", "hooks", "interlock", "together",

@@ -16,6 +16,7 @@ from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
+from heavylift.nodes.limits.factors import gear, sheet, sources
 from heavylift.nodes.limits.reach import REACH, Reached, reach_rows
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import likewise
@@ -66,6 +67,8 @@ class Report:
     checks: tuple[Check, ...] = ()  # all of that, and what is not checked, worst first
     line: str = ""  # how many checks have which state
     state: State = "amber"  # the worst
+    sheet: tuple[tuple[str, ...], ...] = ()  # from loads at rest to design loads: a head and a row for each part
+    gear: tuple[tuple[str, ...], ...] = ()  # the rigger's list, a head and a row for each item
 
     def __str__(self) -> str:
         return "\n".join(self.lines)
@@ -109,8 +112,11 @@ def report(
     lines += _swing_free(built)
     line = line_of(checks)
     lines += ["", f"checks at rest: {line}"]
+    designed, listed = sheet(uses), gear(built)
+    told = [*table("Design loads:", designed), *(f"  {x}" for x in sources(uses)), *table("Rigger's list:", listed)]
+    lines[-2:-2] = told
     judged = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
-    return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged)
+    return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged, sheet=designed, gear=listed)
 
 
 def _mobility(built: plan.Plan) -> Mobility:
@@ -209,20 +215,21 @@ def _line(label: str, cells: list[str]) -> str:
     return f"  {label:<28}" + "".join(f" {cell:>{max(9, len(cell))}}" for cell in cells)
 
 
+def table(title: str, rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """A table with its head as lines of text; nothing of an empty one."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    cells = ("  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)) for row in rows)
+    return ["", title, *(f"  {line}".rstrip() for line in cells)] if rows else []
+
+
 def _limits(built: plan.Plan, checks: Sequence[Check], findings: Sequence[Finding]) -> list[str]:
     """The list of checks, worst first, and what standards foresee."""
     read = rows_of(checks)
-    table = [HEAD, *read] if read else []
-    widths = [max(len(cells[i]) for cells in table) for i in range(len(HEAD) - 1)] if read else []
-    lines = ["", "Checks on the path at rest:"] if read else [""]
-    for cells in table:
-        lines.append(
-            "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(cells, widths, strict=False)) + f"  {cells[-1]}"
-        )
+    lines = table("Checks on the path at rest:", [HEAD, *read]) if read else [""]
     foreseen = dynamics_foreseen(built)
     lines += [f"  dynamic amplification foreseen: {foreseen[0]:g} ({foreseen[1]})"] if foreseen else []
     lines += [f"  {line}" for line in (*hoisting_foreseen(built), *shared(built))]
-    return [line.rstrip() for line in lines] + _lines(findings)
+    return lines + _lines(findings)
 
 
 def _swing_free(built: plan.Plan) -> list[str]:

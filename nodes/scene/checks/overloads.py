@@ -12,6 +12,7 @@ from math import inf
 import msgspec
 from heavylift.nodes.limits.judging import ELSEWHERE, judge, uses_on_path
 from heavylift.nodes.limits.sentences import WORDS
+from heavylift.nodes.limits.slings import FERRULE
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import parts
 from heavylift.nodes.plan.limit import Use
@@ -24,8 +25,8 @@ PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that dr
 
 def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
     """(where, sentence) of each."""
-    judged = (x for x in built.limits if x.quantity not in ELSEWHERE and WORDS[x.quantity].refused)
-    refused = [x for x in judged if x.source != "assumed"]  # by what nobody has written no scene is refused
+    judged = (x for x in built.limits if x.known and x.quantity not in ELSEWHERE and WORDS[x.quantity].refused)
+    refused = [x for x in judged if x.source != "assumed" and FERRULE not in x.source]  # that somebody has written
     if not refused or not statics.states:
         return []
     places = msgspec.structs.replace(built, limits=tuple(refused))

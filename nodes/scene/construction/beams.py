@@ -35,7 +35,7 @@ from heavylift.nodes.scene.text.source import Path
 from .limiting import reeving, rope_factor
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
-from .rigging.slings import key_of, lugs_of
+from .rigging.slings import key_of, lugs_of, rated
 from .yard import UPPER, Yard, by_beam, parts_of, ramp_of
 
 Edges = tuple[Sheave, ...]
@@ -156,19 +156,19 @@ def _slung(
             bent.append(Reeving(sling, upper, over[i], to, EA, Signal(given.sling), damping, bool(lug)))
         else:
             ropes.append(Rope(sling, (Line(upper, to),), EA, given.sling, damping, hooked=bool(lug)))
-        rated, where = rig.sling.breaking / rig.sling.factor, yard.source.where((*path, "sling"))
-        ties.append(plan.Tie(rope=sling, upper=upper, lug=key_of(lug, to) if lug else "", rated=rated, where=where))
+        most, where = rated(rig.sling, yard.scene.gravity), yard.source.where((*path, "sling"))
+        ties.append(plan.Tie(rope=sling, upper=upper, lug=key_of(lug, to) if lug else "", rated=most, where=where))
     names, locks = tuple(tie.rope for tie in ties), {f"{name}.{x}" for x in given.parts.locked_while_empty}
     brakes = tuple(replace(x, engaged=not lugs) if x.name in locks else x for x in frame.system.brakes)
     if unknown := locks - {brake.name for brake in brakes}:
         there = f"there is no brake '{min(unknown).removeprefix(f'{name}.')}'"
         yard.source.fault((*path, "parts", "locked while empty"), there, on_key=True)
-    own, rated = replace(frame.system, brakes=brakes), given.capacity * yard.scene.gravity
+    own, load = replace(frame.system, brakes=brakes), given.capacity * yard.scene.gravity
     return msgspec.structs.replace(
         frame,
         system=merge([own, System(ropes=tuple(ropes), forces=tuple(bent))], yard.scene.gravity),
         ties=tuple(ties),
-        cells=(Cell(name=f"{name}.load", body=ties[0].upper.body, ropes=names, rated=rated),),
+        cells=(Cell(name=f"{name}.load", body=ties[0].upper.body, ropes=names, rated=load),),
         latches=tuple(Latch(brake=brake.name, ties=names) for brake in brakes if brake.name in locks),
         levels=True,
         where=yard.source.where(path),

@@ -19,7 +19,15 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
 from .environment.footings import standing_limits, wind_limits
-from .rigging.ratings import bridle_limit, hook_limits, lug_limits, rigging_limits, sling_limits, tandem_limits
+from .rigging.ratings import (
+    bridle_limit,
+    hook_limits,
+    lug_limits,
+    rigging_limits,
+    shackle_limit,
+    sling_limits,
+    tandem_limits,
+)
 from .yard import LEVELS, LOWER, UPPER, Yard
 
 
@@ -181,7 +189,8 @@ def _hoist(hook: plan.Hoist, given: schema.Crane, row: Callable[..., Limit]) -> 
         hook.rope, "rope factor", "", "rope_factor", (hook.rope,), value=factor, least=True, factor=factor,
         breaking=given.fall_breaking, source=source, **at,
     )  # fmt: skip
-    own = {"rope_partial_factor": given.rope_partial_factor}
+    most = given.rope_partial_factor
+    own = {"rope_partial_factor": (most, "the scene", message)} if most else {}
     yield from strength_limits("hoist rope", hook.rope, given.fall_breaking, hook.where, own, message)
     pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'", "source": ""}
     yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, **pull})
@@ -242,5 +251,6 @@ def _rig(yard: Yard) -> Iterator[Limit]:
     for beam in beams:
         bent = {rope.name for rope in beam.system.reevings}
         for tie in beam.ties:
-            yield from sling_limits(rig.sling, tie.rope, tie.where)
+            yield from sling_limits(yard, rig.sling, tie.rope, tie.where, ("rig", "sling"))
             yield bridle_limit(yard, tie.rope, tie.where, bent=tie.rope in bent)
+            yield shackle_limit(yard, rig.shackle, tie.rope, ("rig", "shackle"))

@@ -8,6 +8,7 @@ parts             bodies, joints, laws and hooks of a mechanism or machine
 environment       what floats, and the waves; floor and boxes that blocks meet; what blows, as forces of a mechanism
 actions           the lines of the action list; interlocks: what stops a machine by itself
 nodes             models of a user's own; which process hosts which nodes
+gear            items of rigging by ID, out of files beside the scene
 defaults          settings laid over a scene, also on one number of a list that it leaves to its default
 editors           the JSON Schema of scene files
 """

@@ -11,6 +11,7 @@ from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.source import Data, Path, Source
 from heavylift.nodes.scene.text.tables import tabled
 
+from .gear import geared
 from .quantities import found_at, quantity
 from .validate import validate
 
@@ -26,6 +27,7 @@ def default_list(source: Source, path: Path) -> list[Data] | None:
     try:
         alike(trial)
         tabled(trial)
+        geared(trial)
         gather(trial)
         scene = validate(trial)
     except SceneError:  # which is told when the scene is built

@@ -38,6 +38,8 @@ SHORT = {  # what a scene may write shorter than its models require
     "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
 }
+FILES = ({"type": "string"}, {"type": "array", "items": {"type": "string"}})
+GEAR = "its item of the scene's gear, by ID"
 TABLES = {  # out of which a block may take what it needs
     "from": "a row of a table beside the scene, such as blocks.csv#B17; its heads name keys with units: mass [t]",
     "lugs from": "the block's lugs in a table, such as lugs.csv#B17; columns block, name, x [m], y [m], z [m]",
@@ -72,6 +74,14 @@ def json_schema() -> Schema:
             own[key] = {"type": ["string", "number"], "dimension": kind.name, "default": text}
     beam["properties"] = own
     beam["additionalProperties"] = {"description": "a parameter of another type"}
+    schema["properties"]["gear"] = {"anyOf": [schema["properties"]["gear"], *FILES]}
+    for name in ("SlingType", "Frame", beams[0]["$ref"].rpartition("/")[2]):
+        definitions[name]["properties"]["gear"] = {"type": "string", "description": GEAR}
+    definitions["Frame"]["anyOf"] = [{"required": definitions["Frame"].pop("required")}, {"required": ["gear"]}]
+    item = {"type": "object", "properties": {"gear": {"type": "string"}}, "required": ["gear"], "description": GEAR}
+    for name, key in (("Slings", "shackle"), ("Slings", "length"), ("Equaliser", "shackle"), ("Rig", "shackle")):
+        written = definitions[name]["properties"][key]
+        definitions[name]["properties"][key] = {"anyOf": [written, item], "description": written.get("description", "")}
     block = definitions["Block"]
     for key, meaning in TABLES.items():
         block["properties"][key] = {"type": "string", "description": meaning}

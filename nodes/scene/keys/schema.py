@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.nodes.devs.execution.rules import LIMIT
+from heavylift.nodes.plan import factors as f
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import OF_TENSIONS, USUAL, Asked
 from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
@@ -24,7 +25,7 @@ from .nodes import OwnModel, Process
 from .parts.flexible import Hull, Mode
 from .parts.machines import FrameParts, Machine, PartName, PortalParts
 from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
-from .parts.rigging import Edge, Rigging, SlingType
+from .parts.rigging import Edge, Gear, Rigging, SlingType
 from .parts.standing import Ground
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
@@ -221,12 +222,17 @@ class Rig(Base):
 
     beams: dict[Name, Beam]
     sling: SlingType = SlingType()
+    shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of all slings at the start
     groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 
 
 class Fidelity(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
     """How much of the machines is modelled."""
+
+
+class Factors(keys_of(f.Factors, "where")):  # type: ignore[misc]
+    """Factors between the load at rest and that for which hooks, slings, shackles and lugs are chosen."""
 
 
 class Instance(Base):
@@ -261,6 +267,8 @@ class Scene(Base):
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
     limits: LiftLimits = LiftLimits()
+    practice: f.Practice | None = None  # fills the factors that the scene leaves out, where its clause was read
+    factors: Factors = Factors()  # of design loads
     assumed: Literal["accept"] | None = None  # accept: the limits that heavylift assumes are confirmed
     mechanism: Mechanism | None = None
     wind: Wind | None = None
@@ -271,6 +279,7 @@ class Scene(Base):
     vessels: dict[Name, Vessel] = Field(default_factory=dict)
     machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
+    gear: dict[str, Gear] = Field(default_factory=dict)  # items of rigging by ID, or files of them
     edges: dict[Name, Edge] = Field(default_factory=dict)  # that ropes bend over
     lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side
     interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own

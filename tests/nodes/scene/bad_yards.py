@@ -142,8 +142,8 @@ YARDS = {
         "stage: up",
         (
             "actions[2]: the tension of the sling loader-3.sling-1 would be 734 kN, 122 % of its limit: 4.09 "
-            "times below its breaking force, 5 are needed (EN 13414-1, working coefficient 5); likewise "
-            "loader-3.sling-2 (up)"
+            "times below its breaking force, 5 are needed (assumed: the table of EN 13414-1 ends at 60 mm and 42 t a "
+            "leg); likewise loader-3.sling-2 (up)"
         ),
     ),
     "rope factor": (

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel import SceneError
-from heavylift.nodes.plan import encode
 from heavylift.nodes.scene import load, uncertain_inputs, varied
 from heavylift.nodes.scene.inputs import inputs
 from lifting import cargo
+from msgspec.structs import replace
 
 MASS = "block.mass"
 TOLD = [
@@ -87,11 +87,12 @@ def test_the_run_is_that_of_the_nominal_values(tmp_path: Path) -> None:
     assert first == second
 
 
-def test_nothing_of_the_plan_changes_with_the_spelling() -> None:
+def test_nothing_of_the_plan_changes_with_the_spelling_but_how_limits_are_judged() -> None:
     plain = load("lift", ["block.mass=300 t", "rig.sling.EA=445 MN"])
     for text in ("300 t +- 3 %", "290..310 t", "300 t sd 5000 kg"):
         stated = load("lift", [f"block.mass={text}", "rig.sling.EA=445 MN ± 10 %"])
-        assert encode(stated.plan) == encode(plain.plan)
+        limits = tuple(replace(limit, spread=0.0, inputs="") for limit in stated.plan.limits)
+        assert replace(stated.plan, limits=limits) == plain.plan
 
 
 def test_texts_for_people_are_no_numbers() -> None:

@@ -7,17 +7,18 @@ from typing import Any
 
 from heavylift.kernel.description.mechanics import WORLD, Vector
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
-from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
+from heavylift.nodes.limits.sharing import DETERMINATE
+from heavylift.nodes.limits.slings import assembly, at_rest, in_a_run, shackle
+from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, TANDEM, TANDEM_SOURCE, strength_limits
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.yard import Yard
-from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
-from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingType
-from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Slings, SlingType
+from heavylift.nodes.scene.text.source import Path, shown
 
-from .slings import lugs_of, slings_of
+from .slings import lugs_of, slings_of, terms
 
 WAYS: dict[Vector, tuple[Quantity, str]] = {(1.0, 0.0, 0.0): ("rails", "along"), (0.0, 1.0, 0.0): ("girder", "across")}
 
@@ -100,17 +101,19 @@ def tandem_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[
             for tie in ties_on(mechanisms, hook):
                 if tie.lug and (held := tie.lower or lugs.get(tie.lug)):
                     lifting.setdefault(held.body, {}).setdefault(machine.name, []).append(hook)
-    part, seen = schema.Crane.model_fields["tandem"].default, set[str]()
+    seen, own = set[str](), yard.scene.factors.tandem
     for hooks in (hooks for hooks in lifting.values() if len(hooks) > 1):
-        own = (hook for name, each in hooks.items() if name not in levelled for hook in each)  # others have rows
-        for hook in (hook for hook in own if hook.capacity or hook.chart):
-            chart = tuple((radius, part * mass) for radius, mass in hook.chart)
-            note = f"{part:.0%} of what it may carry alone, as {len(hooks)} cranes lift together"
+        more = own or TANDEM[min(len(hooks), max(TANDEM))]
+        mine = (hook for name, each in hooks.items() if name not in levelled for hook in each)  # others have rows
+        for hook in (hook for hook in mine if hook.capacity or hook.chart):
+            chart = tuple((radius, mass / more) for radius, mass in hook.chart)
+            note = f"{1.0 / more:.1%} of what it may carry alone, as {len(hooks)} cranes lift together"
+            note += "" if own else f", not synchronised ({TANDEM_SOURCE})"
             if hook.rope not in seen:
                 yield Limit(
                     subject=hook.rope, quantity="tandem load", unit="kg", elements=(hook.rope,), chart=chart,
-                    value=None if chart else part * hook.capacity, over="radius" if chart else "", note=note,
-                    source="assumed", where=hook.where,
+                    value=None if chart else hook.capacity / more, over="radius" if chart else "", note=note,
+                    source="the scene" if own else "assumed", where=hook.where,
                 )  # fmt: skip
             seen.add(hook.rope)
 
@@ -141,12 +144,30 @@ def rigging_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
             if given.capacity:
                 yield Limit(subject=name, quantity="frame load", value=given.capacity, elements=below, **at)  # type: ignore[arg-type]
             continue
-        for sling in machine.rigged[name]:
-            yield from sling_limits(given.sling, sling, at["where"])
+        slings = machine.rigged[name]
+        if isinstance(given, Slings):
+            yield from _assembly(yard, name, given, slings, str(at["where"]))
+        for sling in slings:
+            yield from sling_limits(yard, given.sling, sling, at["where"], ("rigging", name, "sling"))
             bent = isinstance(given, Equaliser) or bool(given.over_edges)
             yield bridle_limit(yard, sling, at["where"], bent=bent)
-            if given.shackle:
-                yield Limit(subject=sling, quantity="shackle load", value=given.shackle, elements=(sling,), **at)  # type: ignore[arg-type]
+            yield shackle_limit(yard, given.shackle, sling, ("rigging", name, "shackle"))
+
+
+def shackle_limit(yard: Yard, WLL: float | None, sling: str, at: Path) -> Limit:
+    """Of each shackle of a sling, of an item of gear by its standard."""
+    item = _item(yard, at)
+    note = "give its 'shackle'" if WLL is None else shackle(WLL, item.partition(", ")[2]) if item else ""
+    return Limit(
+        subject=sling, quantity="shackle load", unit="kg", value=WLL, elements=(sling,), note=note,
+        source=item or ("the scene" if WLL else ""), where=yard.source.where(at[:-1]),
+    )  # fmt: skip
+
+
+def _item(yard: Yard, at: Path) -> str:
+    """The item of gear at a path and its standard; "" if there is none."""
+    found = ((name, x.standard) for name, x in yard.scene.gear.items() if shown(at) in x.at)
+    return ", ".join(filter(None, next(found, ())))
 
 
 def _on(yard: Yard) -> dict[str, list[str]]:
@@ -168,27 +189,27 @@ def lug_limits(yard: Yard) -> Iterator[Limit]:
         for rope, sling in slings_of(scene, name).items():
             for word in given.to if isinstance(given, Equaliser) else [sling.holds]:
                 held.setdefault(lugs.get(word, word), []).append(rope)
-    if scene.block and scene.block.lug_capacity:
+    if scene.block:
         every = [tie.rope for tie in yard.slings()]  # of beams, which may take any lug
         for lug in scene.block.lugs:
             yield from _lug(yard, lug, scene.block.lug_capacity, [*held.get(lugs[lug], ()), *every], ("block",))
     for name, block in scene.blocks.items():
-        for lug in (f"{name}.{lug}" for lug in block.lugs if block.lug_capacity):
+        for lug in (f"{name}.{lug}" for lug in block.lugs):
             slings = [*held.get(lugs[lug], ()), *(tie.rope for tie in yard.slings())]
-            yield from _lug(yard, lug, block.lug_capacity or 0.0, slings, ("blocks", name))
+            yield from _lug(yard, lug, block.lug_capacity, slings, ("blocks", name))
     for name, given in scene.rigging.items():
-        if isinstance(given, Frame) and given.lug_capacity:
+        if isinstance(given, Frame):
             for lug in (name, *(f"{name}.{point}" for point in given.points)):
                 slings = [*held.get(lug, ()), *_on(yard).get(lug, ())]
                 yield from _lug(yard, lug, given.lug_capacity, slings, ("rigging", name))
 
 
-def _lug(yard: Yard, lug: str, most: float, slings: list[str], base: Path) -> Iterator[Limit]:
+def _lug(yard: Yard, lug: str, most: float | None, slings: list[str], base: Path) -> Iterator[Limit]:
     where = yard.source.where((*base, "lug capacity"))
     if slings:
         yield Limit(
-            subject=lug, quantity="lug load", unit="kg", value=most, elements=tuple(slings), source="the scene",
-            where=where,
+            subject=lug, quantity="lug load", unit="kg", value=most, elements=tuple(slings),
+            source="the scene" if most else "", note="" if most else "give 'lug capacity'", where=where,
         )  # fmt: skip
 
 
@@ -203,8 +224,47 @@ def bridle_limit(yard: Yard, sling: str, where: str, *, bent: bool) -> Limit:
     return Limit(quantity="bridle angle", value=limits.bridle, warning=warning, source=source, **row)  # type: ignore[arg-type]
 
 
-def sling_limits(given: SlingType, name: str, where: str) -> Iterator[Limit]:
+def sling_limits(yard: Yard, given: SlingType, name: str, where: str, base: Path) -> Iterator[Limit]:
     """A sling, at rest and at its peak."""
-    own = {"partial_factor": given.partial_factor}
-    own |= {"factor": given.factor} if "factor" in given.model_fields_set else {}
-    yield from strength_limits("sling", name, given.breaking, where, own)
+    known = terms(given, _item(yard, base))
+    own = {"factor": tuple(at_rest(known, yard.scene.gravity)), "partial_factor": tuple(in_a_run(known))}
+    own |= {x: (getattr(given, x), "the scene", "") for x in own if x in given.model_fields_set and getattr(given, x)}
+    yield from strength_limits("sling", name, given.breaking, where, own)  # type: ignore[arg-type]
+
+
+def _assembly(yard: Yard, name: str, given: Slings, slings: tuple[str, ...], where: str) -> Iterator[Limit]:
+    """The legs of a bridle on one hook or frame that were bought together; else, how more than three share a load."""
+    scene, sling = yard.scene, given.sling
+    if given.over_edges or len({*given.holders}) > 1:
+        return
+    own = sling.legs == "single" or "factor" in sling.model_fields_set
+    known = terms(sling, _item(yard, ("rigging", name, "sling")))
+    found = None if own else assembly(known, len(given.to), scene.gravity)
+    row = {"subject": name, "elements": slings, "where": where}
+    if found:
+        yield Limit(
+            quantity="assembly load", unit="kg", chart=found[0], over="angle", source=found[1],
+            note="shares as lengths and stiffness make them", **row,  # type: ignore[arg-type]
+        )  # fmt: skip
+    elif len(given.to) > DETERMINATE and sling.legs != "single" and not (scene.practice or scene.factors.skew):
+        told = (
+            f"{len(given.to)} slings share a load as lengths and stiffness make them: write 'sling: {{legs: single}}'"
+        )
+        yield Limit(quantity="sharing", unit="", note=f"{told} or 'factors: {{skew: 1.25}}'", **row)  # type: ignore[arg-type]
+
+
+def gear_of(yard: Yard) -> Iterator[plan.Gear]:
+    """The items of rigging that the scene uses."""
+    scene = yard.scene
+    for name, x in scene.gear.items():
+        number = 0
+        for at in x.at:
+            words = at.split(".")
+            entry = scene.rigging.get(words[1]) if words[0] == "rigging" else None
+            legs = len(entry.to) if isinstance(entry, Slings) else 1
+            slings = 2 * len(scene.rig.beams) if scene.rig and words[0] == "rig" else legs
+            number += {"sling": slings, "shackle": 2 * slings, "length": 0}.get(words[-1], 1)
+        yield plan.Gear(
+            name=name, kind=x.kind, number=number, WLL=x.WLL or 0.0, mass=x.mass or 0.0, standard=x.standard,
+            termination=x.termination or "", certificate=x.certificate, at=tuple(x.at),
+        )  # fmt: skip

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from heavylift.kernel.description import mechanics as k
-from heavylift.nodes.scene.keys.parts.rigging import Frame, Slings
+from heavylift.nodes.limits.slings import Terms, at_rest
+from heavylift.nodes.scene.keys.parts.rigging import Frame, Slings, SlingType
 from heavylift.nodes.scene.keys.schema import Scene
 
 
@@ -47,3 +48,17 @@ def lugs_of(scene: Scene) -> dict[str, k.Point]:
     named = [lug for block in blocks.values() for lug in block.lugs]
     found = {lug: k.Point(name, p) for name, x in blocks.items() for lug, p in x.lugs.items() if named.count(lug) == 1}
     return found | {f"{name}.{lug}": k.Point(name, p) for name, x in scene.blocks.items() for lug, p in x.lugs.items()}
+
+
+def terms(given: SlingType, item: str = "") -> Terms:
+    """What is known of a sling, an item of gear or none."""
+    chosen, single = "breaking" in given.model_fields_set, given.legs == "single"
+    return Terms(
+        given.breaking, given.WLL, item, given.termination, given.diameter, given.pin, given.wear, chosen, single
+    )
+
+
+def rated(given: SlingType, gravity: float) -> float:
+    """What counts as 100 % of the use of a sling [N]."""
+    own = "factor" in given.model_fields_set
+    return given.breaking / (given.factor if own else at_rest(terms(given), gravity).factor)

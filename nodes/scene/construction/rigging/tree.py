@@ -25,7 +25,7 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .edges import SPREAD, along_edges, equalising, height_of
-from .slings import lugs_of, slings_of
+from .slings import lugs_of, rated, slings_of
 
 NOWHERE = k.Point("")
 
@@ -196,9 +196,8 @@ class Tree:
             lower = self.lower(sling.holds)
             if upper is not None and lower is not None:
                 lug = words.get(lower, "")
-                rated = given.sling.breaking / given.sling.factor
-                held = lug if sling.hooked else ""
-                found.append(Tie(rope=rope, upper=upper, lug=held, lower=lower, rated=rated, rigging=name))
+                held, most = lug if sling.hooked else "", rated(given.sling, self.gravity)
+                found.append(Tie(rope=rope, upper=upper, lug=held, lower=lower, rated=most, rigging=name))
         return found
 
     def carried(self, body: str) -> float:

@@ -28,13 +28,24 @@ class Edge(Base):
     inside: Place | None = None  # a point behind the edge as ropes see it; left out: the body's centre of mass
 
 
+Termination = Literal[
+    "ferrule", "aluminium ferrule", "spliced", "resin", "swaged", "cable-laid splice", "grommet"
+]  # a row of `TERMINATIONS` each
+
+
 class SlingType(Base):
-    """The slings: 96 mm wire, design factor 5."""
+    """The slings: wire of 96 mm, if nothing else is said."""
 
     EA: u.Force = u.FORCE.read("445 MN")
     breaking: u.Force = u.FORCE.read("6.43 MN")
-    factor: u.Factor = 5.0  # breaking force over its tension at rest, EN 13414-1
-    partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 3.17 by 0027/ND 7.3.1
+    WLL: u.Mass | None = None  # of one leg, as its certificate tells it
+    termination: Termination | None = None  # left out: by EN 13414-1 a ferrule, by 0027/ND a hand splice, assumed
+    diameter: u.Extent | None = None
+    pin: u.Extent | None = None  # the smallest diameter that it is bent over; left out: 4 of its own, assumed
+    legs: Literal["assembly", "single"] = "assembly"  # of several on one hook: bought as one, or chosen singly
+    wear: u.Factor | None = None  # left out: 1.2 by 0027/ND 7.9.4
+    factor: u.Factor = 5.0  # breaking force over its tension at rest; left out: by EN 13414-1 and its termination
+    partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: by 0027/ND 7.3.1
     damping: u.Ratio = 0.05  # of critical, with half of its beam; assumed
 
 
@@ -91,6 +102,23 @@ class Frame(Base):
     points: dict[Name, Place] = Field(default_factory=dict)  # from its middle, where slings are
     capacity: u.Mass | None = None  # of what hangs below it; left out: it is not judged
     lug_capacity: u.Mass | None = None  # of each point; left out: they are not judged
+
+
+class Gear(Base):
+    """An item of rigging by its ID; scenes use what it tells where they write `gear: ID`."""
+
+    kind: Literal["sling", "shackle", "spreader", "lifting beam", "link"]
+    WLL: u.Mass | None = None  # of one leg, of each shackle, of what hangs below a frame
+    standard: str = ""  # by which it is rated: EN 13889
+    certificate: str = ""  # its date
+    mass: u.AnyMass | None = None
+    EA: u.Force | None = None
+    breaking: u.Force | None = None
+    termination: Termination | None = None
+    diameter: u.Extent | None = None
+    length: u.Extent | None = None  # of a sling
+    size: tuple[u.Extent, u.Extent, u.Extent] | None = None  # of a frame
+    at: list[str] = Field(default_factory=list)  # where the scene uses it; made of the scene, not to be written
 
 
 def _type(given: object) -> str:

@@ -1,0 +1,324 @@
+"""The factor sheet: from the load at rest of each hook, sling, shackle and lug to its design load, factor by factor.
+
+A practice fills the factors whose clause was read; every other one that a lift needs and nobody gives is a limit
+without a value, which is amber.  In a run what was simulated counts without the dynamic factor, if it is more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import prod, sqrt
+from typing import NamedTuple
+
+from heavylift.kernel.algebra.elementary import sin
+from heavylift.nodes.plan.factors import Factor, Factors
+from heavylift.nodes.plan.limit import Limit, Quantity, Rest, Use
+from heavylift.nodes.plan.mechanism import lug_places, ties_on
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.statics.goals import world
+from heavylift.nodes.statics.state import StaticState
+from msgspec.structs import replace
+
+from .sentences import percent, shown
+from .standards import ND_0027, SHARING, daf
+
+BASES: dict[Quantity, Quantity] = {
+    "hook design load": "hook load",
+    "sling design load": "sling tension",
+    "shackle design load": "shackle load",
+    "lug design load": "lug load",
+}
+NAMES = ("rigging", "weight", "cog", "dynamic", "tilt", "heights", "yaw", "skew", "consequence", "wind")  # in order
+BELOW = ("yaw", "skew")  # that act below hooks alone
+AIR = 1.25  # [kg/m3]
+TILT, RISE, APART = 0.05233595624294383, 1.0, 0.08715574274765817  # sin 3 deg, [m], sin 5 deg
+FOUR = 4  # slings from one hook whose shares follow from their lengths
+Key = tuple[str, str]
+
+
+class Clause(NamedTuple):
+    """What a practice says of a factor: its value, None where it follows from the lift or is to be confirmed."""
+
+    source: str
+    value: float | None = None
+
+
+PRACTICES: dict[str, dict[str, Clause]] = {  # what was read in a public copy has a value
+    "0027/ND": {
+        "weight": Clause(f"{ND_0027} with 0001/ND, section 8"),
+        "cog": Clause(f"{ND_0027}, 6.3.1 and 8.4.3"),
+        "dynamic": Clause(f"{ND_0027}, table 5-1"),
+        "tilt": Clause(f"{ND_0027}, 5.4.2 to 5.4.6"),
+        "heights": Clause(f"{ND_0027}, 5.4.2, by analogy"),
+        "yaw": Clause(f"{ND_0027}, 5.4.7", 1.05),
+        "skew": Clause(f"{SHARING['four slings'].source}, matched pairs within +-2 d", SHARING["four slings"].factor),
+        "consequence": Clause(f"{ND_0027}, table 11-1", 1.30),
+    }
+}
+
+
+class Lift(NamedTuple):
+    """What of a load matters to a part that carries it."""
+
+    weight: float  # of what is lifted [N]
+    hooks: tuple[str, ...]  # that carry it
+    cranes: int
+    several: bool  # slings hang on the part's hook
+    four: bool  # and hold one rigid body
+
+
+def design_limits(
+    plan: Plan,
+    given: Factors,
+    practice: str,
+    uses: Sequence[Use],
+    states: Sequence[StaticState],
+    aside: Mapping[Key, float],
+) -> Iterator[Limit]:
+    """A row for each part with a limit, and one for each factor that nobody gives; `uses`, `states`: of the path at
+    rest, `aside`: how much each limit is used more at the corners of the box of the centre of mass."""
+    clauses, missing = PRACTICES.get(practice, {}), dict[str, str]()
+    strengths = {x.subject: x for x in plan.limits if x.quantity == "sling peak"}
+    for quantity, base in BASES.items():
+        for use in (use for use in uses if use.limit.quantity == base and use.value):
+            limit = use.limit
+            lift = _lift(plan, limit)
+            if lift is None or use.value is None:
+                continue
+            found = list[Factor]()
+            for name in NAMES[1:]:
+                if not _needed(name, quantity, lift):
+                    continue
+                value, source = _value(name, given, clauses, lift, plan, limit, states, aside)
+                if value is None:
+                    missing[name] = source
+                elif quantity != "hook design load" or name != "dynamic" or given.dynamics == "not included":
+                    found.append(Factor(name=name, value=value, source=source))
+            if quantity == "hook design load" and (hung := _rigging(plan, limit.elements[0])):
+                told = f"{hung / 1e3:.4g} t of slings and shackles, which have no mass in the model"
+                found.insert(0, Factor(name="rigging", value=1.0 + hung / use.value, source=told))
+            if quantity == "hook design load" and not given.dynamics and "dynamic" not in missing:
+                missing["dynamics"] = "whether capacities of hooks include dynamics: write 'dynamics: included'"
+            alone = quantity == "hook design load" and given.dynamics != "not included"
+            rest = Rest(value=use.value, bound=use.value / use.use if use.use else 0.0, stage=use.stage, alone=alone)
+            row = replace(limit, quantity=quantity, factors=tuple(found), rest=rest, spread=0.0, inputs="")
+            if quantity == "sling design load" and limit.subject in strengths:
+                most = strengths[limit.subject]
+                row = replace(row, value=most.value, factor=most.factor, source=most.source, note=most.note)
+            elif quantity == "shackle design load" and limit.value:
+                more = next((x.value for x in found if x.name == "dynamic"), 1.0)
+                row = replace(row, value=limit.value * more, note=f"WLL x {more:g} ({ND_0027}, 8.2.6)")
+            if row.value:
+                row = replace(row, rest=replace(rest, bound=row.value))
+            yield row
+    for name, source in missing.items():
+        yield Limit(subject=name, quantity="factor", unit="", note=source)
+
+
+def _rigging(plan: Plan, rope: str) -> float:
+    """The mass of the slings on a hook and their shackles, two each, as far as gear tells it [kg]."""
+    hook = next((hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope), None)
+    ties = [*ties_on(plan.machines, hook)] if hook else []
+    total = 0.0
+    for item in plan.gear:
+        for at in item.at:
+            owner, _, what = at.rpartition(".")
+            many = {"sling": 1, "shackle": 2}.get(what, 0)
+            held = sum(owner == (f"rigging.{tie.rigging}" if tie.rigging else "rig") for tie in ties)
+            total += many * held * item.mass
+    return total
+
+
+def _lift(plan: Plan, limit: Limit) -> Lift | None:
+    """The load that a part carries."""
+    for machine in plan.machines:
+        for cargo in machine.cargo:
+            held: dict[str, list[str]] = {}
+            cranes = set[str]()
+            for crane in plan.machines:
+                for hook in crane.hooks:
+                    ties = [*ties_on(plan.machines, hook)]
+                    if any(tie.lug in cargo.lugs or (tie.lower and tie.lower.body == cargo.body) for tie in ties):
+                        held[hook.rope] = [tie.rope for tie in ties]
+                        cranes.add(crane.name)
+            own = [ropes for hook, ropes in held.items() if {hook, *ropes} & {*limit.elements}]
+            if own:
+                bent = any(b.flexible for m in plan.machines for b in m.system.bodies if b.name == cargo.body)
+                direct = [x for m in plan.machines for x in m.ties if any(x.rope in ropes for ropes in own)]
+                to = [x for x in direct if x.lug in cargo.lugs or (x.lower and x.lower.body == cargo.body)]
+                four = any(sum(y.upper == x.upper for y in to) >= FOUR for x in to) and not bent
+                several = any(len(ropes) > 1 for ropes in own)
+                return Lift(cargo.mass * plan.gravity, tuple(held), len(cranes), several, four)
+    return None
+
+
+def _needed(name: str, quantity: str, lift: Lift) -> bool:
+    if name in BELOW and quantity == "hook design load":
+        return False
+    return {
+        "tilt": len(lift.hooks) == 2, "heights": len(lift.hooks) > 3, "yaw": len(lift.hooks) == 2 and lift.several,
+        "skew": lift.four, "consequence": quantity == "lug design load",
+    }.get(name, True)  # fmt: skip
+
+
+def _value(
+    name: str,
+    given: Factors,
+    clauses: Mapping[str, Clause],
+    lift: Lift,
+    plan: Plan,
+    limit: Limit,
+    states: Sequence[StaticState],
+    aside: Mapping[Key, float],
+) -> tuple[float | None, str]:
+    """A factor and its source; None, and what to write."""
+    clause = clauses.get(name, Clause("no practice"))
+    own = getattr(given, f"{name}_factor" if name in ("cog", "tilt") else name)
+    if name == "wind":
+        return _wind(given, lift)
+    if name == "cog" and given.cog is not None:
+        box = ", ".join(f"{x:g}" for x in given.cog)
+        radius = ", with the radius that goes with each" if limit.over == "radius" else ""
+        return aside.get((limit.subject, limit.quantity)), f"corners of a box of +- {box} m, at rest{radius}"
+    if name == "tilt" and own is None and given.tilt is not None:
+        return tilted(plan, lift.hooks, limit, states, float(sin(given.tilt)), 0.0), "the scene"
+    if name == "tilt" and own is None and clauses and plan.place in ("inshore", "offshore"):
+        if lift.cranes == 1:
+            return tilted(plan, lift.hooks, limit, states, TILT, RISE), f"{clause.source}, 3 degrees or 1 m"
+        return tilted(plan, lift.hooks, limit, states, APART, 0.0), f"{clause.source}, 5 degrees"
+    if own is not None:
+        return own, "the scene"
+    if name == "dynamic" and clauses and (foreseen := daf(plan.place, lift.weight / plan.gravity)):
+        return foreseen
+    if clause.value is not None:
+        return clause.value, clause.source
+    key = {"cog": "cog: [0.5 m, 0.5 m, 0 m]", "tilt": "tilt: 3 deg"}.get(name, f"{name}: 1.05")
+    return None, f"to be confirmed ({clause.source}): write 'factors: {{{key}}}'"
+
+
+def _wind(given: Factors, lift: Lift) -> tuple[float | None, str]:
+    """Of a push of the wind beside the weight: the force on the part that holds both over the weight."""
+    if given.wind is None:
+        return None, "to be confirmed: write 'factors: {wind: 10 m/s, area: 100 m2}', in no wind 'wind: 0 m/s'"
+    if not given.wind * given.area:
+        return 1.0, "no wind on the load"
+    push = 0.5 * AIR * given.drag * given.area * given.wind * given.wind
+    told = f"0.5 x {AIR:g} kg/m3 x {given.drag:g} x {given.area:g} m2 x ({given.wind:g} m/s)2 = {push / 1e3:.4g} kN"
+    return sqrt(1.0 + (push / lift.weight) * (push / lift.weight)), told
+
+
+def tilted(
+    plan: Plan, hooks: Sequence[str], limit: Limit, states: Sequence[StaticState], sine: float, rise: float
+) -> float | None:
+    """How much more a part carries of a load on two hooks that tilts by an angle, or as one hook is higher by `rise`
+    [m] if that is more: the shares of plumb ropes (0027/ND, B.1.2), where the part carries most at rest."""
+    most: tuple[float, float] | None = None
+    for state in (x for x in states if not x.grounded):
+        ends = [_end(plan, state, hook) for hook in hooks]
+        if None in ends:
+            continue
+        (first, g), (second, _) = (end for end in ends if end is not None)
+        way = [second[i] - first[i] for i in (0, 1)]
+        apart = sqrt(way[0] * way[0] + way[1] * way[1])
+        mine = next((i for i, hook in enumerate(hooks) if _on(plan, hook) & {*limit.elements}), 0)
+        load = state.tensions.get(hooks[mine], 0.0)
+        if apart == 0.0 or (most is not None and load <= most[0]):
+            continue
+        s = max(sine, rise / apart)
+        c = sqrt(1.0 - s * s)
+        x = [sum((p[i] - g[i]) * way[i] for i in (0, 1)) / apart for p in (first, second)]
+        z = [p[2] - g[2] for p in (first, second)]
+        other, sign = (x[1], 1.0) if mine == 0 else (x[0], -1.0)
+        level = sign * other / (x[1] - x[0])
+        shares = []
+        for lean in (s, -s):
+            a, b = (x[i] * c + z[i] * lean for i in (0, 1))
+            shares.append(sign * (b if mine == 0 else a) / (b - a))
+        most = load, max(shares) / level if level else 1.0
+    return None if most is None else max(1.0, most[1])
+
+
+def _on(plan: Plan, rope: str) -> set[str]:
+    """A hook and its slings."""
+    hook = next(hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope)
+    return {rope, *(tie.rope for tie in ties_on(plan.machines, hook))}
+
+
+Vector = tuple[float, float, float]
+
+
+def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | None:
+    """About which point of the load a hook holds it, and where its centre of mass is, in the world [m]: where several
+    slings of one hook meet, else the middle of its lugs."""
+    lugs, places = lug_places(plan.machines), list[tuple[Vector, Vector]]()
+    hook = next(hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope)
+    body = ""
+    for tie in ties_on(plan.machines, hook):
+        lug = lugs.get(state.hooked.get(tie.rope, "")) or tie.lower
+        if lug is not None and lug.body in {p.body for p in lugs.values()} and state.tensions.get(tie.rope, 0.0) > 0.0:
+            upper, lower = world(state, tie.upper.body, tie.upper.p), world(state, lug.body, lug.p)
+            places.append((upper, lower))
+            body = lug.body
+    if not places:
+        return None
+    com = next(cargo.com for machine in plan.machines for cargo in machine.cargo if cargo.body == body)
+    meet = len(places) > 1 and all(a == places[0][0] for a, _ in places)
+    points = [places[0][0]] if meet else [b for _, b in places]
+    x, y, z = (sum(p[i] for p in points) / len(points) for i in range(3))
+    return (x, y, z), world(state, body, com)
+
+
+# as tables: a head, and rows of cells
+
+
+def sheet(uses: Sequence[Use]) -> tuple[tuple[str, ...], ...]:
+    """The factor sheet of uses of limits: head and a row for each hook, sling, shackle and lug; nothing without one."""
+    rows = [use for use in uses if use.limit.rest and use.value is not None]
+    names = [name for name in NAMES if any(x.name == name for use in rows for x in use.limit.factors)]
+    met = {(use.limit.subject, use.limit.quantity): use for use in uses}
+    table = [("part", "", "load at rest", *names, "design load", "limit", "used", "met", "most loaded in")]
+    for use in rows:
+        limit, rest = use.limit, use.limit.rest
+        assert rest is not None
+        each = {x.name: x.value for x in limit.factors}
+        base = met.get((limit.subject, BASES[limit.quantity]))
+        table.append(
+            (
+                limit.quantity.partition(" ")[0], limit.subject, shown(limit, rest.value),
+                *(f"{each[name]:.4g}" if name in each else "" for name in names), shown(limit, use.value),
+                shown(limit, use.value / use.use if use.value and use.use else None),
+                "" if use.use is None else percent(use.use),
+                shown(limit, base.value) if base and not rest.alone else "", use.stage,
+            )
+        )  # fmt: skip
+    return tuple(table) if rows else ()
+
+
+def sources(uses: Sequence[Use]) -> list[str]:
+    """Where the factors of a sheet come from, each once."""
+    each = [x for use in uses for x in use.limit.factors]
+    found: dict[tuple[str, str], list[float]] = {}
+    for x in each:
+        found.setdefault((x.name, x.source), []).append(x.value)
+    return [
+        f"{name} {min(values):.4g}{f' to {max(values):.4g}' if max(values) - min(values) > 1e-4 else ''}: {source}"
+        for (name, source), values in found.items()
+    ]
+
+
+def gear(plan: Plan) -> tuple[tuple[str, ...], ...]:
+    """The rigger's list: head and a row for each item; nothing where the scene names none."""
+    head = ("item", "number", "kind", "WLL", "mass each", "standard", "termination", "certificate", "where")
+    rows = [
+        (
+            x.name, str(x.number), x.kind, f"{x.WLL / 1e3:g} t" if x.WLL else "", f"{x.mass:g} kg" if x.mass else "",
+            x.standard, x.termination, x.certificate or "none", ", ".join(x.at),
+        )
+        for x in plan.gear
+    ]  # fmt: skip
+    return (head, *rows) if rows else ()
+
+
+def product(limit: Limit, *, dynamic: bool) -> float:
+    """Of the factors of a limit; with what was simulated, `dynamic`, all but the dynamic one."""
+    return prod(x.value for x in limit.factors if not (dynamic and x.name == "dynamic"))

@@ -1,0 +1,149 @@
+"""What limits use at the worst corner of a scene's uncertain inputs: measured on its path at rest, input by input, then
+at each corner where some limit is worst; and at the corners of the box of the centre of mass.
+
+Loads grow or fall with each input alone, whatever the others are; so the corner that is worst for a limit is that of
+the worse end of each input.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import isfinite, sqrt
+
+import msgspec
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.limits.factors import design_limits
+from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.quantities import quantity_at
+from heavylift.nodes.scene.text.source import Data, Path, shown
+from heavylift.nodes.scene.text.spelling import tidy
+from heavylift.nodes.scene.text.uncertainty import Stated, standard
+from heavylift.nodes.scene.text.units import NUMBER
+
+from .loaded_scene import LoadedScene
+
+NOISE = 1e-6  # of a use: less is rounding
+AT_REST = {"sling peak": ("sling tension",), "rope peak": ("rope factor", "rope tension", "hook load")}  # alike there
+Key = tuple[str, str]  # subject and quantity of a limit
+Values = Mapping[Path, Data]
+Build = Callable[[Values], LoadedScene]  # the scene with other values
+
+
+@dataclass(frozen=True)
+class Ends:
+    """An uncertain input: its path, what is stated of it, and both ends as a scene writes them."""
+
+    path: Path
+    told: str
+    texts: tuple[str, str]
+
+
+def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
+    """Both ends of each uncertain input: at a level of 95 %, or of all that can be."""
+    found = []
+    for path, each in stated.items():
+        at = quantity_at(scene, path)
+        if at is None:
+            continue
+        value, quantity = at
+        half = standard(each, quantity) * (sqrt(3.0) if each.kind == "uniform" else 2.0)
+        text, units = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", each.value), quantity.dimension.units
+        unit = tidy(text[1]) if text and tidy(text[1]) in units else next(iter(units))
+        texts = (f"{x / float(units[unit])!r} {unit}".strip() for x in (value - half, value + half))
+        low, high = texts
+        how = "+-" if each.kind == "uniform" else each.how
+        found.append(Ends(path, f"{shown(path)} {each.value.strip()} {how} {each.half}", (low, high)))
+    return found
+
+
+def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[Limit]:
+    """The limits of a scene with what each uses more at its worst corner; an input at whose end nothing is known is a
+    limit without a value."""
+    corners = _Corners(nominal, build)
+    worse: dict[Key, dict[Path, str]] = {}
+    moved: dict[Key, list[str]] = {}
+    for one in ends:
+        found = [(text, corners.uses({one.path: text})) for text in one.texts]
+        for key, usual in corners.usual.items():
+            text, use = max(((text, uses.get(key, usual)) for text, uses in found), key=lambda pair: pair[1])
+            if any(abs(uses.get(key, usual) - usual) > NOISE * max(1.0, usual) for _, uses in found):
+                moved.setdefault(key, []).append(one.told)
+            if use > usual:
+                worse.setdefault(key, {})[one.path] = text
+    for corner in dict.fromkeys(tuple(x.items()) for x in worse.values() if len(x) > 1):
+        corners.uses(dict(corner))
+    limits = [_spread(limit, corners, moved) for limit in nominal.plan.limits]
+    return [*limits, *_lost(nominal, corners)]
+
+
+def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Limit]:
+    """The design loads of a scene that names a practice or factors, with the worst corner of the box of the centre of
+    mass of each block; nothing else."""
+    if scene.practice is None and not scene.factors.model_fields_set:
+        return []
+    given, corners = scene.factors.built(), _Corners(nominal, build)
+    blocks: dict[Path, schema.Block] = {("blocks", name): block for name, block in scene.blocks.items()}
+    blocks |= {("block",): scene.block} if scene.block else {}
+    for signs in product(*((-1, 1) if half else (0,) for half in given.cog)) if given.cog else ():
+        way = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
+        places = {path: [x + dx for x, dx in zip(b.com, way, strict=True)] for path, b in blocks.items()}
+        corners.uses({(*path, "com"): [f"{x!r} m" for x in place] for path, place in places.items()})
+    used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
+    rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)
+    return [*rows, *_lost(nominal, corners)]
+
+
+def _lost(nominal: LoadedScene, corners: _Corners) -> Iterator[Limit]:
+    """Corners of which nothing is known."""
+    where = nominal.plan.limits[0].where if nominal.plan.limits else ""
+    for told, why in corners.lost:
+        yield Limit(subject=told, quantity="inputs", unit="", note=why, where=where)
+
+
+class _Corners:
+    """Uses of limits at corners that were looked at."""
+
+    def __init__(self, nominal: LoadedScene, build: Build) -> None:
+        self.usual = _uses(nominal)
+        self.most = dict(self.usual)
+        self.lost: list[tuple[str, str]] = []  # corners without a path as long as that of the scene, and why
+        self._build = build
+        self._ends = len(nominal.states) and nominal.states[-1].action
+
+    def uses(self, values: Values) -> dict[Key, float]:
+        """The use of each limit at a corner."""
+        told, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
+        try:
+            scene = self._build(values)
+            found = _uses(scene)
+            if scene.states and scene.states[-1].action < self._ends:
+                why = scene.statics.why or "the path at rest ends early"
+        except HeavyliftError as error:
+            found, why = {}, str(error).partition("\n")[0]
+        if why:
+            self.lost.append((told, f"limits are not known there: {why}"))
+        for key, use in found.items():
+            self.most[key] = max(self.most.get(key, use), use)
+        return found
+
+
+def _uses(scene: LoadedScene) -> dict[Key, float]:
+    """The use of each limit, of one that is not known the value itself."""
+    each = ((use.limit, use.value if use.use is None else use.use) for use in scene.uses)
+    return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
+
+
+def _spread(limit: Limit, corners: _Corners, moved: Mapping[Key, list[str]]) -> Limit:
+    """A limit with how its use grows at the worst of the corners."""
+    alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
+    key = next((key for key in alike if key in corners.usual), None)
+    if key is None or key not in moved or not limit.known:
+        return limit
+    usual, most = corners.usual[key], corners.most[key]
+    spread = (most / usual - 1.0 if usual else 0.0) if limit.loads else most - usual
+    inputs = ", ".join(moved[key])
+    return msgspec.structs.replace(limit, spread=spread, inputs=inputs) if spread > NOISE else limit

@@ -1,0 +1,122 @@
+"""Rigging gear by ID: files of slings, shackles, spreaders and lifting beams beside a scene, and where it uses them.
+
+    gear: [slings.csv, shackles.yaml]
+    rigging:
+      legs: {on: jib main, to: [A, B], length: {gear: WR-48-8}, sling: {gear: WR-48-8}, shackle: {gear: SH-25}}
+      beam: {type: spreader, gear: SB-20, points: {...}}
+
+In a table the first column is the ID, the others are keys with their units, `breaking [kN]`; a file .yaml has the same
+keys below each ID.  What the same file writes beside `gear` wins over the item, the item over what that extends.  Below
+`gear` the scene keeps the items that it uses, each with the places where it does.
+"""
+
+from __future__ import annotations
+
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene.text.faults import closest, raise_faults
+from heavylift.nodes.scene.text.files import content, within
+from heavylift.nodes.scene.text.source import Data, Mark, Path, Source, read, shown
+from heavylift.nodes.scene.text.table_files import table, with_unit
+
+GEAR = "gear"
+SLING = ("EA", "breaking", "WLL", "termination", "diameter")
+FRAME = ("mass", "size")
+USED = {"sling": SLING, "frame": FRAME, "loader": ()}  # keys that each kind of place takes from an item
+
+
+def geared(source: Source) -> None:
+    """Put what the scene uses of its gear in its place; raises SceneError with all faults so far."""
+    named, before = source.data.get(GEAR), len(source.faults)
+    items: dict[str, dict[str, Data]] = {}
+    for i, file in enumerate([named] if isinstance(named, str) else named if isinstance(named, list) else ()):
+        try:
+            for name, item in _items(source, str(file)).items():
+                if name in items:
+                    raise SceneError(f"{file} has the item '{name}', which another file has, too")
+                items[name] = item
+        except (SceneError, ValueError, OSError) as error:
+            told = getattr(error, "strerror", None) or str(error)
+            source.fault((GEAR, i) if isinstance(named, list) else (GEAR,), told)
+    if isinstance(named, dict):
+        items |= {name: item for name, item in named.items() if isinstance(item, dict)}
+    raise_faults(source, source.faults[before:])
+    used = {name: item for name, item in items.items() if item.get("at")}
+    for key in ("rigging", "rig"):
+        _walk(source, (key,), items, used)
+    raise_faults(source, source.faults[before:])
+    if used or named is not None:
+        source.data[GEAR] = dict(used)
+
+
+def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: dict[str, dict[str, Data]]) -> None:
+    """What is below a path takes what it names of the gear."""
+    given = source.at(path)
+    if not isinstance(given, dict):
+        return
+    for key in list(given):
+        _walk(source, (*path, key), items, used)
+    if GEAR not in given:
+        return
+    at, mark = (*path, GEAR), source.mark((*path, GEAR))
+    name = str(given.pop(GEAR))
+    item = items.get(name)
+    if item is None:
+        told = closest(name, items) if items else "name the files that hold it, 'gear: [slings.csv]'"
+        source.fault(at, f"there is no gear '{name}'", told, mark=mark)
+        return
+    last = path[-1]
+    places = item.setdefault("at", [])
+    if isinstance(places, list) and shown(path) not in places:
+        places.append(shown(path))
+    used[name] = item
+    if last in ("shackle", "length"):
+        _whole(source, path, "WLL" if last == "shackle" else "length", item, name, mark)
+        return
+    kind = "sling" if last == "sling" else "frame" if path[0] == "rigging" else "loader"
+    taken = {key: item[key] for key in USED[kind] if key in item}
+    if kind != "sling" and "WLL" in item:
+        taken["capacity"] = item["WLL"]
+    if kind == "frame":
+        taken["type"] = item.get("kind")
+    own = [x for x in given if source.layer(source.mark((*path, x), on_key=True)) >= source.layer(mark)]
+    for key in ("breaking", "EA") if kind == "sling" else ():
+        if key not in item and key not in own:
+            source.fault(at, f"the gear '{name}' has no '{key}'", mark=mark)
+    for key in (key for key in taken if key not in own):
+        given[key] = taken[key]
+        source.keys[(*path, key)] = source.values[(*path, key)] = mark
+
+
+def _whole(source: Source, path: Path, key: str, item: dict[str, Data], name: str, mark: Mark) -> None:
+    """A number in place of what names the gear."""
+    if key not in item:
+        source.fault(path, f"the gear '{name}' has no '{key}'", mark=mark)
+        return
+    parent = source.at(path[:-1])
+    assert isinstance(parent, dict)
+    parent[str(path[-1])] = item[key]
+
+
+def _items(source: Source, file: str) -> dict[str, dict[str, Data]]:
+    """The items of a file by ID."""
+    if file.endswith((".yaml", ".yml")):
+        own = read(content(within(source.root, source.root / file)).decode(), file)
+        raise_faults(own, own.faults)
+        source.files = (*source.files, file) if file not in source.files else source.files
+        return {str(name): dict(item) for name, item in own.data.items() if isinstance(item, dict)}
+    head, rows = table(source.root, file)
+    found: dict[str, dict[str, Data]] = {}
+    for row in rows:
+        name = row[0].text
+        if name in found:
+            raise SceneError(f"{file}:{row[0].mark.line}: the item '{name}' is there twice")
+        item: dict[str, Data] = {}
+        for column, cell in zip(head[1:], row[1:], strict=True):
+            if cell.text and column.axis:
+                size = item.setdefault(column.key, [])
+                assert isinstance(size, list)
+                size.append(with_unit(cell.text, column.unit))
+            elif cell.text:
+                item[column.key] = with_unit(cell.text, column.unit)
+        found[name] = item
+    return found
