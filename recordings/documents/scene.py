@@ -21,9 +21,10 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
         x, y, z = block["pose"][:3]
         told = f"{block['mass'] / 1e3:g} t, centre at {x:g}, {y:g}, {z:.3g} m, {len(block.get('lugs', ()))} lugs"
         rows.append(("block" if block["body"] == "block" else f"block {block['body']}", told))
-    cranes, slings = machines.cranes(plan), machines.ties(plan)
-    rows += [("cranes", ", ".join(crane.name for crane in cranes))] if cranes else []
-    for crane in cranes:
+    machined, slings = machines.cranes(plan), machines.ties(plan)
+    cranes = [crane.name for crane in machined]
+    rows += [("cranes", ", ".join(cranes))] if cranes else []
+    for crane in machined:
         if crane.configuration:
             rows.append((f"set-up of {crane.name}", ", ".join(f"{k} {x}" for k, x in crane.configuration.items())))
     if slings:

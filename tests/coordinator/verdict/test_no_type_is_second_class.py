@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.kernel import SceneError
-from heavylift.nodes.plan import Check
+from heavylift.kernel.description import Check
 from heavylift.nodes.scene import LoadedScene, begun_with, parse
 from heavylift.nodes.scene.text import library
 
