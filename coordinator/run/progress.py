@@ -142,13 +142,12 @@ def summary(
         limits = rated(plan)
         red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
         rows = []
-        for name, (tension, when) in result.peaks.items():
-            if "~" in name:  # a piece of a rope
-                continue
+        ropes = {name: peak for name, peak in result.peaks.items() if "~" not in name}  # no pieces of ropes
+        for name, (tension, when) in ropes.items():
             limit = limits.get(name)
             rest = (limit / 1e3, 100 * tension / limit) if limit else (None, None)
             rows.append((name, tension / 1e3, when, *rest))
-        styles = ["bold", *("bold red" if name in red else None for name in result.peaks)]
+        styles = ["bold", *("bold red" if name in red else None for name in ropes)]
         for line, style in zip(table_text(Table("Ropes", ROPES, tuple(rows))).splitlines(), styles, strict=True):
             _tell(line, style)
     if answer is not None:
