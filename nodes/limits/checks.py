@@ -75,7 +75,8 @@ def _judged(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> 
     name = f"{limit.quantity} of {limit.subject}"
     if not limit.known or (limit.quantity == "wind" and not limit.elements):
         told = f"{name}: {limit.note or 'no limit is known'}"
-        return ("amber", NOT_CHECKED, told) if limit.elements else ("none", "", told)
+        asked = limit.elements or limit.quantity == "factor"  # of a part of a lift, or of all of it
+        return ("amber", NOT_CHECKED, told) if asked else ("none", "", told)
     if use.value is None:
         return ("none", IN_A_RUN, f"{name}: a run checks it") if at_rest else ("none", "", f"{name}: it did not occur")
     if use.beyond and (error is None or use.excess > error):

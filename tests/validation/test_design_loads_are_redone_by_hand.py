@@ -18,8 +18,9 @@ HAND, TONNE = 5e-3, 9.80665  # [kN]
 NOT_FACTORS = {"part", None, "load at rest", "design load", "limit", "used", "met", "most loaded in"}
 TERMS = re.compile(r"Fmin = ([\d.]+) kN, Zp = ([\d.]+), KT = ([\d.]+)")
 ASSEMBLY = re.compile(r"KL = ([\d.]+) up to 45 degrees")
-PEAK = re.compile(r"([\d.]+) kN over ((?:[\d.]+ x )+[\d.]+) \(.*?\) x ([\d.]+) \(wear\)")
+PEAK = re.compile(r"([\d.]+) kN(?: assumed)? over ((?:[\d.]+ x )+[\d.]+) \(.*?\) x ([\d.]+) \(wear\)")
 WIND = re.compile(r"wind .*: 0.5 x ([\d.]+) kg/m3 x ([\d.]+) x ([\d.]+) m2 x \(([\d.]+) m/s\)2")
+QUANTITY = re.compile(r"(-?[\d.]+)(?: (t|kg|kN|kPa|deg|%))?")
 WLL = re.compile(r"WLL x ([\d.]+)")
 PAIR = """heavylift: 1
 name: pair
@@ -49,6 +50,11 @@ SH-17,shackle,,,17,7.4,,EN 13889,2026-01-15
 """
 
 
+def number(cell: object) -> object:
+    found = QUANTITY.fullmatch(cell) if isinstance(cell, str) else None
+    return cell if found is None else float(found[1]) / (100.0 if found[2] == "%" else 1.0)
+
+
 class Report:
     """The tables of a workbook, and nothing else."""
 
@@ -62,8 +68,14 @@ class Report:
         self.tables = {name: rows[titles[name] :] for name, rows in self.tables.items()}
 
     def rows(self, table: str) -> list[dict[Any, Any]]:
+        """Cells by heads without their units, texts of a number and its unit as numbers."""
         head, *rows = self.tables[table]
-        return [dict(zip(head, row, strict=True)) for row in rows if sum(x is not None for x in row) > 1]
+        heads = [x and x.partition(" [")[0] for x in head]
+        return [
+            {x: number(cell) for x, cell in zip(heads, row, strict=True)}
+            for row in rows
+            if sum(x is not None for x in row) > 1
+        ]
 
     def told(self, pattern: re.Pattern[str]) -> list[re.Match[str]]:
         lines = (str(row[0]) for rows in self.tables.values() for row in rows)
@@ -73,8 +85,12 @@ class Report:
         return next(float(row[1]) for row in self.tables["Block"] if row[0] == what)
 
     def lugs(self) -> dict[str, tuple[float, ...]]:
-        rows = self.rows("Lugs")
-        return {row["lug"]: tuple(map(float, re.findall(r"-?[\d.]+", row["at u, v, w"]))) for row in rows}
+        return {row["lug"]: (row["u"], row["v"], row["w"]) for row in self.rows("Loads on lugs")}
+
+    def angles(self) -> list[float]:
+        """Of the slings to the vertical, at their peaks."""
+        rows = self.rows("Ropes and slings")
+        return sorted(row["angle to vertical then"] for row in rows if row["angle to vertical then"] is not None)
 
     def design(self, part: str) -> dict[str, dict[Any, Any]]:
         return {row[None]: row for row in self.rows("Design loads") if row["part"] == part}
@@ -115,7 +131,7 @@ def test_a_crawler_with_a_bridle(tmp_path: Path) -> None:
     found = Report("crawler", [*sets, "block.lug capacity=30 t", "rigging.legs.shackle=35 t"], tmp_path)
     found.limits()
     weight = found.block("mass") * TONNE
-    angles = sorted(row["angle to vertical then"] for row in found.rows("Slings"))
+    angles = found.angles()
     leg = weight / 4.0 / cos(radians((angles[1] + angles[2]) / 2.0))
     assert len(found.design("sling")) == 4
     for part, unit in (("sling", 1.0), ("shackle", TONNE), ("lug", TONNE)):
@@ -162,7 +178,7 @@ def test_a_lift_by_two_jibs_with_gear_out_of_a_table(tmp_path: Path) -> None:
     found.limits()
     mass, lugs = found.block("mass"), found.lugs()
     half, across, high = lugs["B1"][0], lugs["B2"][1], lugs["B1"][2]
-    angle = radians(max(row["angle to vertical then"] for row in found.rows("Slings")))
+    angle = radians(found.angles()[-1])
     eye = high + across / tan(angle)  # above the centre of mass
     tilt = (half * cos(radians(3.0)) + eye * sin(radians(3.0))) / (half * cos(radians(3.0)))
     aside = (half + 0.4) / half

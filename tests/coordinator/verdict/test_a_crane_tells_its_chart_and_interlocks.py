@@ -42,9 +42,11 @@ def test_each_stage_has_its_radius_load_and_chart() -> None:
 def test_the_largest_of_a_run_is_that_of_its_check() -> None:
     run = played("crawler", LIGHT)
     hook = next(c for c in run.verdict.checks if c.quantity == "hook load")
-    most = max((x for x in run.verdict.reach if x.when == "most"), key=lambda x: x.load / x.capacity)
-    assert hook.use == pytest.approx(most.load / most.capacity, rel=1e-12)
-    assert (hook.t, hook.value) == (most.t, most.load)
+    (table,) = (x for x in run.verdict.tables if x.title == "Radius and chart")
+    rows = [dict(zip((x.name for x in table.columns), row, strict=True)) for row in table.rows]
+    most = max((row for row in rows if row[""] == "most"), key=lambda row: row["use"])
+    assert hook.use == pytest.approx(most["use"] / 100.0, rel=1e-12)
+    assert (hook.t, hook.value) == (most["at"], pytest.approx(most["load"] * 1e3, rel=1e-12))
 
 
 def test_an_interlock_that_never_trips_has_a_row_with_its_margin() -> None:
