@@ -137,14 +137,14 @@ def test_a_shell_completes_scenes_and_recordings(tmp_path: Path, monkeypatch: py
         (tmp_path / name).touch()
     (tmp_path / "yard").mkdir()
     (tmp_path / "yard" / "west.mcap").touch()
-    assert completing.scenes("tur") == ["turnover", "turn.yaml"]
+    assert completing.scenes("tur") == ["turnover", "turnover-untuned", "turn.yaml"]
     assert completing.scenes("") == [*bundled(), "turn.yaml", "yard/"]
     assert completing.recordings("") == ["cut.mcap.part", "run.mcap", "yard/"]
     assert completing.recordings("yard/w") == ["yard/west.mcap"]
     assert completing.recordings("nowhere/") == []
 
 
-@pytest.mark.parametrize(("line", "offered"), [("heavylift run tur", "turnover\n"), ("heavylift info r", "run.mcap\n")])
+@pytest.mark.parametrize(("line", "offered"), [("heavylift run tur", "turnover\nturnover-untuned\n"), ("heavylift info r", "run.mcap\n")])
 def test_a_shell_asks_the_command(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, offered: str
 ) -> None:
