@@ -53,8 +53,9 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 @pytest.mark.parametrize(("form", "actuator", "order", "stands"), MOVES)
 def test_a_move_takes_its_trapezoid(recording: Recording, form: str, actuator: str, order: int, stands: float) -> None:
-    events = [e for e in recording.events() if e.type in ("Run", "Done") and e.value["actor"] == actuator]
-    begun, done = ([e for e in events if e.type == kind][order] for kind in ("Run", "Done"))
+    events = [e for e in recording.events() if e.type in ("Order", "Done") and e.value["actor"] == actuator]
+    begun = [e for e in events if e.type == "Order" and e.value["what"]["type"] == "motion"][order]
+    done = [e for e in events if e.type == "Done"][order]
 
     assert done.value["id"] == begun.value["id"]
     assert done.t_ns - begun.t_ns == seconds(FORM[form])

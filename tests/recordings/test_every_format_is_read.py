@@ -11,7 +11,7 @@ from heavylift.kernel.version import __version__
 from heavylift.nodes.plan import encode
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, recover
-from heavylift.recordings.documents import facts
+from heavylift.recordings.documents import scene_table
 from heavylift.recordings.format import plan_of, unread
 from heavylift.recordings.read import amended
 from heavylift.recordings.read.info import info
@@ -58,7 +58,8 @@ def test_the_block_falls_into_its_rope(number: int) -> None:
 def test_a_plan_of_an_earlier_version_says_what_is_not_read_of_it() -> None:
     told = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
     assert f"  plan      {told}" in info(golden(2)).splitlines()
-    assert ("plan", told) in facts(Recording(golden(2))).scene
+    rec = Recording(golden(2))
+    assert ("plan", told) in scene_table(rec, plan_of(rec.attachments))
 
 
 def test_a_plan_of_today_is_read_silently() -> None:

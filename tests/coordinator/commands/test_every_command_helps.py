@@ -144,7 +144,9 @@ def test_a_shell_completes_scenes_and_recordings(tmp_path: Path, monkeypatch: py
     assert completing.recordings("nowhere/") == []
 
 
-@pytest.mark.parametrize(("line", "offered"), [("heavylift run tur", "turnover\nturnover-untuned\n"), ("heavylift info r", "run.mcap\n")])
+@pytest.mark.parametrize(
+    ("line", "offered"), [("heavylift run tur", "turnover\nturnover-untuned\n"), ("heavylift info r", "run.mcap\n")]
+)
 def test_a_shell_asks_the_command(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, offered: str
 ) -> None:
