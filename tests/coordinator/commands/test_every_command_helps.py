@@ -137,7 +137,7 @@ def test_a_shell_completes_scenes_and_recordings(tmp_path: Path, monkeypatch: py
         (tmp_path / name).touch()
     (tmp_path / "yard").mkdir()
     (tmp_path / "yard" / "west.mcap").touch()
-    assert completing.scenes("tur") == ["turnover", "turnover-untuned", "turn.yaml"]
+    assert completing.scenes("tur") == ["turnover-untuned", "turnover", "turn.yaml"]
     assert completing.scenes("") == [*bundled(), "turn.yaml", "yard/"]
     assert completing.recordings("") == ["cut.mcap.part", "run.mcap", "yard/"]
     assert completing.recordings("yard/w") == ["yard/west.mcap"]
@@ -145,7 +145,7 @@ def test_a_shell_completes_scenes_and_recordings(tmp_path: Path, monkeypatch: py
 
 
 @pytest.mark.parametrize(
-    ("line", "offered"), [("heavylift run tur", "turnover\nturnover-untuned\n"), ("heavylift info r", "run.mcap\n")]
+    ("line", "offered"), [("heavylift run tur", "turnover-untuned\nturnover\n"), ("heavylift info r", "run.mcap\n")]
 )
 def test_a_shell_asks_the_command(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, offered: str
