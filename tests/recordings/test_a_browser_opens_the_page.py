@@ -156,7 +156,9 @@ def test_keys_and_clicks(browser: Chromium, lift: Path) -> None:
 def test_a_run_is_seen_while_it_goes_on_and_to_its_end(browser: Chromium, tmp_path: Path) -> None:
     with LivePage() as page:
         begun = threading.Thread(
-            target=run, args=(load("lift", ["end=60 s"]), tmp_path / "run.mcap"), kwargs={"in_process": True, "page": page}
+            target=run,
+            args=(load("lift", ["end=60 s"]), tmp_path / "run.mcap"),
+            kwargs={"in_process": True, "page": page},
         )
         begun.start()
         browser.open(page.url)
