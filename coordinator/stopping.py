@@ -46,7 +46,7 @@ class Stopping:
     """From now on these signals end what the main thread does."""
 
     def __init__(self) -> None:
-        self._over = False
+        self._over = self._stopped = False
         self._signal = signal.SIGINT
         self._raised: Callable[[], object] = lambda: None
         taken = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
@@ -55,12 +55,14 @@ class Stopping:
         self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
 
     def end(self, process: bool = False) -> None:
-        """The command has ended, there is nothing left to stop; if its `process` ends, signals no longer matter."""
+        """The command has ended, there is nothing left to stop; signals change nothing while its `process` ends."""
         self._over = True
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = self._unraisable
         for number, before in self._before.items():
-            signal.signal(number, signal.SIG_IGN if process else before)
+            signal.signal(number, signal.SIG_IGN if process and self._stopped else before)
+        if process:  # atexit comes too late: Python waits for threads before
+            threading._register_atexit(_ignored, tuple(self._before))  # type: ignore[attr-defined]
         self._before = {}
 
     @property
@@ -69,7 +71,7 @@ class Stopping:
         return 128 + self._signal
 
     def _asked(self, number: int, frame: FrameType | None) -> None:
-        self._signal = signal.Signals(number)
+        self._signal, self._stopped = signal.Signals(number), True
         signal.setitimer(signal.ITIMER_REAL, LOOK_s, LOOK_s)
         self._look()
 
@@ -91,6 +93,11 @@ class Stopping:
         """It comes again, so nobody needs to be told."""
         if what.exc_type is not Interrupted:
             self._unraisable(what)
+
+
+def _ignored(numbers: Iterable[int]) -> None:
+    for number in numbers:
+        signal.signal(number, signal.SIG_IGN)
 
 
 class whole:
