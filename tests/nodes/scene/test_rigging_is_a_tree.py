@@ -60,8 +60,9 @@ def test_the_pair_stands_among_the_ropes_of_a_run(tmp_path: Path) -> None:
     assert {name for name in result.peaks if name not in rated} == set()
     assert rated["rear.sling-1"] == pytest.approx(4e6 / 5)
     report(result.recording, tmp_path / "run.html")
-    use = f"{100 * legs.max() / 8e5:.0f} %"
-    assert use in (tmp_path / "run.html").read_text().rsplit("rear.sling-1", 1)[1][:300]
+    use = f">{100 * legs.max() / 8e5:.1f}<"
+    rows = (tmp_path / "run.html").read_text().split("rear.sling-1")[1:]
+    assert any(use in row[:500] for row in rows)
 
 
 def test_a_bridle_of_four_legs_hangs_by_its_master_link() -> None:
