@@ -5,7 +5,7 @@ beside    two alternatives beside each other
 
 tables    its tables, the one place to add another
 facts     what they read: verdict, peaks, stages
-loads     what lugs, slings, supports and portals bore, and where the block was
+loads     what lugs, slings and supports bore, and where the block was
 scene     what was lifted, with what, and how it was computed
 """
 

@@ -53,7 +53,7 @@ class Facts:
 
     @cached_property
     def loads(self) -> Loads:
-        """What lugs, slings, supports and corners of portals bore."""
+        """What lugs, slings and supports bore."""
         return loads_of(self.rec, self.plan)
 
     @cached_property

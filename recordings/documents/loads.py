@@ -1,8 +1,6 @@
-"""What block, slings, lugs, supports and the corners of portals bore, sample by sample, from a recording alone.
+"""What block, slings, lugs and supports bore, sample by sample, from a recording alone.
 
-Tensions are the peaks since the sample before, where they are recorded; directions are those at the sample.  The four
-corners of a portal share what stands and hangs on it as a rigid frame on equal springs does: forces and both moments
-are in balance, masses are not accelerated.
+Tensions are the peaks since the sample before, where they are recorded; directions are those at the sample.
 """
 
 from __future__ import annotations
@@ -42,13 +40,12 @@ class SlingUse(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Of lugs (along the axes u, v, w of the block), supports and corners of portals (both in the world); slings; and
-    over time: t (n,) [s], tilt of the block (n,) [rad], its centre of mass (n, 3) and its lowest point (n,) [m]."""
+    """Of lugs (along the axes u, v, w of the block) and supports (in the world); slings; and over time: t (n,) [s],
+    tilt of the block (n,) [rad], its centre of mass (n, 3) and its lowest point (n,) [m]."""
 
     lugs: list[Borne]
     slings: list[SlingUse]
     supports: list[Borne]
-    portals: list[Borne]
     t: Floats
     tilt: Floats
     com: Floats
@@ -79,8 +76,7 @@ def loads_of(rec: Recording, plan: dict[str, Any]) -> Loads:
     """All of them, in one pass over the samples; empty for what a recording has not."""
     rigging, course = _Rigging(plan), _Course(rec, plan)
     pads = [s for s in rec.fact("supports", []) if POSE + s["body"] in rec.signals()]
-    portals = [_Portal(rec, plan, crane) for crane in machines.cranes(plan)]
-    supports, feet = _Largest(), _Largest()
+    supports = _Largest()
     for x in _stretches(rec):
         course.see(x)
         rigging.see(x)
@@ -88,10 +84,7 @@ def loads_of(rec: Recording, plan: dict[str, Any]) -> Loads:
             supports.see(s["name"], x.t, x.forces[s["name"]], _end(s["body"], s["p"], x.poses))
         if pads and x.forces:
             supports.see("all together", x.t, np.sum([*x.forces.values()], axis=0), np.zeros((len(x.t), 0)))
-        for portal in portals:
-            for name, reaction, place in portal.reactions(x):
-                feet.see(name, x.t, reaction, place)
-    return Loads(rigging.lugs(), rigging.slings(), _placed(supports), _placed(feet), *course.joined())
+    return Loads(rigging.lugs(), rigging.slings(), _placed(supports), *course.joined())
 
 
 class _Course:
@@ -206,55 +199,3 @@ def _end(body: str, p: tuple[float, float, float], poses: Mapping[str, Floats]) 
     pose = poses[POSE + body]
     out: Floats = pose[:, :3] + turned(pose[:, 3:], np.broadcast_to(np.array(p), pose[:, :3].shape))
     return out
-
-
-class _Portal:
-    """A crane's portal on its legs, as far as they are drawn: shapes of its main body that are taller than wide."""
-
-    def __init__(self, rec: Recording, plan: dict[str, Any], crane: machines.Crane) -> None:
-        self._name, self._main = crane.name, crane.bodies[0]["name"] if crane.bodies else ""
-        self._gravity = float(plan.get("gravity", 9.80665))
-        self._masses = [
-            (x["name"], x.get("mass", 0.0), tuple(x.get("com", (0.0, 0.0, 0.0))))
-            for x in crane.bodies
-            if POSE + x["name"] in rec.signals()
-        ]
-        self._trolleys = {body for body, _, _ in self._masses}
-        legs = [box.centre for box in rec.boxes() if box.body == self._main and box.size[2] > 2 * max(box.size[:2])]
-        self._legs = np.array(legs if len(legs) == 4 and self._main in self._trolleys else []).reshape(-1, 3)
-        self._shares = crane.shares
-
-    def reactions(self, x: _Stretch) -> Iterator[tuple[str, Floats, Floats]]:
-        """Name, reaction (n,) [N] and foot (n, 3) [m] of each corner."""
-        if not len(self._legs):
-            return
-        foot = x.poses[POSE + self._main][:, None, :3] * [1.0, 1.0, 0.0] + self._legs * [1.0, 1.0, 0.0]
-        middle = foot.mean(axis=1)
-        total, moment = (
-            np.zeros(len(middle)),
-            np.zeros((len(middle), 2)),
-        )  # weight; about the axes y and x of the middle
-        for where, force in self._loads(x):
-            arm = where - middle
-            total = total - force[:, 2]
-            moment = moment + np.column_stack(
-                [force[:, 0] * arm[:, 2] - force[:, 2] * arm[:, 0], force[:, 1] * arm[:, 2] - force[:, 2] * arm[:, 1]]
-            )
-        off = foot - middle[:, None]
-        for i in range(len(self._legs)):
-            sides = [moment[:, k] * off[:, i, k] / np.maximum((off[:, :, k] ** 2).sum(axis=1), 1e-9) for k in (0, 1)]
-            side = f"{'x-' if off[0, i, 0] < 0 else 'x+'}, {'y-' if off[0, i, 1] < 0 else 'y+'}"
-            yield f"{self._name}, corner at {side}", total / len(self._legs) + sides[0] + sides[1], foot[:, i]
-
-    def _loads(self, x: _Stretch) -> Iterator[tuple[Floats, Floats]]:
-        """Where (n, 3) [m] which forces (n, 3) [N] act on portal and trolleys."""
-        for body, mass, com in self._masses:
-            where = _end(body, com, x.poses)
-            yield where, np.broadcast_to([0.0, 0.0, -mass * self._gravity], where.shape)
-        seen: dict[str, int] = {}
-        for line in x.rig.lines:
-            number = seen[line.rope] = seen.get(line.rope, -1) + 1
-            shares = self._shares.get(line.rope, [])
-            if line.a_body in self._trolleys and line.rope in x.tension and number < len(shares):
-                force = -shares[number] * x.tension[line.rope][:, None] * _pull(line, x.poses)
-                yield _end(line.a_body, line.a, x.poses), force

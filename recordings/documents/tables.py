@@ -27,10 +27,6 @@ ELSEWHERE = ("rope tension", "sling tension", "clearance")  # quantities that ha
 PLACE = columns("x [m] .2", "y [m] .2", "z [m] .2")
 FORCE = columns("largest load [kN] .1", "as a mass [t] .1", "at [h:min:s]")
 SAMPLED = "Directions are those at samples, tensions the largest since the sample before."
-CORNERS = (
-    "What stands and hangs on a portal is shared by its four corners as by a rigid frame on equal springs; "
-    "accelerations of its masses and wind are left out. Divide by the wheels of a corner."
-)
 
 
 def _findings(f: Facts) -> Iterator[Table]:
@@ -117,7 +113,7 @@ def _quantities(f: Facts) -> Iterator[Table]:
 
 
 def _borne(f: Facts) -> Iterator[Table]:
-    """Forces on lugs, supports and corners of portals, with their directions and places."""
+    """Forces on lugs and supports, with their directions and places."""
     lugs = tuple((*_load(x), *(part / 1e3 for part in x.parts or ())) for x in f.loads.lugs)
     axes = columns(*(f"along {axis} [kN] .1" for axis in "uvw"))
     heads = columns("lug", "u [m] .2", "v [m] .2", "w [m] .2")
@@ -125,8 +121,6 @@ def _borne(f: Facts) -> Iterator[Table]:
     yield Table("Loads on lugs", (*heads, *FORCE, *axes), lugs, (note,))
     supports = tuple(map(_load, f.loads.supports))
     yield Table("Reactions of supports", (*columns("support"), *PLACE, *FORCE), supports, ("At samples.",))
-    corners = tuple(map(_load, f.loads.portals))
-    yield Table("Reactions of portals", (*columns("corner"), *PLACE, *FORCE), corners, (CORNERS,))
 
 
 def _stages(f: Facts) -> Iterator[Table]:

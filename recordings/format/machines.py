@@ -11,13 +11,10 @@ Data = dict[str, Any]
 
 
 class Crane(NamedTuple):
-    """A machine with hooks: what always hangs on each of its ropes [kg], its bodies, lines of its ropes by shares, its
-    set-up in words."""
+    """A machine with hooks: what always hangs on each of its ropes [kg], and its set-up in words."""
 
     name: str
     dead: dict[str, float]
-    bodies: list[Data]
-    shares: dict[str, list[float]]
     configuration: dict[str, str]
 
 
@@ -25,10 +22,9 @@ def cranes(plan: Data) -> list[Crane]:
     """All of them."""
     found = []
     for machine in (machine for machine in plan.get("machines", []) if machine.get("hooks")):
-        hooks, system = sorted(machine["hooks"], key=lambda hook: str(hook["rope"])), machine["system"]
+        hooks = sorted(machine["hooks"], key=lambda hook: str(hook["rope"]))
         dead = {hook["rope"]: float(hook.get("below", 0.0) or hook.get("block_mass", 0.0)) for hook in hooks}
-        shares = {rope["name"]: [x.get("share", 1.0) for x in rope["lines"]] for rope in system.get("ropes", [])}
-        found.append(Crane(machine["name"], dead, system.get("bodies", []), shares, machine.get("configuration", {})))
+        found.append(Crane(machine["name"], dead, machine.get("configuration", {})))
     return found
 
 

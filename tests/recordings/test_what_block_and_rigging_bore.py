@@ -12,7 +12,6 @@ from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout
 from heavylift.recordings.documents import Facts, block_rows, facts, tables_of
-from lifting import cranes
 from small_run import POSE, SECOND
 
 G = 9.80665
@@ -41,19 +40,11 @@ def test_a_lug_bears_what_its_sling_pulls(found: Facts) -> None:
         assert lug.parts[2] > 0.999 * lug.force, "upwards"
 
 
-def test_supports_carry_the_block_and_wheels_all_of_it(lift: Path, found: Facts) -> None:
+def test_supports_carry_the_block(found: Facts) -> None:
     supports = {x.name: x.force for x in found.loads.supports}
     weight = 300e3 * G
     assert supports["all together"] == pytest.approx(weight, rel=1e-3), "before the ropes are taut"
     assert supports["block.lower-1"] == pytest.approx(weight / 4, rel=1e-3)
-    corners = {x.name: x for x in found.loads.portals}
-    assert [*corners] == [f"crane, corner at x{x}, y{y}" for x, y in ("--", "-+", "+-", "++")]
-    plan = cranes(load("lift").plan)[0]
-    hung = 300e3 + 3 * (35e3 + 10e3)
-    mass = sum(body.mass for body in plan.system.bodies) + hung
-    assert sum(x.force for x in corners.values()) == pytest.approx(mass * G, rel=5e-3), "at up to four instants"
-    assert corners["crane, corner at x-, y-"].place == pytest.approx((27.0, 0.0, 0.0))
-    assert corners["crane, corner at x-, y-"].force == pytest.approx(corners["crane, corner at x+, y-"].force, rel=1e-6)
 
 
 def test_each_stage_tells_where_the_block_was(found: Facts) -> None:
