@@ -22,6 +22,7 @@ from .sentences import NOISE, bound, percent, shown
 from .telling import SAME, finding_of
 
 Errors = Mapping[str, float]  # relative: of "peak tension ROPE", "smallest clearance", "use of SUBJECT QUANTITY"
+ABSENT = ("wind", "ground pressure")  # quantities whose limit of nothing says that there is no wind, no footing
 NEAR = 0.1  # [m] errors of smaller clearances are relative to it
 STATES: tuple[State, ...] = ("red", "undecided", "amber", "green", "none")
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
@@ -73,10 +74,10 @@ def _judged(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> 
     """State of a limit, which amber it is, and a sentence."""
     limit = use.limit
     name = f"{limit.quantity} of {limit.subject}"
-    if not limit.known or (limit.quantity == "wind" and not limit.elements):
+    absent = limit.quantity in ABSENT and not limit.elements
+    if absent or not limit.known:
         told = f"{name}: {limit.note or 'no limit is known'}"
-        asked = limit.elements or limit.quantity == "factor"  # of a part of a lift, or of all of it
-        return ("amber", NOT_CHECKED, told) if asked else ("none", "", told)
+        return ("none", "", told) if absent else ("amber", NOT_CHECKED, told)
     if use.value is None:
         return ("none", IN_A_RUN, f"{name}: a run checks it") if at_rest else ("none", "", f"{name}: it did not occur")
     if use.beyond and (error is None or use.excess > error):

@@ -5,11 +5,12 @@ from __future__ import annotations
 import random
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from heavylift.coordinator.commands.common import fails
-from heavylift.nodes.limits import NOT_CHECKED, STATES, UNKNOWN, Limit, checks_of, line_of
-from heavylift.nodes.plan import Use
+from heavylift.nodes.limits import ABSENT, NOT_CHECKED, STATES, UNKNOWN, Limit, checks_of, line_of
+from heavylift.nodes.plan import Quantity, Use
 from heavylift.nodes.scene import begun_with, load, parse
 from heavylift.nodes.scene.text import library
 
@@ -52,6 +53,15 @@ def test_a_value_is_decided_if_its_error_does_not_reach_the_limit(seed: int) -> 
 def test_a_value_of_unknown_error_is_never_green(seed: int) -> None:
     use = drawn(random.Random(seed))
     assert state(use, {}) == ("red" if use.limit.excess(use.value or 0.0) > 0.0 else UNKNOWN)
+
+
+@pytest.mark.parametrize("elements", [(), ("a",)], ids=["of nothing", "of a part"])
+@pytest.mark.parametrize("quantity", get_args(Quantity))
+def test_a_quantity_without_a_limit_is_not_checked(quantity: Quantity, elements: tuple[str, ...]) -> None:
+    """Only where there is no wind, or no footing, is there nothing to check."""
+    use = Use(Limit(subject="one", quantity=quantity, unit="N", elements=elements), None, None)
+    expected = "none" if quantity in ABSENT and not elements else NOT_CHECKED
+    assert state(use, {}) == expected
 
 
 def test_a_load_is_as_wrong_as_the_tensions_of_its_ropes_where_nothing_else_is_known() -> None:
