@@ -11,7 +11,6 @@ from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
-from heavylift.nodes.limits.factors import sources
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
@@ -21,6 +20,7 @@ from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen,
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
+from heavylift.nodes.scene.factor_sheet import sources
 from heavylift.nodes.statics import Followed
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import Clearance, Judged, recorded_verdict
@@ -175,7 +175,7 @@ def judged_with_uses(
         rows=tuple(rows(checks)),
         told=(*hoisting_foreseen(plan), *shared(plan), *sources(bench.uses)),
         dynamic=dynamics_foreseen(plan),
-        tables=(*tables_of_plan(plan), *charts_used(bench.reach), *rigging(plan, bench.uses)),
+        tables=(*tables_of_plan(plan), *charts_used(bench.reach), *(x for x in rigging(plan, bench.uses) if x.rows)),
         clearances=tuple(bench.clearances),
         not_looked_at=tuple(bench.not_looked_at),
         findings=tuple(findings),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from heavylift.nodes.limits.factors import gear, sheet
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan
-from heavylift.recordings.sheets.sheet import Table, columns, trimmed, words
+from heavylift.nodes.scene.factor_sheet import lines, named
+from heavylift.recordings.sheets.sheet import Table, columns, trimmed
 
 
 def hooks(plan: Plan) -> Iterator[Table]:
@@ -33,10 +33,28 @@ def charts_used(found: Sequence[Reach]) -> list[Table]:
     return [Table("Radius and chart", heads, rows, (note,))] if rows else []
 
 
-def rigging(plan: Plan, uses: Sequence[Use]) -> list[Table]:
-    """From loads at rest to design loads, and what riggers fetch."""
-    given = (("Design loads", sheet(uses)), ("Rigger's list", gear(plan)))
-    return [words(title, rows[0], rows[1:]) for title, rows in given if rows]
+def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
+    """From loads at rest to design loads, those of slings as forces, and what riggers fetch."""
+    for of, unit, told in (("", "kg", "t"), (" of slings", "N", "kN")):
+        found = [line for line in lines(uses) if line.limit.unit == unit]
+        names, form = named(found), f"[{told}] .1"
+        heads = columns("part", "", f"load at rest {form}", *(f"{name} .3" for name in names), f"design load {form}",
+                        f"limit {form}", "used [%] .1", f"met {form}", "most loaded in")  # fmt: skip
+        rows = tuple(
+            (x.limit.quantity.partition(" ")[0], x.limit.subject, x.rest / 1e3, *map(x.factors.get, names),
+             x.design / 1e3, *(y if y is None else y * k for y, k in ((x.most, 1e-3), (x.use, 100.0), (x.met, 1e-3))),
+             x.stage)
+            for x in found
+        )  # fmt: skip
+        yield trimmed(Table(f"Design loads{of}", heads, rows))
+    heads = columns("item", "number .0", "kind", "WLL [t] .2", "mass each [kg] .1", "standard", "termination",
+                    "certificate", "where")  # fmt: skip
+    items = tuple(
+        (x.name, x.number, x.kind, x.WLL / 1e3 if x.WLL else None, x.mass or None, x.standard, x.termination,
+         x.certificate or "none", ", ".join(x.at))
+        for x in plan.gear
+    )  # fmt: skip
+    yield trimmed(Table("Rigger's list", heads, items))
 
 
 TABLES: tuple[Callable[[Plan], Iterator[Table]], ...] = (hooks,)

@@ -16,7 +16,7 @@ judging, reading, signals    the table judged; how each quantity is read; of whi
 named                        the signal that a limit names
 standards, slings            factors of standards; what slings and shackles may carry by them
 reeving, sharing             parts of a reeved rope; shares that are indeterminate
-factors                      factor sheets: from loads at rest to design loads; the rigger's list
+factors                      from loads at rest to design loads
 ground                       what machines press on the ground: tracks, outriggers, wheels
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked

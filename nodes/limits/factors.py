@@ -19,7 +19,6 @@ from heavylift.nodes.statics.goals import world
 from heavylift.nodes.statics.state import StaticState
 from msgspec.structs import replace
 
-from .sentences import percent, shown
 from .standards import ND_0027, SHARING, daf
 
 BASES: dict[Quantity, Quantity] = {
@@ -266,57 +265,6 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
     points = [places[0][0]] if meet else [b for _, b in places]
     x, y, z = (sum(p[i] for p in points) / len(points) for i in range(3))
     return (x, y, z), world(state, body, com)
-
-
-# as tables: a head, and rows of cells
-
-
-def sheet(uses: Sequence[Use]) -> tuple[tuple[str, ...], ...]:
-    """The factor sheet of uses of limits: head and a row for each hook, sling, shackle and lug; nothing without one."""
-    rows = [use for use in uses if use.limit.rest and use.value is not None]
-    names = [name for name in NAMES if any(x.name == name for use in rows for x in use.limit.factors)]
-    met = {(use.limit.subject, use.limit.quantity): use for use in uses}
-    table = [("part", "", "load at rest", *names, "design load", "limit", "used", "met", "most loaded in")]
-    for use in rows:
-        limit, rest = use.limit, use.limit.rest
-        assert rest is not None
-        each = {x.name: x.value for x in limit.factors}
-        base = met.get((limit.subject, BASES[limit.quantity]))
-        table.append(
-            (
-                limit.quantity.partition(" ")[0], limit.subject, shown(limit, rest.value),
-                *(f"{each[name]:.4g}" if name in each else "" for name in names), shown(limit, use.value),
-                shown(limit, use.value / use.use if use.value and use.use else None),
-                "" if use.use is None else percent(use.use),
-                shown(limit, base.value) if base and not rest.alone else "", use.stage,
-            )
-        )  # fmt: skip
-    return tuple(table) if rows else ()
-
-
-def sources(uses: Sequence[Use]) -> list[str]:
-    """Where the factors of a sheet come from, each once."""
-    each = [x for use in uses for x in use.limit.factors]
-    found: dict[tuple[str, str], list[float]] = {}
-    for x in each:
-        found.setdefault((x.name, x.source), []).append(x.value)
-    return [
-        f"{name} {min(values):.4g}{f' to {max(values):.4g}' if max(values) - min(values) > 1e-4 else ''}: {source}"
-        for (name, source), values in found.items()
-    ]
-
-
-def gear(plan: Plan) -> tuple[tuple[str, ...], ...]:
-    """The rigger's list: head and a row for each item; nothing where the scene names none."""
-    head = ("item", "number", "kind", "WLL", "mass each", "standard", "termination", "certificate", "where")
-    rows = [
-        (
-            x.name, str(x.number), x.kind, f"{x.WLL / 1e3:g} t" if x.WLL else "", f"{x.mass:g} kg" if x.mass else "",
-            x.standard, x.termination, x.certificate or "none", ", ".join(x.at),
-        )
-        for x in plan.gear
-    ]  # fmt: skip
-    return (head, *rows) if rows else ()
 
 
 def product(limit: Limit, *, dynamic: bool) -> float:

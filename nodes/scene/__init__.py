@@ -19,7 +19,7 @@ loading, building           from a path or name to a plan, from its text or as i
 instances                   several scenes side by side in one
 corners                     what limits use at the worst of uncertain inputs
 loaded_scene                what can be run, and what follows from it at rest
-report                      what `heavylift check` prints
+report, factor_sheet        what `heavylift check` prints
 inputs                      quantities by name, how uncertain they are, the scene with other values
 operator_command            an order of an operator while a scene runs
 

@@ -16,7 +16,6 @@ from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
-from heavylift.nodes.limits.factors import gear, sheet, sources
 from heavylift.nodes.limits.reach import REACH, Reached, reach_rows
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import likewise
@@ -28,6 +27,8 @@ from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, StaticState
 from heavylift.nodes.statics.goals import world
+
+from .factor_sheet import gear, sheet, sources
 
 COLUMNS = 6  # of a table of ropes
 SHOWN, ROUND = pi / 6.0, 1e-6  # [rad] of a turn that has a row of its own

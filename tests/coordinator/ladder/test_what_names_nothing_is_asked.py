@@ -11,9 +11,9 @@ from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder import Figure, Ladder, Measuring, Rung, chosen, decided, play
 from heavylift.coordinator.ladder.choosing import _looks
 from heavylift.coordinator.run.simulate import simulate
+from heavylift.kernel.description import Check
 from heavylift.nodes.plan import MEANT, OF_TENSIONS, Question
 from heavylift.nodes.scene import LoadedScene, load
-from heavylift.recordings.read import Check
 
 NAMED = ["ask=[]", "accuracy=0.1 %", "method=radau5", "tolerance=1e-5", "step=5 ms", "fidelity={}"]
 MOST = 5.0  # times what the errors of steps are, they may be told to be where their order is seen

@@ -9,11 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import corner_load, resultant, standing, stood, track_pressure, way_to_tip
-from heavylift.nodes.limits.ground import CORNERS, SIDES
-from heavylift.nodes.limits.signals import Signals, signals_of
-from heavylift.nodes.plan.mechanism import Mechanism
-from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.limits import (
+    CORNERS,
+    SIDES,
+    Signals,
+    corner_load,
+    resultant,
+    signals_of,
+    standing,
+    stood,
+    track_pressure,
+    way_to_tip,
+)
+from heavylift.nodes.plan import Mechanism, Plan
 from heavylift.nodes.scene import begun_with, load, parse
 from heavylift.nodes.scene.text import library
 
