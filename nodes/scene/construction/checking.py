@@ -12,11 +12,15 @@ from typing import Any, TypeVar
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.checks import check_inertia
 from heavylift.nodes.scene.keys.parts import kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.flexible import Beam
+from heavylift.nodes.scene.keys.parts.joints import POSITIONS
 from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
+
+from .yard import box
 
 Made = TypeVar("Made")
 NONE: Mapping[str, Edge] = MappingProxyType({})
@@ -89,3 +93,69 @@ class Checking:
             message = f"the joint '{name}' belongs to the lift: a spring, stop, brake or force can act on it, no other"
             self.fault((*path, "joint"), message)
         return not theirs
+
+    def check_tree(self) -> None:
+        """Joints connect existing bodies, and every body is connected to the world."""
+        carried: dict[str, str] = {}
+        for name, joint in self.given.joints.items():
+            path: Path = (*self.base, "joints", name)
+            self.known((*path, "parent"), joint.parent)
+            if joint.type == "slider":
+                if joint.parent in self.bodies and not self.beam(joint.parent):
+                    self.fault((*path, "parent"), f"a slider needs a flexible beam, and '{joint.parent}' has none")
+                self.on_beam((*path, "start"), joint.parent, *joint.values(POSITIONS))
+            else:
+                self.on_beam((*path, "at"), joint.parent, joint.at[0])
+            self.known((*path, "child"), joint.child)
+            if joint.child in self.carried:
+                message = f"the body '{joint.child}' belongs to the lift, which carries it: make it the 'parent'"
+                self.fault((*path, "child"), message)
+            if joint.child != k.WORLD:  # that closes a loop, as every further joint of a body does
+                carried.setdefault(joint.child, name)
+            free = joint.type == "free" and joint.child in self.given.bodies
+            if free and not self._solid(joint.child) and self._possible(joint.child):
+                message = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
+                self.fault((*self.base, "bodies", joint.child), f"{message} with 'inertia'", on_key=True)
+        connected = self._connected()
+        for body in (b for b in self.given.bodies if b not in connected):
+            above, seen = body, set[str]()
+            while above in carried and above not in seen:
+                seen.add(above)
+                above = self.given.joints[carried[above]].parent
+            if above == body and not seen:
+                self.fault((*self.base, "bodies", body), f"no joint carries the body '{body}'", on_key=True)
+            elif above in seen:
+                message = f"the joints of '{body}' go in a circle and never reach the world"
+                self.fault((*self.base, "bodies", body), message, on_key=True)
+
+    def _connected(self) -> set[str]:
+        """Bodies that joints connect to the world, in either direction."""
+        found, before = {k.WORLD, *self.carried}, 0
+        while len(found) > before:
+            before = len(found)
+            for joint in self.given.joints.values():
+                if {joint.parent, joint.child} & found:
+                    found |= {joint.parent, joint.child}
+        return found
+
+    def _solid(self, body: str) -> bool:
+        """Whether all moments of inertia are there, or other bodies or a beam may bring them."""
+        carries = any(joint.parent == body for joint in self.given.joints.values())
+        given = self.given.bodies[body]
+        return carries or bool(given.beam or given.matrices or given.box) or all(given.inertia[:3])
+
+    def _possible(self, body: str) -> bool:
+        """Whether a body can have its inertia; if not, that is reported separately."""
+        given = self.given.bodies[body]
+        try:
+            check_inertia(k.Body(body, given.mass or 0.0, inertia=moments(given)))
+        except KernelError:
+            return False
+        return True
+
+
+def moments(body: mechanics.Body) -> k.Matrix:
+    """Inertia about the centre of mass, as written or of a uniform box."""
+    i: tuple[float, ...] = box(body.mass or 0.0, body.box) if body.box else body.inertia
+    xx, yy, zz, xy, xz, yz = (*i, 0.0, 0.0, 0.0)[:6]
+    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))

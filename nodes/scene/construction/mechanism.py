@@ -26,17 +26,15 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Bend, Heavy
 from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.forces import Characteristic
-from heavylift.nodes.scene.keys.parts.joints import POSITIONS
 from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.source import Path, Source
 
-from .checking import NONE, Checking
+from .checking import NONE, Checking, moments
 from .environment.footings import footing_of
 from .laws import actuators, check_curve, check_laws, laws_of
 from .rigging.hooks import Hung, hang
 from .rigging.tree import Tree
 from .ropes import reeving_of, rope_of, span
-from .yard import box
 
 TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
 WIRE = 1e7  # stiffness from which a rope can only be a wire rope, of 16 mm or more [N]
@@ -68,7 +66,7 @@ class _Assembly(Checking):
         for key in ("bodies", "joints"):
             if not (getattr(given, key) or self.carried):
                 self.fault(self.base, f"the key '{key}' is missing: there is nothing else to act on", on_key=True)
-        self._tree()
+        self.check_tree()
         check_laws(self)
         made, bodies = tuple(self._joints()), tuple(self._bodies())
         if not self.source.faults:
@@ -136,7 +134,7 @@ class _Assembly(Checking):
                 self.fault(at, str(error), on_key=True)
         if body.box and any(body.inertia):
             self.fault((*path, "box"), "a body has either 'inertia' or the moments of its 'box'", on_key=True)
-        return k.Body(name, body.mass or 0.0, body.com, _moments(body), made)
+        return k.Body(name, body.mass or 0.0, body.com, moments(body), made)
 
     def _heavy(self, ropes: Mapping[str, mechanics.Rope]) -> Iterator[Heavy]:
         for name, rope in ropes.items():
@@ -226,50 +224,6 @@ class _Assembly(Checking):
             )
             self.fault((*self.base, "ropes", rope.name, "length"), message)
 
-    def _tree(self) -> None:
-        """Joints connect existing bodies, and every body is connected to the world."""
-        carried: dict[str, str] = {}
-        for name, joint in self.given.joints.items():
-            path: Path = (*self.base, "joints", name)
-            self.known((*path, "parent"), joint.parent)
-            if joint.type == "slider":
-                if joint.parent in self.bodies and not self.beam(joint.parent):
-                    self.fault((*path, "parent"), f"a slider needs a flexible beam, and '{joint.parent}' has none")
-                self.on_beam((*path, "start"), joint.parent, *joint.values(POSITIONS))
-            else:
-                self.on_beam((*path, "at"), joint.parent, joint.at[0])
-            self.known((*path, "child"), joint.child)
-            if joint.child in self.carried:
-                message = f"the body '{joint.child}' belongs to the lift, which carries it: make it the 'parent'"
-                self.fault((*path, "child"), message)
-            if joint.child != k.WORLD:  # that closes a loop, as every further joint of a body does
-                carried.setdefault(joint.child, name)
-            free = joint.type == "free" and joint.child in self.given.bodies
-            if free and not self._solid(joint.child) and self._possible(joint.child):
-                message = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
-                self.fault((*self.base, "bodies", joint.child), f"{message} with 'inertia'", on_key=True)
-        connected = self._connected()
-        for body in (b for b in self.given.bodies if b not in connected):
-            above, seen = body, set[str]()
-            while above in carried and above not in seen:
-                seen.add(above)
-                above = self.given.joints[carried[above]].parent
-            if above == body and not seen:
-                self.fault((*self.base, "bodies", body), f"no joint carries the body '{body}'", on_key=True)
-            elif above in seen:
-                message = f"the joints of '{body}' go in a circle and never reach the world"
-                self.fault((*self.base, "bodies", body), message, on_key=True)
-
-    def _connected(self) -> set[str]:
-        """Bodies that joints connect to the world, in either direction."""
-        found, before = {k.WORLD, *self.carried}, 0
-        while len(found) > before:
-            before = len(found)
-            for joint in self.given.joints.values():
-                if {joint.parent, joint.child} & found:
-                    found |= {joint.parent, joint.child}
-        return found
-
     def _bodies(self) -> Iterator[k.Body]:
         """The kernel's bodies, with inertias that a mass can have."""
         for name, body in self.given.bodies.items():
@@ -292,21 +246,6 @@ class _Assembly(Checking):
             if len(self.source.faults) == faults:
                 self.checked(path, check_joint, made)
             yield made
-
-    def _solid(self, body: str) -> bool:
-        """Whether all moments of inertia are there, or other bodies or a beam may bring them."""
-        carries = any(joint.parent == body for joint in self.given.joints.values())
-        given = self.given.bodies[body]
-        return carries or bool(given.beam or given.matrices or given.box) or all(given.inertia[:3])
-
-    def _possible(self, body: str) -> bool:
-        """Whether a body can have its inertia; if not, that is reported separately."""
-        given = self.given.bodies[body]
-        try:
-            check_inertia(k.Body(body, given.mass or 0.0, inertia=_moments(given)))
-        except KernelError:
-            return False
-        return True
 
     def _resisting(self, system: k.System) -> None:
         """Where a body lacks mass or moments, whether all that moves it is resisted by what it carries."""
@@ -345,10 +284,3 @@ class _Assembly(Checking):
             made = contacts.built(name, given)
             self.checked(path, check_contact, made)
             yield made
-
-
-def _moments(body: mechanics.Body) -> k.Matrix:
-    """Inertia about the centre of mass, as written or of a uniform box."""
-    i: tuple[float, ...] = box(body.mass or 0.0, body.box) if body.box else body.inertia
-    xx, yy, zz, xy, xz, yz = (*i, 0.0, 0.0, 0.0)[:6]
-    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
