@@ -66,16 +66,21 @@ class Facts:
         """[m/s2]"""
         return float(self.plan.get("gravity", 9.80665))
 
+    @cached_property
+    def _begins(self) -> list[tuple[float, str]]:
+        """When each stage begins [s], and its name."""
+        return [(t, name) for t, name in self.rec.stages()]
+
     def stage_at(self, t: float) -> str:
         """The name of the stage in which a time [s] is."""
-        return next((name for at, name in reversed(self.rec.stages()) if at <= t), "")
+        return next((name for at, name in reversed(self._begins) if at <= t), "")
 
     @cached_property
     def stages(self) -> list[StageUse]:
         """All stages in turn."""
         borne, tension = self.loads, self._tensions()
         end = tension.t[-1] if len(tension.t) else 0.0
-        spans = pairwise([*((name, t) for t, name in self.rec.stages()), ("", end)])
+        spans = pairwise([*((name, t) for t, name in self._begins), ("", end)])
         return [_of_block(self._stage(name, a, b, tension), borne) for (name, a), (_, b) in spans]
 
     def _tensions(self) -> Signal:
