@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import KL, TERMINATIONS, Terms, assembly, at_rest, bending, gear, in_a_run, shackle
+from heavylift.nodes.limits import KL, TERMINATIONS, Terms, assembly, at_rest, bending, in_a_run, shackle
 from heavylift.nodes.plan import Limit
-from heavylift.nodes.scene import begun_with, check, load, parse
+from heavylift.nodes.scene import begun_with, check, gear, load, parse
 from heavylift.nodes.scene.text import library
 from msgspec.structs import replace
 
