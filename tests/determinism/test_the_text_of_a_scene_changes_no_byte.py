@@ -20,7 +20,9 @@ from heavylift.nodes.scene import LoadedScene, bundled, load, parse
 from heavylift.recordings import Recording
 from rewritten import apart, block, commented, data, flow, other_units, shuffled
 
-LARGE = {"dock", "ramp", "turnover"}  # runs of many seconds
+LARGE = {  # runs, or choices of levels, of many seconds
+    *("dock", "ramp", "turnover", "turnover-untuned", "single-turn", "tandem", "wind-tandem", "in-turn"),
+}
 SHORT = {"edge", "floating", "pendulum", "spreader"}  # runs of less than one
 
 

@@ -63,6 +63,7 @@ def test_a_load_in_the_air_is_not_let_fall(lift: Lift) -> None:
         lift.read(text=lift.beginning(f"  - {{stage: let go, {off}}}\n"))
 
 
+@pytest.mark.large(beyond=5)
 def test_a_wall_beside_the_load_is_told(lift: Lift) -> None:
     wall = f"at: [{lift.x + lift.half + 0.1 + 0.5} m, {lift.y} m, 2 m]"
     scene = lift.read(f"obstacles={{wall: {{box: [1 m, 4 m, 4 m], {wall}}}}}", text=lift.beginning("  - wait: 1 s\n"))

@@ -60,6 +60,7 @@ def given(plan: Plan, fidelity: Fidelity) -> Iterator[tuple[Mechanism, Fidelity]
 
 
 @pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
+@pytest.mark.large(beyond=len(BUNDLED) + 6)
 def test_each_pass_is_pure_and_changes_nothing_twice(name: str) -> None:
     for fidelity in FIDELITIES:
         for machine, level in given(plan_of(name), fidelity):
@@ -110,6 +111,7 @@ def tensions(run: Played, what: str = "rope/tension") -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", [*HANGING, *RANDOM[:6]])
+@pytest.mark.large(beyond=len(HANGING))
 def test_hook_ropes_start_at_rest_under_what_they_carry_and_weigh(name: str) -> None:
     plan = plan_of(name)
     if plan.lists:
@@ -131,7 +133,8 @@ def test_hook_ropes_start_at_rest_under_what_they_carry_and_weigh(name: str) -> 
                 assert swings < STILL * plain[row.rope][0]
 
 
-@pytest.mark.parametrize("name", ["spreader", "hall", "crawler"])
+@pytest.mark.parametrize("name", ["hall", "crawler", "spreader"])
+@pytest.mark.large(beyond=2)
 def test_more_lumps_come_closer(name: str) -> None:
     """Peaks of hook ropes; ropes that weigh a hundredth of their load leave as little."""
     runs = []
