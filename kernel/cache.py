@@ -145,7 +145,7 @@ def _filled(there: Path, fill: Callable[[Path], object]) -> None:
         shutil.rmtree(fresh, ignore_errors=True)
 
 
-class Kept(NamedTuple):
+class CacheEntry(NamedTuple):
     """A file or folder of the cache: when it was used last [ns], its name, bytes on the disk, which of both it is."""
 
     used_ns: int
@@ -154,7 +154,7 @@ class Kept(NamedTuple):
     is_folder: bool
 
 
-def kept() -> list[Kept]:
+def kept() -> list[CacheEntry]:
     """All that heavylift keeps, what was used last at the end; files of others in that folder are passed over."""
     found = []
     with suppress(OSError), _opened() as folder, os.scandir(folder) as entries:
@@ -163,7 +163,7 @@ def kept() -> list[Kept]:
                 if OURS.fullmatch(entry.name):
                     at, is_folder = entry.stat(follow_symlinks=False), entry.is_dir(follow_symlinks=False)
                     size = _size(folder, entry.name) if is_folder else at.st_size
-                    found.append(Kept(at.st_mtime_ns, entry.name, max(size, BLOCK), is_folder))
+                    found.append(CacheEntry(at.st_mtime_ns, entry.name, max(size, BLOCK), is_folder))
     return sorted(found)
 
 
@@ -181,7 +181,7 @@ def prune_cache(bound: int | None = None) -> int:
     return whole - left
 
 
-def _let_go(folder: int, x: Kept) -> bool:
+def _let_go(folder: int, x: CacheEntry) -> bool:
     """Whether it is gone now; a folder that a process is using is not."""
     try:
         if not x.is_folder:

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from heavylift.recordings.format.samples import SampleChannel, SampleLayout
     from heavylift.recordings.format.schema import RecordedEvent
     from heavylift.recordings.format.viewer_messages import Box, RopeLine
-    from heavylift.recordings.read.container import Topic
+    from heavylift.recordings.read.container import FileChannel
     from heavylift.recordings.read.export import export
     from heavylift.recordings.read.info import info, info_data
     from heavylift.recordings.read.part import Part
     from heavylift.recordings.read.reader import Recording
     from heavylift.recordings.read.recover import Recovered, recover
     from heavylift.recordings.read.signal import Signal
-    from heavylift.recordings.render.compare import Comparison, Difference, compare, overlay
+    from heavylift.recordings.render.compare import Difference, RecordingComparison, compare, overlay
     from heavylift.recordings.render.curves import curves
     from heavylift.recordings.render.plot import plot
     from heavylift.recordings.render.storyboard import storyboard
@@ -41,9 +41,33 @@ if TYPE_CHECKING:
     from heavylift.recordings.write.writer import Recorder
 
 __all__ = [
-    "Box", "Comparison", "Difference", "Digest", "Part", "Peak", "RecordedEvent", "Recorder", "Recording",
-    "Recovered", "RopeLine", "SampleChannel", "SampleLayout", "Signal", "Spectator", "Topic", "compare",
-    "curves", "export", "file_path", "info", "info_data", "overlay", "plot", "recover", "report", "storyboard",
+    "Box",
+    "Difference",
+    "Digest",
+    "FileChannel",
+    "Part",
+    "Peak",
+    "RecordedEvent",
+    "Recorder",
+    "Recording",
+    "RecordingComparison",
+    "Recovered",
+    "RopeLine",
+    "SampleChannel",
+    "SampleLayout",
+    "Signal",
+    "Spectator",
+    "compare",
+    "curves",
+    "export",
+    "file_path",
+    "info",
+    "info_data",
+    "overlay",
+    "plot",
+    "recover",
+    "report",
+    "storyboard",
     "view",
 ]  # fmt: skip
 _NAMES: dict[str, tuple[str, ...]] = {
@@ -51,14 +75,14 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "format.samples": ("SampleChannel", "SampleLayout"),
     "format.schema": ("RecordedEvent",),
     "format.viewer_messages": ("Box", "RopeLine"),
-    "read.container": ("Topic",),
+    "read.container": ("FileChannel",),
     "read.export": ("export",),
     "read.info": ("info", "info_data"),
     "read.part": ("Part",),
     "read.reader": ("Recording",),
     "read.recover": ("Recovered", "recover"),
     "read.signal": ("Signal",),
-    "render.compare": ("Comparison", "Difference", "compare", "overlay"),
+    "render.compare": ("RecordingComparison", "Difference", "compare", "overlay"),
     "render.curves": ("curves",),
     "render.plot": ("plot",),
     "render.storyboard": ("storyboard",),

@@ -33,7 +33,7 @@ EXTRAS = {  # what some commands need, and what for
 }
 
 
-class Finding(NamedTuple):
+class HealthFinding(NamedTuple):
     """One line of the answer."""
 
     what: str
@@ -65,11 +65,11 @@ def doctor(
         raise typer.Exit(1)
 
 
-def findings() -> Iterator[Finding]:
+def findings() -> Iterator[HealthFinding]:
     """What is found, one after the other."""
     from packaging.requirements import Requirement
 
-    yield Finding("heavylift", "ok", f"{__version__}, Python {platform.python_version()}, {platform.platform()}")
+    yield HealthFinding("heavylift", "ok", f"{__version__}, Python {platform.python_version()}, {platform.platform()}")
     needed = [Requirement(line) for line in requires("heavylift") or []]
     yield from (_package(x) for x in needed if x.marker is None)
     optional = {x.name: x for x in needed if x.name in EXTRAS}
@@ -80,43 +80,43 @@ def findings() -> Iterator[Finding]:
     yield _run()
 
 
-def _package(needed: Requirement, purpose: str = "") -> Finding:
+def _package(needed: Requirement, purpose: str = "") -> HealthFinding:
     """What is installed of what heavylift's own metadata demand, always or for a purpose."""
     try:
         found = version(needed.name)
     except PackageNotFoundError:
         told = purpose or "is not installed; install heavylift again"
-        return Finding(needed.name, "missing" if purpose else "broken", told)
+        return HealthFinding(needed.name, "missing" if purpose else "broken", told)
     if needed.specifier.contains(found, prereleases=True):
-        return Finding(needed.name, "ok", found)
+        return HealthFinding(needed.name, "ok", found)
     told = f"{found} is too old; pip install '{needed.name}{needed.specifier}'"
-    return Finding(needed.name, "broken", told)
+    return HealthFinding(needed.name, "broken", told)
 
 
-def _browser() -> Finding:
+def _browser() -> HealthFinding:
     from heavylift.recordings.sheets.browser import BROWSERS
 
     found = next((path for name in BROWSERS if (path := shutil.which(name))), "")
     told = found or "no Chromium or Chrome; needed for reports as .pdf, pages open in any browser"
-    return Finding("browser", "ok" if found else "missing", told)
+    return HealthFinding("browser", "ok" if found else "missing", told)
 
 
-def _folder(what: str, folder: Path) -> Finding:
+def _folder(what: str, folder: Path) -> HealthFinding:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        return Finding(what, "broken", f"{folder.absolute()} cannot be written to ({error.strerror})")
-    return Finding(what, "ok", f"{folder.absolute()}, {shutil.disk_usage(folder).free / 1e9:.0f} GB free")
+        return HealthFinding(what, "broken", f"{folder.absolute()} cannot be written to ({error.strerror})")
+    return HealthFinding(what, "ok", f"{folder.absolute()}, {shutil.disk_usage(folder).free / 1e9:.0f} GB free")
 
 
-def _cache() -> Finding:
+def _cache() -> HealthFinding:
     from heavylift.kernel.cache import cache_bound, cache_folder, kept, unsafe_cache
 
     if why := unsafe_cache():
         told = f"{cache_folder().absolute()} is not used, so every start compiles anew: it {why}"
-        return Finding("cache", "broken", f"{told}; or name another by HEAVYLIFT_CACHE")
+        return HealthFinding("cache", "broken", f"{told}; or name another by HEAVYLIFT_CACHE")
     found = _folder("cache", cache_folder())
     if found.state != "ok":
         return found._replace(told=f"{found.told}; name another by HEAVYLIFT_CACHE")
@@ -125,7 +125,7 @@ def _cache() -> Finding:
     return found._replace(told=f"{found.told}; {used} (HEAVYLIFT_CACHE_MB)")
 
 
-def _run() -> Finding:
+def _run() -> HealthFinding:
     """The pendulum for a second, in processes, and its recording."""
     from heavylift.coordinator.run import run
     from heavylift.nodes.scene import load
@@ -137,8 +137,8 @@ def _run() -> Finding:
             result = run(load("pendulum", ["end=1 s"]), output)
             swing = Recording(output).signal("joint/position")
         except HeavyliftError as error:
-            return Finding("a short run", "broken", str(error))
+            return HealthFinding("a short run", "broken", str(error))
         except Exception as error:  # of a package that is older or newer than what is tested
-            return Finding("a short run", "broken", f"{type(error).__name__}: {error}; install heavylift again")
+            return HealthFinding("a short run", "broken", f"{type(error).__name__}: {error}; install heavylift again")
     told = f"{len(swing.t)} samples of a pendulum in {result.wall_s:.1f} s, {os.cpu_count()} cores"
-    return Finding("a short run", "ok", told)
+    return HealthFinding("a short run", "ok", told)

@@ -14,15 +14,15 @@ from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
 
 if TYPE_CHECKING:
-    from heavylift.coordinator.hosts.door import Door
+    from heavylift.coordinator.hosts.listener import RemoteListener
 
 
 def open_door(
     remote: frozenset[str], listen: str, keys: Path, in_process: bool, external: Iterable[str] = ()
-) -> Door | None:
+) -> RemoteListener | None:
     """The door of a run with remote processes; None where there are none."""
     from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
-    from heavylift.coordinator.hosts.door import Door
+    from heavylift.coordinator.hosts.listener import RemoteListener
 
     names = ", ".join(sorted(remote))
     if in_process and (programs := ", ".join(sorted(external))):
@@ -34,7 +34,7 @@ def open_door(
         raise SceneError(f"{told}: --listen tls/ADDRESS:7447")
     if listen and not remote:
         raise SceneError(f"--listen {listen}: no process runs on another host, name one by --remote")
-    return Door.at(listen, Credentials.load(keys, COORDINATOR)) if remote else None
+    return RemoteListener.at(listen, Credentials.load(keys, COORDINATOR)) if remote else None
 
 
 @app.command()
@@ -67,7 +67,7 @@ def node(
 ) -> None:
     """Take part in a run on another host.    heavylift node east --connect tls/192.168.1.10:7447 --certificates keys"""
     from heavylift.coordinator.hosts.certificates import Credentials
-    from heavylift.coordinator.hosts.door import Door
+    from heavylift.coordinator.hosts.listener import RemoteListener
     from heavylift.coordinator.hosts.remote_node import play
 
     wanted = ""
@@ -77,5 +77,5 @@ def node(
 
         wanted = fingerprint(encode(o.scene_of(scene, sets).plan))
     sys.path.append(os.getcwd())  # for a model's module; it runs only if its code is trusted here
-    door = Door.at(connect, Credentials.load(keys, name))
+    door = RemoteListener.at(connect, Credentials.load(keys, name))
     play(name, door, run, wanted, lambda told: typer.echo(told, err=True))

@@ -45,7 +45,7 @@ def devs(
     from heavylift.coordinator.participants.building import built, seeded
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
-    from heavylift.coordinator.run.watch import Watch
+    from heavylift.coordinator.run.watch import RunObserver
     from heavylift.kernel.errors import printable
 
     if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
@@ -67,11 +67,11 @@ def devs(
     away = frozenset(remote or [])
     door = open_door(away, listen, keys, o.one_process(in_process, processes, places), external or ())
 
-    class Aloud(Watch):
+    class Aloud(RunObserver):
         def say(self, sentence: str) -> None:
             print(printable(sentence), file=sys.stderr)
 
-    def tried(count: int, watch: Watch) -> object:
+    def tried(count: int, watch: RunObserver) -> object:
         return run_models(model, end, watch=watch, processes=count, microsteps=microsteps, deadline=patience, stop=stop)
 
     if not (in_process or places):

@@ -16,8 +16,8 @@ from .running import live_page
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from heavylift.coordinator.replay import Outcome, RecordedRun
-    from heavylift.coordinator.run.watch import Watch
+    from heavylift.coordinator.replay import RecordedRun, ReplayResult
+    from heavylift.coordinator.run.watch import RunObserver
 
 
 @app.command()
@@ -65,7 +65,7 @@ def replay(
         _publish(run, rate, start, end, loop, paused, topics or [], view)
 
 
-def _tell(run: RecordedRun, found: Outcome, who: str, as_json: bool) -> None:
+def _tell(run: RecordedRun, found: ReplayResult, who: str, as_json: bool) -> None:
     """Print the outcome; exit code 1 if something deviates."""
     if as_json:
         typer.echo(msgspec.json.encode(found).decode())
@@ -98,8 +98,8 @@ def _publish(
     view: bool,
 ) -> None:
     from heavylift.coordinator.live.keyboard import Keyboard
-    from heavylift.coordinator.replay import Player, Publisher, Replay, Said
-    from heavylift.coordinator.replay.picture import Picture
+    from heavylift.coordinator.replay import Player, PublishedItem, Publisher, Replay
+    from heavylift.coordinator.replay.replay_page import ReplayPage
     from heavylift.coordinator.run.progress import command
 
     if not 0.0 < rate < float("inf"):
@@ -117,10 +117,10 @@ def _publish(
         keys = "; space pauses, s steps, + - rate, q ends" if keyboard.there else ""
         typer.echo(f"run {publisher.run} in {publisher.directory}; {command()} watch {publisher.run}{keys}", err=True)
         said = 0
-        picture = Picture(run, page, asked.start) if page is not None else None
+        picture = ReplayPage(run, page, asked.start) if page is not None else None
         with _watching(run) as progress:
 
-            def say(one: Said) -> None:
+            def say(one: PublishedItem) -> None:
                 publisher.say(one)
                 if one.event is not None:
                     progress.event(one.event)
@@ -144,16 +144,16 @@ def _publish(
     typer.echo(f"replayed {said} messages of {len(asked.topics)} topics")
 
 
-def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
+def _watching(run: RecordedRun) -> AbstractContextManager[RunObserver]:
     """What shows the user where the replay is: stages, if the recording is one of a scene."""
     from contextlib import nullcontext
 
     from heavylift.coordinator.record.scene import RESOLVED
     from heavylift.coordinator.run.progress import Progress
-    from heavylift.coordinator.run.watch import Watch
+    from heavylift.coordinator.run.watch import RunObserver
     from heavylift.nodes.plan.plan import decode
 
     try:
         return Progress(decode(run.recording.attachments[RESOLVED]))
     except (KeyError, *UNREADABLE):
-        return nullcontext(Watch())
+        return nullcontext(RunObserver())

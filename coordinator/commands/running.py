@@ -18,8 +18,8 @@ from .hosts import open_door
 
 if TYPE_CHECKING:
     from heavylift.coordinator.ladder.certificate import Certifying
-    from heavylift.coordinator.record.scene import Result
-    from heavylift.coordinator.run.watch import Watch
+    from heavylift.coordinator.record.scene import RunResult
+    from heavylift.coordinator.run.watch import RunObserver
     from heavylift.nodes.scene import LoadedScene
     from heavylift.recordings import Spectator
 
@@ -104,7 +104,7 @@ def run(
         loaded = (decided if decide else chosen)(loaded, lambda told: typer.echo(f"  {told}", err=True))
         nodes = node_names(loaded.plan)
 
-        def tried(count: int, watch: Watch) -> object:
+        def tried(count: int, watch: RunObserver) -> object:
             with TemporaryDirectory() as folder:
                 at = Path(folder) / "tried.mcap"
                 return simulate(loaded, at, watch=watch, placement=Placement.spread(nodes, count), deadline=patience)
@@ -212,7 +212,7 @@ def resume(
     _exit(result, strict, fail_on)
 
 
-def _exit(result: Result, strict: bool, fail_on: str) -> None:
+def _exit(result: RunResult, strict: bool, fail_on: str) -> None:
     """With exit code 1 where the verdict is as bad as is named."""
     if (strict or fail_on) and result.verdict is not None and o.fails(result.verdict.state, strict, fail_on):
         raise typer.Exit(1)

@@ -27,7 +27,7 @@ def check(
     Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders.
     """
     from heavylift.coordinator.ladder.choosing import known
-    from heavylift.coordinator.participants.pause import check_steps
+    from heavylift.coordinator.participants.mechanics_at import check_steps
     from heavylift.coordinator.transport.placement import Placement
     from heavylift.coordinator.verdict.judging import near_at_rest
     from heavylift.nodes.models import node_names
@@ -80,7 +80,7 @@ def equations(
 @app.command()
 def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
-    from heavylift.coordinator.participants.pause import at_rest
+    from heavylift.coordinator.participants.mechanics_at import at_rest
     from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis import reactions
     from heavylift.kernel.analysis.tables import statics_data, statics_text
@@ -95,7 +95,7 @@ def statics(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Jso
 @app.command()
 def modes(scene: o.Scene, at: o.At = None, after: o.After = "", as_json: o.Json = False, sets: o.Sets = None) -> None:
     """Show frequencies, damping and modes about the pose at rest.    heavylift modes lift --after up"""
-    from heavylift.coordinator.participants.pause import at_rest
+    from heavylift.coordinator.participants.mechanics_at import at_rest
     from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis.tables import modes_data, modes_text
 
@@ -180,12 +180,12 @@ def new(
 ) -> None:
     """Write a scene to start from, with comments.    heavylift new my-lift"""
     from heavylift.coordinator.run.progress import command
-    from heavylift.nodes.scene import begun, begun_with
+    from heavylift.nodes.scene import new_scene, new_scene_with
 
     if bool(crane) != bool(blocks):
         raise SceneError("a crane lifts blocks: give both, such as --crane jib-60 --blocks blocks.csv")
     path = Path()
-    for made, text in (begun_with(name, crane, blocks) if crane else {name: begun(name, like)}).items():
+    for made, text in (new_scene_with(name, crane, blocks) if crane else {name: new_scene(name, like)}).items():
         path = Path(f"{made}.yaml")
         try:
             with path.open("x", encoding="utf-8") as file:

@@ -1,6 +1,6 @@
 """How processes on other hosts take part in a run.
 
-door, gate          where others may connect, and who may join
+listener, join_handshake          where others may connect, and who may join
 certificates, x509  by which both sides know each other
 remote_node         the process at the other end
 

@@ -21,19 +21,19 @@ from heavylift.kernel.version import __version__
 from heavylift.nodes.models import KERNEL
 from zenoh.handlers import FifoChannel
 
-from .door import Door
-from .gate import Answer, Ask, code
+from .join_handshake import JoinReply, JoinRequest, code
+from .listener import RemoteListener
 
 LOST = 86  # exit code of a process that has lost its coordinator
 KNOCK_s = 0.5  # in which a coordinator refuses a certificate
 
 
-def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]) -> None:
+def play(name: str, door: RemoteListener, run: str, scene: str, say: Callable[[str], None]) -> None:
     """Take part as process `name` in what runs behind the door; insist on a run id or a scene's fingerprint, or ""."""
     _knock(name, door)
     session = remote_session(door)
     try:
-        ticket = _ask(session, Ask(name, __version__, socket.gethostname(), run, scene, code()), door)
+        ticket = _ask(session, JoinRequest(name, __version__, socket.gethostname(), run, scene, code()), door)
         if KERNEL in ticket.nodes:
             from heavylift.coordinator.participants import kernel_node  # noqa: F401
         link = Link(ticket, session)
@@ -53,7 +53,9 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
 class _Playing:
     """Ends this process when the coordinator is gone before the run is over, whatever its nodes are doing."""
 
-    def __init__(self, session: zenoh.Session, ticket: Ticket, door: Door, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, session: zenoh.Session, ticket: Ticket, door: RemoteListener, say: Callable[[str], None]
+    ) -> None:
         self.over, self._say = False, say
         self._told = f"process {ticket.process}: the coordinator of run {ticket.run} at {door.endpoint} is gone"
         at = key(ticket.run, "alive", HUB)
@@ -70,7 +72,7 @@ class _Playing:
             os._exit(LOST)
 
 
-def _ask(session: zenoh.Session, asked: Ask, door: Door) -> Ticket:
+def _ask(session: zenoh.Session, asked: JoinRequest, door: RemoteListener) -> Ticket:
     """The ticket; a refusal in the coordinator's words."""
     answer = _answer(session, key(JOIN, asked.process), asked, door)
     entered = _answer(session, key(answer.run, "enter", asked.process), asked, door)
@@ -78,7 +80,7 @@ def _ask(session: zenoh.Session, asked: Ask, door: Door) -> Ticket:
     return entered.ticket
 
 
-def _answer(session: zenoh.Session, at: str, asked: Ask, door: Door) -> Answer:
+def _answer(session: zenoh.Session, at: str, asked: JoinRequest, door: RemoteListener) -> JoinReply:
     deadline = time.monotonic() + JOIN_s
     while time.monotonic() < deadline:
         replies = session.get(at, FifoChannel(4), payload=msgspec.msgpack.encode(asked), timeout=JOIN_s)
@@ -93,9 +95,9 @@ def _answer(session: zenoh.Session, at: str, asked: Ask, door: Door) -> Answer:
     raise ProtocolError(f"process {asked.process} cannot join: nobody at {door.endpoint} answers for a run")
 
 
-def _decoded(data: bytes, door: Door) -> Answer:
+def _decoded(data: bytes, door: RemoteListener) -> JoinReply:
     try:
-        return msgspec.msgpack.decode(data, type=Answer)
+        return msgspec.msgpack.decode(data, type=JoinReply)
     except UNREADABLE:
         raise ProtocolError(
             f"who answers at {door.endpoint} speaks the words of another program, or of another heavylift than "
@@ -103,7 +105,7 @@ def _decoded(data: bytes, door: Door) -> Answer:
         ) from None
 
 
-def _knock(name: str, door: Door) -> None:
+def _knock(name: str, door: RemoteListener) -> None:
     """Say in words which certificate is refused, and why: Zenoh only says that there is no connection.
 
     Where nobody answers yet, that is no trouble; Zenoh tries again for a while.

@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
 
 
-def library() -> Library:
+def library() -> CertificateLibrary:
     """The library, or the sentence that says how to get it."""
     try:
-        return Library()
+        return CertificateLibrary()
     except ImportError:
         raise ProtocolError(
             "runs over several hosts need the package 'cryptography': pip install 'heavylift[hosts]'"
         ) from None
 
 
-class Library:
+class CertificateLibrary:
     """What we use of the package `cryptography`, which is imported when the first certificate is looked at."""
 
     def __init__(self) -> None:

@@ -29,11 +29,11 @@ from heavylift.recordings import Recording
 from heavylift.recordings.read.extended import amended
 from heavylift.recordings.render.curves import larger
 
-from .beside import Ran, Start, result, starting
 from .choosing import chosen
 from .figures import Figure
 from .measuring import WITNESSED
-from .rungs import DECADE, Ladder, Rung
+from .model_levels import DECADE, Ladder, ModelLevel
+from .run_pool import Ran, Start, result, starting
 from .sensitivities import STEPS, Moved, Sensitivities, effects, moved, of_unstated
 
 ROUNDING = 1e-9  # of a figure: what is left of a bar that is nothing
@@ -103,7 +103,7 @@ class Certificate:
 
 def tighter(plan: Plan) -> list[Plan]:
     """The same with tighter steps, the last one most."""
-    once = Rung(plan).tighter
+    once = ModelLevel(plan).tighter
     return [once.plan, once.tighter.plan] if system(plan).rigid_ropes else [once.plan]
 
 
@@ -143,7 +143,7 @@ class Certifying:
         """What the certificate costs, in a sentence."""
         n = 2 * sum(x.sd > 0.0 for x in self._inputs)
         runs = [f"{1 + len(self._tight)} for the steps"]
-        runs += [f"2 for the model, one with {Rung(self._levels[1]).level}"] if self._levels else []
+        runs += [f"2 for the model, one with {ModelLevel(self._levels[1]).level}"] if self._levels else []
         runs += [f"{n} for {len(self._inputs)} uncertain input{'s' * (len(self._inputs) > 1)}"] if n else []
         return f"certifying beside the run, by runs of their own: {', '.join(runs)}; new equations are compiled first"
 

@@ -23,7 +23,7 @@ from heavylift.nodes.scene import LoadedScene
 
 from .in_memory import CUT, play
 from .measuring import WITNESSED, Errors, Measuring, added, largest, times
-from .rungs import Ladder, Rung, at_level
+from .model_levels import Ladder, ModelLevel, at_level
 
 STUCK = 2  # times that tighter steps change nothing for the better, until it is given up
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
@@ -85,12 +85,12 @@ def level_of(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
     if scene.question is None:
         return scene
     found = chosen(scene, say)
-    return replace(found, settings=(*scene.settings, *Rung(found.plan).settings))
+    return replace(found, settings=(*scene.settings, *ModelLevel(found.plan).settings))
 
 
 def error_of(plan: Plan, ask: Sequence[Asked]) -> tuple[float, str]:
     """The largest relative error of what is asked of a plan as it is, measured, and in which figure."""
-    measuring, rung, ladder = Measuring(ask), Rung(plan), Ladder(plan)
+    measuring, rung, ladder = Measuring(ask), ModelLevel(plan), Ladder(plan)
     errors = added(times(WITNESSED, measuring.apart(rung, rung.tighter)), error_of_level(ladder, rung, measuring))
     name = max(errors, key=lambda x: (errors[x], x), default="")
     return errors.get(name, 0.0), name
@@ -101,11 +101,11 @@ class _Look:
     """A rung, what it is wrong by: in all, by its steps, by its level; the pairs of rungs that tell; why it made no
     run."""
 
-    rung: Rung
+    rung: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
     steps: Errors = field(default_factory=dict)
     model: Errors = field(default_factory=dict)
-    pairs: tuple[tuple[Rung, Rung], ...] = ()
+    pairs: tuple[tuple[ModelLevel, ModelLevel], ...] = ()
     why: str = ""
 
 
@@ -124,7 +124,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     return _unconverged(last, question, measuring, ladder)
 
 
-def _climbed(ladder: Ladder, rungs: Sequence[Rung], accuracy: float, measuring: Measuring, richer: bool) -> _Look:
+def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool) -> _Look:
     """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run: the
     level is wrong by more, or tighter steps change nothing for the better."""
     tolerances = [rung.plan.tolerance for rung in rungs]
@@ -174,7 +174,7 @@ def _next(tolerances: Sequence[float], at: int, part: float) -> int:
 
 
 def _looks(
-    runs: Sequence[Rung], model: Errors, pair: tuple[tuple[Rung, Rung], ...], measuring: Measuring
+    runs: Sequence[ModelLevel], model: Errors, pair: tuple[tuple[ModelLevel, ModelLevel], ...], measuring: Measuring
 ) -> list[_Look]:
     """Rungs of one level, loosest steps first, as the tightest of them tells what they are wrong by.
 
@@ -202,7 +202,11 @@ def _looks(
 
 
 def _look(
-    rung: Rung, steps: Errors, model: Errors, pairs: tuple[tuple[Rung, Rung], ...], measuring: Measuring
+    rung: ModelLevel,
+    steps: Errors,
+    model: Errors,
+    pairs: tuple[tuple[ModelLevel, ModelLevel], ...],
+    measuring: Measuring,
 ) -> _Look:
     return _Look(rung, added(steps, measuring.misread(rung), model), steps, model, pairs)
 
@@ -218,7 +222,7 @@ def _of_limits(look: _Look, measuring: Measuring) -> Errors:
     }
 
 
-def error_of_level(ladder: Ladder, rung: Rung, measuring: Measuring) -> Errors:
+def error_of_level(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> Errors:
     """What the level of a rung leaves out, by its witness; of the finest level by the one before it."""
     if witness := ladder.witness(rung.plan.fidelity):
         return times(WITNESSED, measuring.apart(rung, rung.on(witness)))
@@ -249,7 +253,7 @@ def _unconverged(look: _Look, question: Question, measuring: Measuring, ladder: 
 
 
 def _unmeasured(plan: Plan, why: str) -> Answer:
-    rung = Rung(plan)
+    rung = ModelLevel(plan)
     return Answer(
         fidelity=plan.fidelity, method=plan.method, tolerance=plan.tolerance, left_out=rung.left_out, notes=(why,)
     )

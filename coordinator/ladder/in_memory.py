@@ -17,12 +17,12 @@ from random import Random
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.live.commands import Given, command
+from heavylift.coordinator.live.commands import TimedCommand, command
 from heavylift.coordinator.participants.configuration import PATIENCE_ns, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.mechanics_at import configured
 from heavylift.coordinator.participants.parts import KernelConfig
-from heavylift.coordinator.participants.pause import configured
-from heavylift.coordinator.protocol.core import Outcome
+from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.memory import go_on, run_in_memory
 from heavylift.coordinator.protocol.messages import Bye, Grant, Stop
 from heavylift.coordinator.protocol.node import Node
@@ -33,7 +33,7 @@ from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.islands.dense_output import Looks
-from heavylift.kernel.simulation.commanded import OwnRows
+from heavylift.kernel.simulation.command_target import OwnRows
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
 from heavylift.nodes.limits.checks import Errors
@@ -196,7 +196,7 @@ class _Counting(OpenCoordinator):
 def play(
     plan: Plan,
     limit: float = inf,
-    commands: Sequence[Given] = (),
+    commands: Sequence[TimedCommand] = (),
     instants: Sequence[int] = (),
     errors: Errors | None = None,
 ) -> Played:
@@ -232,16 +232,16 @@ def play(
     prepared, started = time.perf_counter(), time.thread_time()
     kernel.allowed, kernel.deadline = limit, prepared + limit
     outcome = run_in_memory(core, nodes.values(), wired=False)
-    while outcome is Outcome.BOUND and plan.end is None and (due := core.scheduled(driving(plan))) < FOREVER:
+    while outcome is RunEnd.BOUND and plan.end is None and (due := core.scheduled(driving(plan))) < FOREVER:
         core.extend(Tag(due.t + PATIENCE_ns))
         outcome = go_on(core, nodes, Random(0), wired=False)
     reached = max(events[-1].t if events else 0, kernel.kept[-1][1][0] if kernel.kept else 0)
-    ended = outcome is Outcome.QUIET and plan.end is None
+    ended = outcome is RunEnd.QUIET and plan.end is None
     bye = nodes[KERNEL].handle(Stop(Tag(reached + 1) if ended else core.end))
     if not isinstance(bye, Bye):
         raise ModelError(getattr(bye, "sentence", f"{KERNEL} answered STOP with {bye!r}"))
     waiting = [said for model in models.values() if (said := str(getattr(model, "waiting_for", str)()))]
-    if waiting and plan.end is None and outcome is not Outcome.FINISHED:
+    if waiting and plan.end is None and outcome is not RunEnd.FINISHED:
         raise ModelError(waiting[0])
     cpu, wall = time.thread_time() - started, time.perf_counter() - prepared
     times, rows = kernel.table()

@@ -15,7 +15,7 @@ from heavylift.nodes.plan.fidelity import Asked, Fidelity
 
 from .figures import Figure, figures
 from .in_memory import CUT, play
-from .rungs import Rung
+from .model_levels import ModelLevel
 
 DENSER, MOST = 4.0, 60_000  # times the samples, where a figure may be misread; at most of them in a run
 WITNESSED = 2.0  # times the difference to its witness, a run may be wrong by
@@ -57,7 +57,7 @@ class Measuring:
         """Figures that any run has shown."""
         return {name: f for read in self._read.values() for name, f in read.items()}
 
-    def figures(self, rung: Rung) -> dict[str, Figure]:
+    def figures(self, rung: ModelLevel) -> dict[str, Figure]:
         """Of the run of a rung; raises HeavyliftError if it has none."""
         if rung.key in self._failed:
             raise self._failed[rung.key]
@@ -79,11 +79,11 @@ class Measuring:
             self._say(f"{rung.name}: {run.cpu_s:.2g} s")
         return self._read[rung.key]
 
-    def misread(self, rung: Rung) -> Errors:
+    def misread(self, rung: ModelLevel) -> Errors:
         """What the figures of a rung may be misread by."""
         return {f.name: f.misread / f.scale for f in self.figures(rung).values()}
 
-    def read_well(self, rung: Rung, accuracy: float) -> bool:
+    def read_well(self, rung: ModelLevel, accuracy: float) -> bool:
         """Whether no figure may be misread by more than a quarter of an accuracy; else, as long as denser samples can
         help, all is to be run again with them."""
         if max(self.misread(rung).values(), default=0.0) <= 0.25 * accuracy or DENSER * self._samples > MOST:
@@ -92,7 +92,7 @@ class Measuring:
         self._read.clear()
         return False
 
-    def apart(self, rung: Rung, other: Rung) -> Errors:
+    def apart(self, rung: ModelLevel, other: ModelLevel) -> Errors:
         """Relative differences; infinite of what only one of them shows."""
         mine, others = self.figures(rung), self.figures(other)
         return {

@@ -21,9 +21,9 @@ from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unsta
 from heavylift.recordings.format.text import table
 from heavylift.recordings.render.curves import larger
 
-from .beside import Ran, Start, result, starting
 from .choosing import chosen
 from .figures import Figure
+from .run_pool import Ran, Start, result, starting
 
 LOG = logging.getLogger("heavylift.ladder")
 LEVEL = 2.0  # standard uncertainties of a bar

@@ -18,7 +18,7 @@ from heavylift.nodes.scene import LoadedScene
 
 from .in_memory import CUT
 from .measuring import Errors, Measuring
-from .rungs import DECADE, Ladder, Rung
+from .model_levels import DECADE, Ladder, ModelLevel
 
 REFERENCE = 3  # steps of the finest rung: so many times a tenth of the loosest
 
@@ -158,7 +158,9 @@ def _asked(words: str, own: tuple[Asked, ...]) -> tuple[Asked, ...]:
     return tuple(q for q in ASKABLE if q in (wanted or own or MEANT))
 
 
-def _row(scene: LoadedScene, rung: Rung, true: Rung, quantity: dict[str, Asked], measuring: Measuring) -> Row | None:
+def _row(
+    scene: LoadedScene, rung: ModelLevel, true: ModelLevel, quantity: dict[str, Asked], measuring: Measuring
+) -> Row | None:
     """The row of a rung; None if the budget ends before its run does."""
     try:
         errors = _by(quantity, measuring.apart(rung, true))
@@ -179,7 +181,7 @@ def _by(quantity: dict[str, Asked], errors: Errors) -> dict[Asked, float]:
 
 
 def _worth(
-    ladder: Ladder, true: Rung, finest: Sequence[Rung], quantity: dict[str, Asked], measuring: Measuring
+    ladder: Ladder, true: ModelLevel, finest: Sequence[ModelLevel], quantity: dict[str, Asked], measuring: Measuring
 ) -> dict[str, dict[Asked, float]]:
     """What the reference itself changed by, where these runs were made."""
     looser = finest[max(0, min(REFERENCE, len(finest) - 1) - 1)]

@@ -22,7 +22,7 @@ from heavylift.nodes.scene.text.units import DURATION
 from .choosing import answered, choose
 from .in_memory import CUT
 from .measuring import Measuring, largest
-from .rungs import Ladder, Rung
+from .model_levels import Ladder, ModelLevel
 
 IMPORTED = time.perf_counter()
 ACCURACIES = (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003)
@@ -70,7 +70,7 @@ def within(
             f"{option}: too short, this machine needs about {ceil(needed / unit) * unit:.3g} s; give it more"
         )
     chosen = answered(scene, found)
-    same = " ".join(f"--set '{x}'" for x in Rung(chosen.plan).settings[1:])
+    same = " ".join(f"--set '{x}'" for x in ModelLevel(chosen.plan).settings[1:])
     return Within(chosen, f"{option}: {found}; the same run: {same}")
 
 
@@ -86,7 +86,7 @@ def _best(scene: LoadedScene, allowed: float) -> tuple[Answer | None, float]:
             if CUT not in str(error):
                 raise
             break
-        spent = measuring.spent.get(Rung(answered(scene, answer).plan).key)
+        spent = measuring.spent.get(ModelLevel(answered(scene, answer).plan).key)
         run = spent.wall_s if spent else 0.0
         if elapsed() + AROUND + run > SPARE * allowed:
             needed = (elapsed() + AROUND + run) / SPARE if found is None else needed

@@ -9,7 +9,7 @@ On the coordinator's side `shown` makes a run findable and shows its events.  Wh
 and for an operator's orders stands in LIVE.md.
 
 publishing                          samples on the bus, for programs that draw them
-announce, audience, observe, line   how a run is found, what observers are shown, as a line for people
+announce, observers, observe, line   how a run is found, what observers are shown, as a line for people
 orders, commands, command_queue     an operator's orders, and where a run takes them
 keyboard, keys, pace, run_control   keys of the terminal; how fast a run goes, and when it may go on
 show                                a run can be found and watched
@@ -17,17 +17,30 @@ show                                a run can be found and watched
 
 from heavylift.kernel.on_demand import face
 
-from .announce import Found, Notice, find, running
-from .audience import Audience, Ended
-from .commands import Given, operator_commands
+from .announce import AnnouncedRun, Notice, find, running
+from .commands import TimedCommand, operator_commands
 from .observe import Observer, observe
+from .observers import Audience, Ended
 from .orders import Order, order
 from .pace import Pace, RealTime
 from .show import shown
 
 __all__ = [
-    "Audience", "Ended", "Found", "Given", "Notice", "Observer", "Order", "Pace", "RealTime", "find", "observe",
-    "operator_commands", "order", "running", "shown",
+    "AnnouncedRun",
+    "Audience",
+    "Ended",
+    "Notice",
+    "Observer",
+    "Order",
+    "Pace",
+    "RealTime",
+    "TimedCommand",
+    "find",
+    "observe",
+    "operator_commands",
+    "order",
+    "running",
+    "shown",
 ]  # fmt: skip
 
 face(__name__)

@@ -35,7 +35,7 @@ class Notice(msgspec.Struct, frozen=True):
     version: str = "0.1.0"  # of heavylift
 
 
-class Found(NamedTuple):
+class AnnouncedRun(NamedTuple):
     """A run in progress, and its private directory."""
 
     notice: Notice
@@ -79,12 +79,12 @@ class Announcement:
         self.close()
 
 
-def running() -> list[Found]:
+def running() -> list[AnnouncedRun]:
     """All runs of this user in progress, the oldest first."""
     return sorted(_running(), key=lambda found: (found.notice.started, found.notice.run))
 
 
-def find(which: str = "") -> Found:
+def find(which: str = "") -> AnnouncedRun:
     """The run that `which` names: its recording, its run id (or its beginning), its scene; "" = the only one."""
     runs = running()
     if not which:
@@ -105,12 +105,12 @@ def find(which: str = "") -> Found:
     raise ProtocolError(f"{which}: no run goes by this name; {'these go on' if runs else 'none goes on'}{_list(runs)}")
 
 
-def _running() -> Iterator[Found]:
+def _running() -> Iterator[AnnouncedRun]:
     seen = {path.resolve() for place in places() for path in Path(place).glob(f"heavylift-*/{NAME}")}
     for path in seen:
         try:
             if path.stat().st_uid == os.getuid() and _locked(path):
-                yield Found(msgspec.json.decode(path.read_bytes(), type=Notice), path.parent)
+                yield AnnouncedRun(msgspec.json.decode(path.read_bytes(), type=Notice), path.parent)
         except (OSError, *UNREADABLE):  # it ends just now, or another version wrote it
             continue
 
@@ -133,6 +133,6 @@ def _locked(path: Path) -> bool:
         os.close(file)
 
 
-def _list(runs: list[Found]) -> str:
+def _list(runs: list[AnnouncedRun]) -> str:
     lines = (f"\n    {found.notice.run}  {found.notice.recording or found.notice.scene}" for found in runs)
     return "".join([":", *lines]) if runs else ""

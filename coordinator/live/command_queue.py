@@ -25,7 +25,7 @@ from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs import encode as canonical
 from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorCommand
 
-from .commands import Given, command, journal_of
+from .commands import TimedCommand, command, journal_of
 from .orders import Order, Reply
 from .run_control import Tempo
 
@@ -63,7 +63,7 @@ class Desk:
         self._taken: set[int] = set()  # times of commands [ns]
         self._closed = False
 
-    def repeat(self, commands: Iterable[Given], core: OpenCoordinator) -> None:
+    def repeat(self, commands: Iterable[TimedCommand], core: OpenCoordinator) -> None:
         """Order what was ordered in another run."""
         for given in commands:
             self._order(given, core)
@@ -184,10 +184,10 @@ class Desk:
             t += 1
         if Tag(t) >= core.end:
             raise HeavyliftError(f"{said.text}: too late, everything before the end of the run is decided already")
-        self._order(Given(Tag(t), canonical(said)), core)
+        self._order(TimedCommand(Tag(t), canonical(said)), core)
         return t
 
-    def _order(self, given: Given, core: OpenCoordinator) -> None:
+    def _order(self, given: TimedCommand, core: OpenCoordinator) -> None:
         """It is on the disk before anything can come of it."""
         if self._journal is None:
             self._journal = Journal(journal_of(self._recording()), exclusive=True)

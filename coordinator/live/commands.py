@@ -18,14 +18,14 @@ from heavylift.recordings import Recording, file_path
 from heavylift.recordings.write.outputs import COMMANDS
 
 
-class Given(NamedTuple):
+class TimedCommand(NamedTuple):
     """A command and when it was given: the canonical bytes of an OperatorCommand."""
 
     tag: Tag
     payload: bytes
 
 
-def command(given: Given) -> Event:
+def command(given: TimedCommand) -> Event:
     """The event that a command is."""
     return Event(*given.tag, OPERATOR, COMMAND, 0, OperatorCommand.__name__, given.payload)
 
@@ -35,16 +35,16 @@ def journal_of(recording: Path) -> Path:
     return recording.with_name(recording.name + COMMANDS)
 
 
-def journaled(recording: Path) -> set[Given]:
+def journaled(recording: Path) -> set[TimedCommand]:
     """The commands in the journal of a run that was cut off."""
     path = journal_of(recording)
     try:
-        return {Given(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(path)}
+        return {TimedCommand(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(path)}
     except UNREADABLE as error:
         raise RecordingError(f"{path}: is no journal of commands ({error}); remove it to go on without them") from None
 
 
-def operator_commands(recording: str | Path) -> list[Given]:
+def operator_commands(recording: str | Path) -> list[TimedCommand]:
     """The commands of a recorded run, in order; of one that was cut off those in its journal, too."""
     path = file_path(recording)
     found = journaled(path)
@@ -53,5 +53,5 @@ def operator_commands(recording: str | Path) -> list[Given]:
             said = msgspec.convert(event.value, OperatorCommand)
         except UNREADABLE as error:
             raise RecordingError(f"{path}: what was ordered at {event.t_ns} ns is no command ({error})") from None
-        found.add(Given(Tag(event.t_ns, event.microstep), encode(said)))
+        found.add(TimedCommand(Tag(event.t_ns, event.microstep), encode(said)))
     return sorted(found)

@@ -12,11 +12,11 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
-from heavylift.coordinator.supervision.journal import Follower
+from heavylift.coordinator.supervision.journal import JournalReader
 from heavylift.nodes.devs import Event
 
-from .announce import Found, find
-from .audience import EVENTS, Ended, entry
+from .announce import AnnouncedRun, find
+from .observers import EVENTS, Ended, entry
 
 LOOK_s = 0.02  # how often an observer looks for more
 
@@ -24,10 +24,10 @@ LOOK_s = 0.02  # how often an observer looks for more
 class Observer(Iterator[tuple[int, Event]]):
     """Iterates over (number, event); afterwards `ended` says how the run ended."""
 
-    def __init__(self, found: Found) -> None:
+    def __init__(self, found: AnnouncedRun) -> None:
         self.found = found
         self.ended = Ended("failed", 0.0, "its coordinator was killed")
-        self._journal = Follower(found.directory / EVENTS)
+        self._journal = JournalReader(found.directory / EVENTS)
         self._events = self._follow()
 
     def __next__(self) -> tuple[int, Event]:
@@ -48,6 +48,6 @@ class Observer(Iterator[tuple[int, Event]]):
                 time.sleep(LOOK_s)
 
 
-def observe(run: str | Path | Found = "") -> Observer:
+def observe(run: str | Path | AnnouncedRun = "") -> Observer:
     """All events of a run in progress, as (number, event) from 0 upwards; `run` as for `find`."""
-    return Observer(run if isinstance(run, Found) else find(str(run)))
+    return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))

@@ -18,7 +18,7 @@ from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.kernel.version import __version__, install
 from heavylift.nodes.devs import NEVER
 
-from .announce import Found, find
+from .announce import AnnouncedRun, find
 
 PATIENCE_s = 30.0  # for the last reply: a command waits for the time at which it can be given
 STEP_s = 86400.0  # the same for a step, which takes as long as it takes
@@ -46,7 +46,7 @@ class Reply(msgspec.Struct, frozen=True):
     last: bool = True
 
 
-def order(run: str | Path | Found, what: Order) -> str:
+def order(run: str | Path | AnnouncedRun, what: Order) -> str:
     """Send an order to a run in progress; returns its answer, raises ProtocolError if it refuses."""
     answer = ask(run, what)
     if not answer.done:
@@ -55,13 +55,13 @@ def order(run: str | Path | Found, what: Order) -> str:
 
 
 def ask(
-    run: str | Path | Found, what: Order, patience: float = PATIENCE_s, hear: Callable[[str], None] | None = None
+    run: str | Path | AnnouncedRun, what: Order, patience: float = PATIENCE_s, hear: Callable[[str], None] | None = None
 ) -> Reply:
     """Send an order to a run in progress; returns its last reply, `hear` gets the text of one before.
 
     Raises ProtocolError if there is no last reply within `patience` [s], which a step does not need.
     """
-    found = run if isinstance(run, Found) else find(str(run))
+    found = run if isinstance(run, AnnouncedRun) else find(str(run))
     timeout, said = STEP_s if what.do == "step" else patience, ""
     with guest_session(found.directory, OPERATOR) as session:
         control = key(found.notice.run, "control")

@@ -11,7 +11,7 @@ from heavylift.coordinator.transport.local_hub import LocalHub
 from heavylift.nodes.devs import Message
 
 from .announce import Announcement
-from .audience import Audience
+from .observers import Audience
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.operator_command import spoken
 from heavylift.nodes.scene.text.spelling import tidy
 from heavylift.nodes.scene.text.units import STROKE, STROKE_SPEED, TIME
-from heavylift.recordings.read.log import Log, read_log
+from heavylift.recordings.read.log import LogTable, read_log
 from numpy.typing import NDArray
 
 FORM = re.compile(r"(?P<target>.+?)\.(?P<verb>[^.=]+)=(?P<file>.+?\.\w+):(?P<column>[^@\[]+?)\s*(?:\[(?P<unit>.*)\])?"
@@ -92,7 +92,7 @@ def _spline(t: Floats, x: Floats) -> tuple[Floats, Floats]:
     return knots, speeds
 
 
-def _within(log: Log, column: str, rows: list[int], drive: DriveActor, t: Floats, x: Floats) -> None:
+def _within(log: LogTable, column: str, rows: list[int], drive: DriveActor, t: Floats, x: Floats) -> None:
     """Raises RecordingError for the first row at which a drive would be beyond an end position."""
     lower, upper = (end if end is not None else s * np.inf for end, s in zip(drive.ends, (-1.0, 1.0), strict=True))
     for i in np.flatnonzero((x < lower - BEYOND) | (x > upper + BEYOND)).tolist():

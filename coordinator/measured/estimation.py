@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Told:
+class Identifiable:
     """What is compared: times of the log (n,) [s]; per channel values, systematic standard uncertainty and scatter."""
 
     t: Floats
@@ -38,7 +38,7 @@ class Told:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class InputEstimates:
     """Values and standard uncertainties of the inputs that the log tells, by number; why not, of others; the offset."""
 
     values: dict[int, float]
@@ -48,8 +48,8 @@ class Estimate:
 
 
 def estimate(
-    simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], told: Told, at: Alignment
-) -> Estimate:
+    simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], told: Identifiable, at: Alignment
+) -> InputEstimates:
     """Fit what the log tells of the inputs, for whose values (m,) `simulate` gives the channels' curves."""
     m, known = len(inputs), dict[bytes, Sequence[Curve]]()
     unknowns = [(p.value, p.scale, *p.bounds, STEP) for p in inputs]
@@ -100,12 +100,12 @@ def estimate(
             bars = dict(zip(free, sigma * scale[free], strict=True))
             if at.estimated:
                 at = Alignment(at.offset + float(values.pop(m)), float(bars.pop(m)), at.correlation, True)
-            return Estimate(
+            return InputEstimates(
                 {i: float(v) for i, v in values.items()}, {i: float(v) for i, v in bars.items()}, unknown, at
             )
         unknown |= {free[k]: why for k, why in lost.items()}
         free[:] = [i for k, i in enumerate(free) if k not in lost]
-    return Estimate({}, {}, unknown, at)
+    return InputEstimates({}, {}, unknown, at)
 
 
 def _untold(J: Floats, noisy: NDArray[np.bool_], names: Sequence[str]) -> dict[int, str]:
@@ -133,7 +133,7 @@ def _large(a: Floats, b: Floats) -> bool:
     return bool(np.linalg.norm(a) > NOISE * np.linalg.norm(b))
 
 
-def _covariance(J: Floats, r: Floats, told: Told) -> Floats:
+def _covariance(J: Floats, r: Floats, told: Identifiable) -> Floats:
     """(m, m) of x: scatter of each channel with its correlation time, and what its rows have in common."""
     A, n = np.linalg.inv(J.T @ J), len(told.values)
     middle, spare = np.zeros_like(A), len(r) / max(1, len(r) - J.shape[1])

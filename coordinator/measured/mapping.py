@@ -24,7 +24,7 @@ from heavylift.nodes.scene.text.uncertainty import PLUS, half_width
 from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, offered
 from heavylift.recordings import Recording
 from heavylift.recordings.format.samples import ERROR, MEASURED
-from heavylift.recordings.read.log import Log, read_log
+from heavylift.recordings.read.log import LogTable, read_log
 from heavylift.recordings.read.part import chosen
 from heavylift.recordings.read.signal import titles
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Channel:
+class LogChannel:
     """A measured channel: (signal, column) of the recording, values (n,) at the log's times in its unit, and standard
     uncertainties (n,) of the sensor; `model`: whether the run has it too; `stated`: whether the map says how uncertain
     it is."""
@@ -55,24 +55,24 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Measured:
+class LogSignals:
     """A log as a map reads it: times (n,) [s], channels, and the map's lines."""
 
-    log: Log
+    log: LogTable
     t: Floats
-    channels: list[Channel]
+    channels: list[LogChannel]
     lines: dict[str, str]
 
     @property
-    def compared(self) -> list[Channel]:
+    def compared(self) -> list[LogChannel]:
         """The channels that the run has, too."""
         return [channel for channel in self.channels if channel.model]
 
 
-def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> Measured:
+def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> LogSignals:
     """Read a log by a map; HeavyliftError names what is wrong in map or log."""
     log, t = read_log(path), None
-    channels, lines = list[Channel](), dict[str, str]()
+    channels, lines = list[LogChannel](), dict[str, str]()
     for source in map(_source, maps):
         faults = list(source.faults)
         for column, text in source.data.items():
@@ -95,7 +95,7 @@ def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: flo
         raise RecordingError(f"{log.path}: two columns are mapped to {twice}; a channel has one")
     if not any(channel.model for channel in channels):
         raise RecordingError(f"{log.path}: no column is mapped to a channel of {rec.path}; add one, such as {EXAMPLE}")
-    return Measured(log, log.seconds() if t is None else t, channels, lines)
+    return LogSignals(log, log.seconds() if t is None else t, channels, lines)
 
 
 def _source(given: str) -> Source:
@@ -115,7 +115,7 @@ def _source(given: str) -> Source:
     return source
 
 
-def _channel(rec: Recording, log: Log, column: str, line: re.Match[str], gravity: float) -> Channel:
+def _channel(rec: Recording, log: LogTable, column: str, line: re.Match[str], gravity: float) -> LogChannel:
     """One channel; ValueError for what is wrong in its line, RecordingError for what is in the log."""
     name, unit = line["channel"], tidy(line["unit"] or log.unit(column))
     if not unit:
@@ -140,7 +140,7 @@ def _channel(rec: Recording, log: Log, column: str, line: re.Match[str], gravity
         raise ValueError(f"'{unit}' is no unit of {name}; use {', '.join(offered(units))}")
     values = log.values(column) * float(units[unit])
     sigma = np.zeros(len(values)) if line["half"] is None else _stated(line["half"], values, units)
-    return Channel(signal, part, si, values, sigma, model, bool(line["half"]))
+    return LogChannel(signal, part, si, values, sigma, model, bool(line["half"]))
 
 
 def _units(si: str, gravity: float) -> dict[str, Fraction]:

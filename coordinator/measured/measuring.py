@@ -23,10 +23,10 @@ from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
 from .alignment import Alignment, Curve, aligned, overlapping
-from .estimation import Estimate, Told, estimate
-from .mapping import Channel, Measured, measured
+from .estimation import Identifiable, InputEstimates, estimate
+from .mapping import LogChannel, LogSignals, measured
 from .parameters import scene_text, simulator, spread
-from .validation import LEVEL, Comparison, accuracy, beside, compared, curves_of
+from .validation import LEVEL, ChannelComparison, accuracy, beside, compared, curves_of
 
 QUIET = 1e-3  # of a channel's range: least scatter that it is taken to have
 ROOM = 5.0  # rows at either end of the overlap that estimates leave out, for the offset moves
@@ -35,12 +35,12 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Outcome:
+class MeasurementResult:
     """What was found; `estimates`: value and half-width at 95 % as text, by name; `not_identified`: why, by name; how
     many rows of the log lie outside of the run; the recording and the scene that were written."""
 
     at: Alignment
-    comparisons: list[Comparison]
+    comparisons: list[ChannelComparison]
     estimates: dict[str, tuple[str, str]]
     not_identified: dict[str, str]
     outside: int
@@ -71,7 +71,7 @@ def measure(
     out: str | Path | None = None,
     force: bool = False,
     say: Callable[[str], None] = lambda sentence: None,
-) -> Outcome:
+) -> MeasurementResult:
     """Compare the recording `path` with a log, and write both (default: NAME-measured.mcap).
 
     `offset` [s] of the log's time in the run, estimated if not given; `wanted`: inputs of the scene to estimate, which
@@ -90,7 +90,7 @@ def measure(
     found = measured(rec, log, maps, plan.get("gravity", EARTH))
     own = curves_of(rec, found.compared)
     at = _placed(rec, found, own, offset)
-    fit, u_input = Estimate({}, {}, {}, at), list[Floats]()
+    fit, u_input = InputEstimates({}, {}, {}, at), list[Floats]()
     rate = 1.0 / float(np.median(np.diff(found.t)))
     if begun and fitted:
         rows = overlapping(own[0], found.t, at.offset, ROOM / rate)
@@ -102,7 +102,7 @@ def measure(
     rows = overlapping(own[0], found.t, fit.at.offset)
     estimates = {fitted[i].name: fitted[i].rounded(x, fit.sigma[i]) for i, x in fit.values.items()}
     unknown = {fitted[i].name: why for i, why in sorted(fit.unknown.items())}
-    outcome = Outcome(fit.at, comparisons, estimates, unknown, int((~rows).sum()))
+    outcome = MeasurementResult(fit.at, comparisons, estimates, unknown, int((~rows).sum()))
     name, lines = found.log.path.name, "".join(f"{column}: {line}\n" for column, line in found.lines.items())
     files = {name: found.log.path.read_bytes(), "map.yaml": lines.encode()}
     made = extended(path, out, beside(found, fit.at, errors, rows), {"measured": outcome.data()}, files, force)
@@ -120,7 +120,7 @@ def _uncertain(rec: Recording) -> bool:
     return RESOLVED in files and bool(uncertainties(read(text.decode(errors="replace"), rec.path.name)))
 
 
-def _placed(rec: Recording, log: Measured, model: list[Curve], offset: float | None) -> Alignment:
+def _placed(rec: Recording, log: LogSignals, model: list[Curve], offset: float | None) -> Alignment:
     """The given offset or the one that the channels tell; RecordingError if no rows lie in the run."""
     T = model[0][0]
     if len(T) < 2:
@@ -135,13 +135,15 @@ def _placed(rec: Recording, log: Measured, model: list[Curve], offset: float | N
     return at
 
 
-def _told(rec: Recording, log: Measured, rows: NDArray[np.bool_]) -> Told:
+def _told(rec: Recording, log: LogSignals, rows: NDArray[np.bool_]) -> Identifiable:
     """What estimates are made of."""
     common = [np.hypot(c.sigma[rows], accuracy(rec) / LEVEL * np.abs(c.values).max()) for c in log.compared]
-    return Told(log.t[rows], [c.values[rows] for c in log.compared], common, [_scatter(c) for c in log.compared])
+    return Identifiable(
+        log.t[rows], [c.values[rows] for c in log.compared], common, [_scatter(c) for c in log.compared]
+    )
 
 
-def _scatter(channel: Channel) -> float:
+def _scatter(channel: LogChannel) -> float:
     """That of white noise with the channel's median step from row to row."""
     steps = np.abs(np.diff(channel.values))
     return float(np.hypot(1.05 * np.median(steps), QUIET * np.ptp(channel.values))) or 1.0

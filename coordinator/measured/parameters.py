@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ruamel.yaml import YAML
 
 from .alignment import Curve
-from .mapping import Channel
+from .mapping import LogChannel
 from .validation import curves_of
 
 SAMPLES = (20.0, 100.0)  # [Hz] at least and at most, between which samples are as many as the log's rows
@@ -34,7 +34,7 @@ Simulate = Callable[[Floats], list[Curve]]
 
 
 def simulator(
-    begun: Beginning, inputs: Sequence[Input], channels: list[Channel], rows_hz: float, say: Callable[[str], None]
+    begun: Beginning, inputs: Sequence[Input], channels: list[LogChannel], rows_hz: float, say: Callable[[str], None]
 ) -> Simulate:
     """Curves of the channels for values of the inputs; HeavyliftError names the values that make no run."""
     hz = begun.scene.plan.samples_hz

@@ -19,14 +19,14 @@ from heavylift.recordings.render.curves import larger
 from numpy.typing import NDArray
 
 from .alignment import Alignment, Curve, overlapping
-from .mapping import Channel, Measured
+from .mapping import LogChannel, LogSignals
 
 LEVEL = 2.0  # standard uncertainties of a level of 95 %
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ChannelComparison:
     """A channel over the overlap: mean, RMS and largest E and when [s]; u_val and its parts, root mean squares of
     standard uncertainties; share of the rows with |E| <= 2 u_val; `lacks`: what nobody has stated."""
 
@@ -56,20 +56,20 @@ class Comparison:
         )
 
 
-def curves_of(rec: Recording, channels: Sequence[Channel]) -> list[Curve]:
+def curves_of(rec: Recording, channels: Sequence[LogChannel]) -> list[Curve]:
     """The run's own of some channels."""
     rec.load([*dict.fromkeys(channel.signal for channel in channels)])
     return [(rec.signal(channel.signal).t, rec.signal(channel.signal)[channel.column]) for channel in channels]
 
 
 def compared(
-    rec: Recording, log: Measured, at: Alignment, u_input: Sequence[Floats]
-) -> tuple[list[Comparison], list[Floats]]:
+    rec: Recording, log: LogSignals, at: Alignment, u_input: Sequence[Floats]
+) -> tuple[list[ChannelComparison], list[Floats]]:
     """Comparison of each channel that the run has too, and its E (n,) at the rows that overlap.
 
     `u_input`: by channel, at the samples of the run; none where no input's uncertainty is stated.
     """
-    out, errors = list[Comparison](), list[Floats]()
+    out, errors = list[ChannelComparison](), list[Floats]()
     for k, (channel, (T, S)) in enumerate(zip(log.compared, curves_of(rec, log.compared), strict=True)):
         rows = overlapping((T, S), log.t, at.offset)
         t = log.t[rows] + at.offset
@@ -81,7 +81,7 @@ def compared(
         val = np.sqrt(num**2 + given**2 + sensor**2)
         most = int(np.argmax(np.abs(error)))
         lacks = ("the sensor",) * (not channel.stated) + ("inputs",) * (not u_input)
-        out.append(Comparison(
+        out.append(ChannelComparison(
             channel.name, channel.unit, mean=float(error.mean()), rms=_rms(error), largest=float(error[most]),
             when=float(t[most]), u_val=_rms(val), u_num=_rms(num), u_input=_rms(given), u_D=_rms(sensor),
             within=float(np.mean(np.abs(error) <= LEVEL * val)), lacks=lacks,
@@ -90,7 +90,7 @@ def compared(
     return out, errors
 
 
-def beside(log: Measured, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
+def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
     """Measured signals, and E of those that the run has too, at times of the run."""
     t, found = log.t[rows] + at.offset, dict[str, list[tuple[str, str, Floats]]]()
     parts = [(MEASURED, channel, channel.values[rows]) for channel in log.channels]

@@ -2,12 +2,12 @@
 
 participant              one node from WELCOME to BYE; node_process: a process of some of them, alive: says that it is
 parts, building          the config that a WELCOME carries, and the model that it names
-kernel_node, recalled    the kernel as a node, and one with a past on record; configuration: what it is told of a plan
+kernel_node, recorded_kernel   the kernel as a node, and one with a past on record; configuration: what it is sent
 sampling                 what the kernel tells models that listen
-pause                    the mechanics of a scene at one instant, played in this process
+mechanics_at             the mechanics of a scene at one instant, played in this process
 external                 nodes that programs of another kind play
-declaring                what coordinator and node must find alike before a run
-commons, seclusion       globals that children share; in its node a child is alone
+build_check              what coordinator and node must find alike before a run
+shared_globals, isolation      globals that children share; in its node a child is alone
 transitions              of models, as a data topic
 
 Node processes import these modules one by one and nothing else of this room.

@@ -10,7 +10,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.models import COMMANDER, NodeModel, couplings, hooked_later, subscriptions
 from heavylift.nodes.plan.plan import Plan
 
-from .parts import KernelConfig, Listening
+from .parts import KernelConfig, SignalSubscription
 
 PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
 # that swings undamped never comes to rest, and a run must not go on for ever
@@ -54,7 +54,7 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
         plan.step,
         hooked_later(plan),
         plan.fidelity.islands == "apart",
-        {own.name: Listening(own.period, own.signals) for own in plan.models},
+        {own.name: SignalSubscription(own.period, own.signals) for own in plan.models},
         {
             x.name: [b.name for machine in x.machines for b in declared[machine].bodies]
             for x in plan.lists

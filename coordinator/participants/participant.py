@@ -23,7 +23,7 @@ from heavylift.nodes.devs import Simulator, Tag
 from . import parts
 
 if TYPE_CHECKING:
-    from .recalled import Past, Recalled
+    from .recorded_kernel import Recalled, RecordedKernel
 
 
 class Participant:
@@ -34,7 +34,7 @@ class Participant:
         models: Sequence[str],
         send: Callable[[bytes], None],
         sample: Callable[[bytes], None],
-        past: Past | None = None,
+        past: RecordedKernel | None = None,
     ) -> None:
         """`past`: what a kernel knows of its run already."""
         self._past = past
@@ -117,16 +117,16 @@ class Participant:
             if self._past is None:
                 kernel = KernelNode(part.config, self._sample, foretells=True)
             else:
-                from .recalled import Recalled
+                from .recorded_kernel import Recalled
 
                 kernel = Recalled(part.config, self._sample, self._past)
             self._pauses, self._greeted = lambda: kernel.pauses, kernel.foretell
             return Node(self.name, kernel, kernel.finish, samples=True), kernel.layout(), part.agreed
         if isinstance(part, parts.ModelPart):
+            from .build_check import declarations
             from .building import couplings, with_children
-            from .commons import Commons
-            from .declaring import declarations
-            from .seclusion import secluded
+            from .isolation import secluded
+            from .shared_globals import Commons
             from .transitions import Transitions
 
             rebuilt = partial(with_children, part.build, self.models, f"node {self.name}")
@@ -149,7 +149,7 @@ class Participant:
         acting = Simulator(models, microsteps=plan.microsteps, wires=wiring(plan).all)
         self._pauses = lambda: acting.passed
         if len(plan.models) > 1:
-            from .commons import Commons
+            from .shared_globals import Commons
 
             self._unchanged = Commons(together(plan)).unchanged
 

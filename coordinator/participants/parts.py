@@ -22,7 +22,7 @@ class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
     plan: bytes
 
 
-class Listening(msgspec.Struct, frozen=True):
+class SignalSubscription(msgspec.Struct, frozen=True):
     """What a model hears: period [ns], and the signal of each of its ports."""
 
     period: int
@@ -41,7 +41,7 @@ class KernelConfig(msgspec.Struct, frozen=True):
     step: float | None = None
     ties: list[str] = []  # ropes that the list will hook: what they tie is one island from the start
     apart: bool = True  # islands are solved apart
-    listening: dict[str, Listening] = {}  # models that hear signals
+    listening: dict[str, SignalSubscription] = {}  # models that hear signals
     lifts: dict[str, list[str]] = {}  # bodies of each of several lifts, whose events are shown apart
 
 

@@ -15,13 +15,13 @@ from heavylift.nodes.devs import NEVER, Event, encode
 from heavylift.nodes.models import KERNEL, sample_port
 from heavylift.nodes.models.parts.messages import Sample
 
-from .parts import Listening
+from .parts import SignalSubscription
 
 
 class Sampling:
     """The samples of all that listen; `done`: how many instants of each period are told."""
 
-    def __init__(self, listening: Mapping[str, Listening], program: Program) -> None:
+    def __init__(self, listening: Mapping[str, SignalSubscription], program: Program) -> None:
         self._listening = {
             model: (x.period, {sample_port(model, port): reader(program, signal) for port, signal in x.signals.items()})
             for model, x in listening.items()

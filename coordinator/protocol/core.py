@@ -28,12 +28,12 @@ from .cycle import CycleWatch
 from .distance import Coupling, checked, distances, ways
 from .invariants import check_done, check_hello
 from .messages import Done, Fail, Grant, Hello
-from .node_state import Known
+from .node_state import NodeState
 
 AHEAD = 256  # of what a node has said: what may be held while it goes on
 
 
-class Outcome(Enum):
+class RunEnd(Enum):
     """Why nothing is left to do."""
 
     FINISHED = "the finish port has spoken, and its time is completed"
@@ -59,11 +59,11 @@ class Coordinator:
         Run to events below `end`; an event on the port `finish` = (model, port) ends it with its time.
         """
         own = models or {name: (name,) for name in nodes}
-        self._nodes = {name: Known(name, i, own[name]) for i, name in enumerate(sorted(own))}
+        self._nodes = {name: NodeState(name, i, own[name]) for i, name in enumerate(sorted(own))}
         self._by_rank = list(self._nodes.values())
         self._home = {model: self._nodes[name] for name in own for model in own[name]}
         self._couplings = [Coupling(*coupling) for coupling in couplings]
-        self._receivers: dict[tuple[str, str], list[Known]] = {}
+        self._receivers: dict[tuple[str, str], list[NodeState]] = {}
         self._finish, self._finished = finish, False
         self.end, self._limit, self._on_event = end, end, on_event
         self.last = Tag(0)  # of all transitions that are done
@@ -72,8 +72,8 @@ class Coordinator:
         self._tags = [FOREVER] * (3 * self._n)  # says of all nodes, then their hears, then their o
         self._floors = [FOREVER] * self._n  # of all nodes: what comes from there is not earlier
         self._held: list[Event] = []  # heap of events that have not left yet
-        self._look: dict[int, Known] = {}  # whose rights may have changed
-        self._ahead: dict[int, Known] = {}  # who could move, and waits until others have done what it has said
+        self._look: dict[int, NodeState] = {}  # whose rights may have changed
+        self._ahead: dict[int, NodeState] = {}  # who could move, and waits until others have done what it has said
         self._dones = self.running = 0
         """Nodes that have an outstanding GRANT."""
         self._cycles = CycleWatch(self._couplings, microsteps)
@@ -108,7 +108,7 @@ class Coordinator:
             node.ways, node.echo = ways(i, D, R, [other.least for other in nodes]), D[i].get(i)
         self._open, self._look = True, dict(enumerate(nodes))
 
-    def _hears(self, source: str, port: str, node: Known) -> None:
+    def _hears(self, source: str, port: str, node: NodeState) -> None:
         """A node hears of what a model elsewhere says on a port."""
         if source not in node.models and node not in (known := self._receivers.setdefault((source, port), [])):
             known.append(node)
@@ -143,7 +143,7 @@ class Coordinator:
         before, self._limit = self._limit, min(self.end, horizon)
         if self._limit > before:
             self._look = dict(enumerate(self._by_rank))
-        able: dict[int, Known] = {}
+        able: dict[int, NodeState] = {}
         while self._look:  # (3)
             rank, node = self._look.popitem()
             if not node.running and node.first < self._limit:
@@ -170,16 +170,16 @@ class Coordinator:
         return grants
 
     @property
-    def over(self) -> Outcome | None:
+    def over(self) -> RunEnd | None:
         """(7) Why the run has ended, once `ready` has nothing to grant and nobody runs; else None."""
         if not self._open or self.running:
             return None
         first = self.first
         if self._finished and first >= self.end:
-            return Outcome.FINISHED
+            return RunEnd.FINISHED
         if first == FOREVER:
-            return Outcome.QUIET
-        return Outcome.BOUND if first >= self.end else None
+            return RunEnd.QUIET
+        return RunEnd.BOUND if first >= self.end else None
 
     @property
     def first(self) -> Tag:
@@ -212,18 +212,18 @@ class Coordinator:
         """Who has held a node back since it was asked last, each from the n-th DONE of all on."""
         return self._node(name).told()
 
-    def _node(self, name: str) -> Known:
+    def _node(self, name: str) -> NodeState:
         if name not in self._nodes:
             raise ProtocolError(f"{name} is not a node of this run: they are {', '.join(self._nodes)}")
         return self._nodes[name]
 
-    def _take(self, node: Known, said: Hello | Done) -> None:
+    def _take(self, node: NodeState, said: Hello | Done) -> None:
         """What a node says of its future; an empty offer is silent at next_j whatever `quiet` says."""
         node.next, node.offer = said.next, said.offer
         node.quiet = said.quiet if said.offer else max(said.quiet, succ(said.next))
         self._note(node)
 
-    def _note(self, node: Known) -> None:
+    def _note(self, node: NodeState) -> None:
         """What a change of a node's next, offer, commit or inputs means for others."""
         rank, n, tags = node.rank, self._n, self._tags
         tags[rank] = o = succ(node.next) if node.committed else node.quiet
@@ -232,7 +232,7 @@ class Coordinator:
         node.first = first = min(node.next, hears)
         self._floors[rank] = first if node.inner else o
 
-    def _window(self, node: Known, need: Tag) -> Tag | None:
+    def _window(self, node: NodeState, need: Tag) -> Tag | None:
         """(2) B_i below the limit; None if it is below `need`, and who holds it back has taken note of that."""
         t, k = self._limit
         tags = self._tags
@@ -248,7 +248,7 @@ class Coordinator:
                         return None
         return Tag(t, k)
 
-    def _commit(self, node: Known) -> None:
+    def _commit(self, node: NodeState) -> None:
         """(3) Nothing can refute the offer any more."""
         node.committed = True
         self._note(node)
@@ -256,7 +256,7 @@ class Coordinator:
             self._hold(event)
         self._moved(node)
 
-    def _moved(self, node: Known) -> None:
+    def _moved(self, node: NodeState) -> None:
         """Whom it held back may have rights now."""
         self._look[node.rank] = node
         self._look |= node.holds
@@ -292,7 +292,7 @@ class Coordinator:
         if event.source in self._home:
             self._home[event.source].ahead -= 1
 
-    def _grant(self, node: Known, window: Tag) -> Grant:
+    def _grant(self, node: NodeState, window: Tag) -> Grant:
         node.running, node.until, node.gseq = True, window, node.gseq + 1
         self.running += 1
         return Grant(node.gseq, window, node.echo, node.committed, node.send(window))

@@ -12,22 +12,22 @@ from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import NEVER, Event, Tag, after
 
 from .messages import Done, Hello
-from .node_state import Known
+from .node_state import NodeState
 
 
 class Before(NamedTuple):
     """A node and what its next message must agree with."""
 
-    node: Known
+    node: NodeState
     says: Tag = Tag(0)
 
 
-def check_hello(node: Known, hello: Hello) -> None:
+def check_hello(node: NodeState, hello: Hello) -> None:
     """ProtocolError names the node and the row that its HELLO breaks."""
     _check(Before(node), hello)
 
 
-def check_done(node: Known, done: Done, says: Tag) -> None:
+def check_done(node: NodeState, done: Done, says: Tag) -> None:
     """ProtocolError names the node and the row that its DONE breaks."""
     if not node.running or done.gseq != node.gseq:
         raise ProtocolError(f"{node.who} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")

@@ -9,14 +9,14 @@ from random import Random
 
 from heavylift.kernel.errors import ModelError, ProtocolError
 
-from .core import Coordinator, Outcome
+from .core import Coordinator, RunEnd
 from .messages import Done, Fail, Grant, decode, encode
 from .node import Node
 
 
 def run_in_memory(
     coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None, wired: bool = True
-) -> Outcome:
+) -> RunEnd:
     """Run to the end; a node that fails raises ModelError with its sentence."""
     order = order or Random(0)
     by_name = {node.name: node for node in nodes}
@@ -28,7 +28,7 @@ def run_in_memory(
     return go_on(coordinator, by_name, order, wired)
 
 
-def go_on(coordinator: Coordinator, by_name: Mapping[str, Node], order: Random, wired: bool = True) -> Outcome:
+def go_on(coordinator: Coordinator, by_name: Mapping[str, Node], order: Random, wired: bool = True) -> RunEnd:
     """The same of nodes that have said HELLO, again if the end has been moved."""
     answers: list[tuple[str, Done]] = []
     while True:

@@ -19,7 +19,7 @@ def together(models: Sequence[str]) -> str:
     return ", ".join(models[: NAMED - 1] if more else models) + more
 
 
-class Known:
+class NodeState:
     """A node as the coordinator sees it; the words are those of PROTOCOL.md."""
 
     def __init__(self, name: str, rank: int, models: Sequence[str]) -> None:
@@ -36,7 +36,7 @@ class Known:
         self.gseq = 0
         self.ways: list[tuple[int, int, int]] = []  # what can reach it, see `distance.ways`
         self.echo: Delay | None = None  # D[i][i]
-        self.holds: dict[int, Known] = {}  # whom it has held back, by rank
+        self.holds: dict[int, NodeState] = {}  # whom it has held back, by rank
         self._held: list[tuple[int, str]] = []  # after so many DONEs of all, who began to hold it back
         self._pending: list[Event] = []  # sorted; what was granted stays until it is done
         self._fresh: list[Event] = []  # those among them that the node has not been sent
@@ -66,7 +66,7 @@ class Known:
             self.hears = self._pending[0].tag if self._pending else FOREVER
         return done
 
-    def hold_back(self, other: Known, dones: int) -> None:
+    def hold_back(self, other: NodeState, dones: int) -> None:
         """The other one cannot move before this one does; it is looked at again then."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:

@@ -1,6 +1,6 @@
 """What a run puts on record, in the words of `heavylift.recordings`.
 
-tape                any run: events, protocol traffic, the reason of its end
+run_record                any run: events, protocol traffic, the reason of its end
 facts               what a recording says of its scene at the start
 scene               the run of a scene: samples, pictures, the energy balance
 drawing, shapes     what viewers draw

@@ -40,7 +40,7 @@ class Budget:
         return ", ".join(f"{f.name} {getattr(self, f.name):.2f}" for f in fields(self))
 
 
-class Spent:
+class ClockedWork:
     """Something whose work is clocked: `spent_s` of wall time so far."""
 
     spent_s = 0.0
@@ -50,7 +50,7 @@ class Spent:
         return time.perf_counter(), self.spent_s
 
 
-T = TypeVar("T", bound=Spent)
+T = TypeVar("T", bound=ClockedWork)
 P = ParamSpec("P")
 R = TypeVar("R")
 

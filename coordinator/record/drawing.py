@@ -48,7 +48,7 @@ def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
 
 
 @dataclass(frozen=True)
-class _Portal:
+class _DrawnPortal:
     """A crane on two rails along x: where its coordinates count from, its gantry, its main body."""
 
     at: Vector
@@ -56,11 +56,11 @@ class _Portal:
     main: Body
 
 
-def _on_rails(plan: Plan) -> list[_Portal]:
+def _on_rails(plan: Plan) -> list[_DrawnPortal]:
     found = []
     for machine in (machine for machine in plan.levelled if machine.girders):
         (joint, *_), (main, *_) = machine.system.joints, machine.system.bodies
-        found.append(_Portal(joint.p_PJ, machine.actuators[0], main))
+        found.append(_DrawnPortal(joint.p_PJ, machine.actuators[0], main))
     return found
 
 

@@ -34,7 +34,7 @@ from .budget import Budget, clocked
 from .drawing import RopeLines, boxes, surroundings
 from .energy import EnergyAudit
 from .facts import facts_of, rated
-from .tape import FileTape, Held
+from .run_record import FileTape, Held
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
@@ -46,7 +46,7 @@ MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 
 
 @dataclass(frozen=True)
-class Result:
+class RunResult:
     """How a run ended: times and what they went into (`budget`, known when all nodes are gone), digest, per rope (peak
     tension [N], when [s]), how well the energy closes, what the action list still waited for when a time bound
     ended the run ("" = nothing), how late it was where it was paced by the clock, what the kernel has to say, and the
@@ -184,10 +184,10 @@ class Record(FileTape):
         if node == KERNEL and direction == "to node":
             self._foretold = None
 
-    def finish(self, grants: int, wall_s: float, unfinished: str, lateness: Lateness | None = None) -> Result:
+    def finish(self, grants: int, wall_s: float, unfinished: str, lateness: Lateness | None = None) -> RunResult:
         """Close the recording."""
         audit = self._energy
-        result = Result(
+        result = RunResult(
             sim_s=self.last_ns * 1e-9,
             wall_s=wall_s,
             digest=self.recorder.digest.hexdigest(),

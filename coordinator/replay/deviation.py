@@ -32,7 +32,7 @@ class Deviation(msgspec.Struct, frozen=True):
         return f"at {Tag(self.t_ns, self.microstep)} on {printable(self.topic)}: recorded {told[0]}, now {told[1]}"
 
 
-class Outcome(msgspec.Struct, frozen=True):
+class ReplayResult(msgspec.Struct, frozen=True):
     """How far the new run was the recorded one: events that came again, the first deviation, the digest if known; what
     else differs; the line of the verdict, judged again; names of facts that are taken as recorded."""
 
@@ -49,7 +49,7 @@ class Outcome(msgspec.Struct, frozen=True):
         return self.deviation is None and not self.others
 
 
-class Follower:
+class EventComparison:
     """Compares events as they come, in total order, with the recorded ones."""
 
     def __init__(self, recorded: list[Event]) -> None:

@@ -32,7 +32,7 @@ from .recorded import RecordedRun, plain
 FASTER = 2.0  # what one press of + or - does to the rate
 
 
-class Said(NamedTuple):
+class PublishedItem(NamedTuple):
     """One thing to publish: an event, or the bytes of a data topic."""
 
     t_ns: int
@@ -64,23 +64,23 @@ class Replay:
         if self.start >= self.end:
             raise RecordingError(f"{run.path}: nothing lies between {start} s and {end} s; give --from before --to")
 
-    def __iter__(self) -> Iterator[tuple[int, list[Said]]]:
+    def __iter__(self) -> Iterator[tuple[int, list[PublishedItem]]]:
         """Time [ns] and all that is said then, in order of time."""
         said = (x for x in self._said() if self.start <= x.t_ns < self.end)
         for t, group in groupby(said, lambda x: x.t_ns):
             yield t, sorted(group, key=lambda x: (x.event is None, x.event.order if x.event else (), x.topic))
 
-    def _said(self) -> Iterator[Said]:
+    def _said(self) -> Iterator[PublishedItem]:
         decode = msgspec.json.Decoder(RecordedEvent).decode
         rec = self._run.recording
         for topic, raw in rec.stream(*self.topics):
             if topic in self._data:
                 schema = rec.topics[topic].schema
-                yield Said(raw.log_time, None, topic.removeprefix("/"), raw.data, schema)
+                yield PublishedItem(raw.log_time, None, topic.removeprefix("/"), raw.data, schema)
             else:
                 with rec.reading():
                     event = decode(raw.data)
-                yield Said(raw.log_time, plain(event), topic, b"")
+                yield PublishedItem(raw.log_time, plain(event), topic, b"")
 
 
 def _wanted(topic: str, patterns: Sequence[str]) -> bool:
@@ -95,7 +95,7 @@ class Publisher:
         self._name, self._recording = name, recording
         self._stack = ExitStack()
 
-    def say(self, said: Said) -> None:
+    def say(self, said: PublishedItem) -> None:
         """Publish one thing."""
         if said.event is not None:
             self._audience.last_ns = max(self._audience.last_ns, said.t_ns)
@@ -125,7 +125,7 @@ class Player:
     space: pause and go on    s or .: the next instant, then pause    + and -: twice and half the rate    q: end
     """
 
-    say: Callable[[Said], None]
+    say: Callable[[PublishedItem], None]
     rate: float = 1.0
     paused: bool = False
     keyboard: Keyboard = field(default_factory=Keyboard)

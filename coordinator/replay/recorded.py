@@ -10,13 +10,13 @@ from functools import cached_property
 from pathlib import Path
 
 import msgspec
-from heavylift.coordinator.protocol.core import Outcome
+from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError
 from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import FOREVER, Event, Tag, encode, message_type, seconds
 from heavylift.recordings import RecordedEvent, Recording
 
-from .cast import Cast, cast_of
+from .recorded_models import RecordedModels, cast_of
 
 
 class RecordedRun:
@@ -27,7 +27,7 @@ class RecordedRun:
         self.path = self.recording.path
 
     @cached_property
-    def cast(self) -> Cast:
+    def cast(self) -> RecordedModels:
         """The models; RecordingError if this version cannot build them."""
         return cast_of(self.recording)
 
@@ -58,7 +58,7 @@ class RecordedRun:
         last = self.events[-1].tag if self.events else Tag(0)
         if not self.complete:
             return last
-        if self.recording.fact("outcome") == Outcome.QUIET.value:
+        if self.recording.fact("outcome") == RunEnd.QUIET.value:
             return FOREVER
         return Tag(max(last.t, seconds(float(self.recording.fact("sim_s", 0.0)))) + 1)
 

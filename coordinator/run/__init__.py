@@ -11,11 +11,11 @@ conversation        with the nodes of one run, whatever they model, and how they
 watch, progress     what a run tells while it runs, and what a user sees of it
 """
 
-from heavylift.coordinator.record.scene import Result
+from heavylift.coordinator.record.scene import RunResult
 from heavylift.kernel.on_demand import face
 
 from .scene import run
 
-__all__ = ["Result", "run"]
+__all__ = ["RunResult", "run"]
 
 face(__name__)

@@ -20,8 +20,8 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.participants.recalled import Past
-from heavylift.coordinator.record.scene import MERGED, Result
+from heavylift.coordinator.participants.recorded_kernel import RecordedKernel
+from heavylift.coordinator.record.scene import MERGED, RunResult
 from heavylift.coordinator.replay.deviation import Deviation
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.kernel.description.findings import clock
@@ -40,7 +40,7 @@ from numpy.typing import NDArray
 
 from .resume import Beginning, Checked
 from .scene import run
-from .watch import Watch
+from .watch import RunObserver
 
 CHOSEN = ("fidelity", "method", "tolerance", "step", "driven")  # of a plan, whatever comes later
 CHOOSING = ("fidelity", "method", "tolerance", "tolerance of", "step", "ask", "accuracy")  # keys that say otherwise
@@ -89,12 +89,14 @@ class Branch:
         return cls(path, new, begun, point, run)
 
 
-def branch(what: Branch, output: str | Path | None = None, watch: Watch | None = None, force: bool = False) -> Result:
+def branch(
+    what: Branch, output: str | Path | None = None, watch: RunObserver | None = None, force: bool = False
+) -> RunResult:
     """Run a branch, in this process, into `output` (default: <name>-branch.mcap); the recording stays as it is."""
     target = file_path(output) if output else beside(what.path, "-branch.mcap")
     if what.path in (target, target.with_name(target.name + PART)):
         raise RecordingError(f"{target}: is the recording itself, which stays as it is; choose another name with -o")
-    watch, past = watch or Watch(), _past(what)
+    watch, past = watch or RunObserver(), _past(what)
     checked = _Watch(what, past, watch)
     try:
         result = run(
@@ -116,7 +118,7 @@ def branch(what: Branch, output: str | Path | None = None, watch: Watch | None =
 class _Watch(Checked):
     """Compares what comes before the branch, and says whence the mechanics go on."""
 
-    def __init__(self, what: Branch, past: Past, watch: Watch) -> None:
+    def __init__(self, what: Branch, past: RecordedKernel, watch: RunObserver) -> None:
         self._events = [event for event in what.begun.events if event.tag < what.at.tag]
         super().__init__(self._events, self._refuse, watch, what.at.tag)
         self._what, self._past, self._at, self._told = what, past, what.at, False
@@ -215,7 +217,7 @@ def _new(begun: Beginning, rec: Recording, settings: Sequence[str], scene: str |
     return replace(found, plan=msgspec.structs.replace(found.plan, **kept), chosen=True)
 
 
-def _past(what: Branch) -> Past:
+def _past(what: Branch) -> RecordedKernel:
     """What the recording knows before the branch."""
     rec, tag = what.run.recording, what.at.tag
     before = [Tag(*at) for at in rec.checkpoints if Tag(*at) <= tag]
@@ -227,7 +229,7 @@ def _past(what: Branch) -> Past:
             if n < len(times):
                 return
 
-    return Past(
+    return RecordedKernel(
         [event for event in what.begun.events if event.source == KERNEL],
         {name: rec.columns(name) for name in rec.signals()},
         rows,

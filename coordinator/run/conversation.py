@@ -14,19 +14,19 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from heavylift.coordinator.hosts.door import Door
-from heavylift.coordinator.live.audience import Audience
+from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.live.command_queue import Desk
+from heavylift.coordinator.live.observers import Audience
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.participants import NODE_MODULE, PRELOAD
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import External
 from heavylift.coordinator.participants.participant import Participant
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.protocol.core import Outcome
+from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.node import kept
 from heavylift.coordinator.protocol.outside import OpenCoordinator
-from heavylift.coordinator.record.tape import Tape
+from heavylift.coordinator.record.run_record import Tape
 from heavylift.coordinator.stopping import whole
 from heavylift.coordinator.supervision.failover import DEADLINE_s, Succession
 from heavylift.coordinator.supervision.processes import Processes
@@ -38,10 +38,10 @@ from heavylift.kernel.version import __version__
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs.execution.rules import LIMIT
 
-from .watch import Watch
+from .watch import RunObserver
 
 if TYPE_CHECKING:
-    from heavylift.coordinator.participants.recalled import Past
+    from heavylift.coordinator.participants.recorded_kernel import RecordedKernel
 
 LOOK_s = 0.2  # how often samples are taken while a node works
 KEEP_s = 5.0  # wall time between two checkpoints on record
@@ -52,9 +52,9 @@ def joined(
     placement: Placement,
     in_process: bool,
     processes: Processes | None = None,
-    door: Door | None = None,
+    door: RemoteListener | None = None,
     deadline: float = DEADLINE_s,
-    past: Past | None = None,
+    past: RecordedKernel | None = None,
 ) -> Iterator[Hub | LocalHub]:
     """The hub of the nodes of a placement, started in its order; at the end all processes are gone.
 
@@ -85,7 +85,7 @@ class Conversation:
         wiring: Wiring,
         end: Tag,
         tape: Tape,
-        watch: Watch,
+        watch: RunObserver,
         audience: Audience | None = None,
         tempo: Tempo | None = None,
         desk: Desk | None = None,
@@ -142,7 +142,7 @@ class Conversation:
         self.core.hello(node, message)
         return node, message.declaration
 
-    def play(self) -> Outcome:
+    def play(self) -> RunEnd:
         """Rounds until nothing is left to do before the end; again, if the end has been moved."""
         core, tempo, outstanding = self.core, self._tempo, 0
         self._begun = True

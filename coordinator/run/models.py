@@ -19,18 +19,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
-from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.live.command_queue import Desk
 from heavylift.coordinator.live.run_control import Tempo
 from heavylift.coordinator.live.show import shown
 from heavylift.coordinator.participants import NODE_MODULE, parts
+from heavylift.coordinator.participants.build_check import declarations, difference
 from heavylift.coordinator.participants.building import built, couplings, module, stopping
 from heavylift.coordinator.participants.configuration import Wiring
-from heavylift.coordinator.participants.declaring import declarations, difference
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.transitions import read
-from heavylift.coordinator.protocol.core import Outcome
-from heavylift.coordinator.record.tape import FileTape, Tape
+from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.record.run_record import FileTape, Tape
 from heavylift.coordinator.supervision.failover import DEADLINE_s
 from heavylift.coordinator.supervision.hash_seed import fixed, loose
 from heavylift.coordinator.supervision.processes import Processes
@@ -40,13 +40,13 @@ from heavylift.coordinator.transport.placement import Placement, place
 from heavylift.kernel.errors import ModelError
 from heavylift.kernel.trust import allowed
 from heavylift.nodes.devs import FOREVER, Coupled, Message, OutPort, Tag, Transition
-from heavylift.nodes.devs.execution.rules import LIMIT, Patience
+from heavylift.nodes.devs.execution.rules import LIMIT, MicrostepLimit
 from heavylift.nodes.devs.references import importing
 from heavylift.recordings import file_path
 
 from .arguments import end_ns
 from .conversation import Conversation, joined
-from .watch import Watch
+from .watch import RunObserver
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class ModelRun:
     """How the run of a model ended: why, last event [s], wall time in all and of its rounds [s], grants, digest, where
     it is recorded, and the `result()` of each atomic that has one, by its path."""
 
-    outcome: Outcome
+    outcome: RunEnd
     sim_s: float
     wall_s: float
     rounds_s: float
@@ -70,7 +70,7 @@ def run_models(
     output: str | Path | None = None,
     in_process: bool = False,
     log: Callable[[Transition], None] | None = None,
-    watch: Watch | None = None,
+    watch: RunObserver | None = None,
     order: list[str] | None = None,
     processes: int = 0,
     microsteps: int = LIMIT,
@@ -78,7 +78,7 @@ def run_models(
     deadline: float = DEADLINE_s,
     places: Sequence[str] = (),
     remote: Collection[str] = (),
-    door: Door | None = None,
+    door: RemoteListener | None = None,
     stop: str = "",
     external: Collection[str] = (),
 ) -> ModelRun:
@@ -98,7 +98,7 @@ def run_models(
             f"{importing()} runs a model while it is imported, but each node imports it; "
             'put the call of run_models under `if __name__ == "__main__":`'
         )
-    Patience(microsteps)  # complains before anything begins
+    MicrostepLimit(microsteps)  # complains before anything begins
     end = Tag(end_ns(until))
     if in_process and (processes or places or remote or external):
         raise ModelError("in_process: all models run in this process; leave out processes, places, remote and external")
@@ -125,7 +125,7 @@ def run_models(
         joined(placement, in_process, None if in_process else Processes(_preload(reference)), door, deadline) as hub,
         shown(hub, model.name, tape.recording) as audience,
     ):
-        watching = watch or Watch()
+        watching = watch or RunObserver()
         wiring = Wiring(couplings(model), [], finish)
         talk = Conversation(
             hub,
@@ -234,7 +234,7 @@ def _greet(talk: Conversation, model: Coupled, placement: Placement, part: parts
 
 
 # what a node of models imports when it joins
-PRELOAD = ("building", "commons", "declaring", "seclusion", "transitions")
+PRELOAD = ("build_check", "building", "isolation", "shared_globals", "transitions")
 
 
 def _preload(reference: str) -> list[str]:

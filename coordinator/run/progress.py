@@ -16,19 +16,19 @@ from typing import TYPE_CHECKING, Protocol, Self, TextIO
 
 import msgspec
 from heavylift.coordinator.record.facts import rated
-from heavylift.coordinator.record.scene import Result
+from heavylift.coordinator.record.scene import RunResult
 from heavylift.kernel.description.findings import Check, clock
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.checks import ASSUMED, UNKNOWN, WARNED
-from heavylift.nodes.limits.telling import likewise
+from heavylift.nodes.limits.table_rows import likewise
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.sheets.sheet import Table, columns
 from heavylift.recordings.sheets.terminal import table_text
 
-from .watch import Watch
+from .watch import RunObserver
 
 if TYPE_CHECKING:
     from rich.live import Live
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 ROPES = columns("rope", "peak [kN] .1", "at [h:min:s] .0", "rated [kN] .0", "use [%] .1")
 
 
-class Progress(Watch):
+class Progress(RunObserver):
     """Draws simulated time, real-time factor, stage and actions begun out of all."""
 
     def __init__(self, plan: Plan, as_json: bool = False) -> None:
@@ -123,7 +123,7 @@ class Certified(Protocol):
 
 def summary(
     plan: Plan,
-    result: Result,
+    result: RunResult,
     as_json: bool = False,
     certificate: Certified | None = None,
     answer: Answer | None = None,

@@ -16,11 +16,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import msgspec
-from heavylift.coordinator.live.commands import Given, journaled
+from heavylift.coordinator.live.commands import TimedCommand, journaled
 from heavylift.coordinator.participants.configuration import OPERATOR
-from heavylift.coordinator.participants.pause import configured
-from heavylift.coordinator.record.scene import MERGED, RESOLVED, Result
-from heavylift.coordinator.replay.deviation import Deviation, Follower
+from heavylift.coordinator.participants.mechanics_at import configured
+from heavylift.coordinator.record.scene import MERGED, RESOLVED, RunResult
+from heavylift.coordinator.replay.deviation import Deviation, EventComparison
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.kernel.errors import HeavyliftError, RecordingError
@@ -36,7 +36,7 @@ from heavylift.recordings.format.failures import BROKEN
 from heavylift.recordings.write.outputs import PART, beside
 
 from .scene import run
-from .watch import Relay, Watch
+from .watch import Relay, RunObserver
 
 _START = Tag(0)
 
@@ -47,7 +47,7 @@ class Beginning:
 
     scene: LoadedScene
     events: list[Event]
-    commands: list[Given]
+    commands: list[TimedCommand]
     version: str  # of heavylift that made it
 
     @classmethod
@@ -83,7 +83,7 @@ class Beginning:
             told = "is damaged" if made == __version__ else f"is of heavylift {made}, this is {__version__}"
             told = f"its scene {told} ({error or type(error).__name__})"
             raise RecordingError(f"{part}: {told}; {instead}") from None
-        said = {Given(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
+        said = {TimedCommand(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
         commands = said.union(journaled(part.with_name(part.name.removesuffix(PART))))
         return cls(scene, left.events, sorted(commands), left.recording.version)
 
@@ -105,10 +105,10 @@ class Checked(Relay):
     """Compares events with those of the beginning, and passes all on."""
 
     def __init__(
-        self, events: list[Event], parted: Callable[[Deviation], RecordingError], watch: Watch, end: Tag = _START
+        self, events: list[Event], parted: Callable[[Deviation], RecordingError], watch: RunObserver, end: Tag = _START
     ) -> None:
         """What comes before the `end` must be among these events; `parted` says what is wrong."""
-        self._follower, self._count = Follower(events), len(events)
+        self._follower, self._count = EventComparison(events), len(events)
         self._parted, self._watch, self._end = parted, watch, end
 
     def event(self, event: Event) -> None:
@@ -127,17 +127,17 @@ def resume(
     part: str | Path,
     begun: Beginning,
     output: str | Path | None = None,
-    watch: Watch | None = None,
+    watch: RunObserver | None = None,
     processes: Processes | None = None,
     in_process: bool = False,
     force: bool = False,
-) -> Result:
+) -> RunResult:
     """Run what was cut off into `output` (default: <name>-resumed.mcap); what is left stays as it is."""
     part = file_path(part)
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):
         raise RecordingError(f"{target}: would overwrite what is to be resumed; choose another name with -o")
-    checked = Checked(begun.events, partial(_parted, part, begun.version), watch or Watch())
+    checked = Checked(begun.events, partial(_parted, part, begun.version), watch or RunObserver())
     result = run(
         begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands, force=force
     )

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.ladder.choosing import chosen
-from heavylift.coordinator.live.audience import Audience
 from heavylift.coordinator.live.command_queue import Desk
-from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.live.commands import TimedCommand
 from heavylift.coordinator.live.keyboard import Keyboard
 from heavylift.coordinator.live.keys import Keys
+from heavylift.coordinator.live.observers import Audience
 from heavylift.coordinator.live.pace import Pace
 from heavylift.coordinator.live.publishing import OnTheBus
 from heavylift.coordinator.live.run_control import Tempo
@@ -28,10 +28,10 @@ from heavylift.coordinator.participants.configuration import PATIENCE_ns, kernel
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, fingerprint
 from heavylift.coordinator.participants.parts import encode as part
-from heavylift.coordinator.protocol.core import Outcome
+from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.node_state import together
 from heavylift.coordinator.record.budget import Budget
-from heavylift.coordinator.record.scene import Record, Result
+from heavylift.coordinator.record.scene import Record, RunResult
 from heavylift.coordinator.supervision.failover import DEADLINE_s
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.hub import Hub
@@ -52,10 +52,10 @@ from heavylift.recordings.write.broadcast import Broadcast
 from heavylift.recordings.write.spectator import Spectators
 
 from .conversation import Conversation, joined
-from .watch import Relay, Watch
+from .watch import Relay, RunObserver
 
 if TYPE_CHECKING:
-    from heavylift.coordinator.participants.recalled import Past
+    from heavylift.coordinator.participants.recorded_kernel import RecordedKernel
     from heavylift.nodes.scene import LoadedScene
 
 PUBLISH_Hz = 10.0  # samples per simulated second that whoever subscribes to them gets
@@ -66,20 +66,20 @@ def run(
     scene: LoadedScene | str | Path,
     output: str | Path,
     in_process: bool = False,
-    watch: Watch | None = None,
+    watch: RunObserver | None = None,
     processes: Processes | None = None,
     order: list[str] | None = None,
     placement: Placement | None = None,
-    door: Door | None = None,
+    door: RemoteListener | None = None,
     page: Spectator | None = None,
     deadline: float = DEADLINE_s,
     pace: Pace | None = None,
-    commands: Sequence[Given] = (),
+    commands: Sequence[TimedCommand] = (),
     keyboard: Keyboard | None = None,
     force: bool = False,
-    past: Past | None = None,
+    past: RecordedKernel | None = None,
     publish_hz: float = PUBLISH_Hz,
-) -> Result:
+) -> RunResult:
     """Simulate a scene (loaded, or its path or name) into a recording.
 
     An earlier recording of this name stays, and the new one is run-2.mcap, as the result says; `force` replaces it.
@@ -98,7 +98,7 @@ def run(
     """
     from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
 
-    watch = watch or Watch()
+    watch = watch or RunObserver()
     lift, file = chosen(loaded(scene), watch.say), file_path(output)
     models = build(lift.plan)
     angles = [name for model in models.values() for name in turning(model.declare())]
@@ -157,7 +157,7 @@ class _Run(Relay):
         models: dict[str, NodeModel],
         hub: Hub | LocalHub,
         record: Record,
-        watch: Watch,
+        watch: RunObserver,
         audience: Audience | None,
         tempo: Tempo,
         desk: Desk,
@@ -165,7 +165,7 @@ class _Run(Relay):
         self._plan, self._models, self._record, self._watch = scene.plan, models, record, watch
         self._placement = hub.placement
         self.unfinished, self.kernel_s = "", 0.0
-        self._outcome = Outcome.BOUND
+        self._outcome = RunEnd.BOUND
         end = Tag(seconds(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
         limit, wires = self._plan.microsteps, wiring(self._plan)
         stages = [] if self._plan.lists else [(COMMANDER, "stage")]  # of several lists they would cost all lifts each
@@ -204,17 +204,17 @@ class _Run(Relay):
         while True:
             self._outcome = self.talk.play()
             due = self.talk.core.scheduled(driving(self._plan))
-            if self._outcome is not Outcome.BOUND or self._plan.end is not None or due >= FOREVER:
+            if self._outcome is not RunEnd.BOUND or self._plan.end is not None or due >= FOREVER:
                 return
             self.talk.core.extend(Tag(due.t + PATIENCE_ns))
 
     def dismiss(self) -> None:
         """The ordered end; raises ModelError if a model still waits for something."""
-        ended = self._outcome is Outcome.QUIET and self._plan.end is None
+        ended = self._outcome is RunEnd.QUIET and self._plan.end is None
         byes = self.talk.dismiss(Tag(self.talk.now.t + 1) if ended else self.talk.core.end)
         self.kernel_s = byes[KERNEL].busy_s
         sentences = [bye.sentence for bye in byes.values() if bye.sentence]
-        if sentences and self._plan.end is None and self._outcome is not Outcome.FINISHED:
+        if sentences and self._plan.end is None and self._outcome is not RunEnd.FINISHED:
             raise ModelError(sentences[0])
         self.unfinished = "; ".join(sentences)
 

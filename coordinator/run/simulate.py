@@ -21,14 +21,14 @@ import msgspec
 import numpy as np
 from heavylift.coordinator.ladder.choosing import chosen
 from heavylift.coordinator.ladder.in_memory import Played, play
-from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.live.commands import TimedCommand
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
 from heavylift.kernel.islands import choice
 from heavylift.kernel.islands.dense_output import Looks, check_same, instants_of, trail_of
 from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation.commanded import Commanded
+from heavylift.kernel.simulation.command_target import CommandTarget
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Tag, encode, seconds
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Again = Callable[[list[int]], dict[str, Signal]]  # signals of the same run at other instants [ns]
-Command = Callable[[Commanded], object]  # what is told to the simulation
+Command = Callable[[CommandTarget], object]  # what is told to the simulation
 
 SINCE_A_SAMPLE = ("rope/peak", "rope/peak_time")  # what they show is not a state
 SAMPLES = 1000  # of a system that nobody asks for others
@@ -202,13 +202,13 @@ def _of_scene(
     scene: LoadedScene, until: float | None, every: float | None, orders: Sequence[Order[str]], keep: Sequence[str]
 ) -> Result:
     changed = {**({"end": until} if until is not None else {}), **({"samples_hz": 1.0 / every} if every else {})}
-    plan, given = msgspec.structs.replace(scene.plan, **changed), list[Given]()
+    plan, given = msgspec.structs.replace(scene.plan, **changed), list[TimedCommand]()
     words: dict[int, str] = {}
     for t, said in orders:
         t_ns = max(seconds(t), max(words, default=-1) + 1)
         words[t_ns] = said
         order = b"" if said == STOP else msgspec.msgpack.encode(spoken(scene, said))
-        given.append(Given(Tag(t_ns), encode(OperatorCommand(said, order))))
+        given.append(TimedCommand(Tag(t_ns), encode(OperatorCommand(said, order))))
     run = play(plan, commands=given, errors=scene.errors)
 
     def again(instants: list[int]) -> dict[str, Signal]:

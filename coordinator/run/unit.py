@@ -32,10 +32,10 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 import msgspec
-from heavylift.coordinator.live.commands import Given, command
+from heavylift.coordinator.live.commands import TimedCommand, command
 from heavylift.coordinator.participants.configuration import wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.participants.mechanics_at import configured
 from heavylift.coordinator.protocol.memory import answer
 from heavylift.coordinator.protocol.messages import Done, Hello
 from heavylift.coordinator.protocol.node import Node
@@ -69,7 +69,7 @@ class {name}(Unit):
 """
 
 
-class _Kept(msgspec.Struct):
+class _UnitScene(msgspec.Struct):
     """What a unit knows of its scene."""
 
     plan: bytes
@@ -78,7 +78,7 @@ class _Kept(msgspec.Struct):
     name: str
 
 
-class Stepped:
+class SteppableRun:
     """A run of a scene in this process that stands at `now` [ns]; `refused`: why the last command was, if it was."""
 
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
@@ -118,7 +118,7 @@ class Stepped:
             self.refused = str(error).partition("\n")[0]
             return
         if self._core.over is None:
-            self._core.inject(command(Given(Tag(self.now), said)))
+            self._core.inject(command(TimedCommand(Tag(self.now), said)))
 
     def go(self, to_ns: int) -> None:
         """All that comes before that time; raises HeavyliftError as a run does, and for a time that it has not."""
@@ -175,12 +175,12 @@ class Stepped:
         return [name for name in self._at if name.startswith("pose/")]
 
 
-class Unit(Fmi2Slave):  # type: ignore[misc]
+class SceneUnit(Fmi2Slave):  # type: ignore[misc]
     """The unit of the scene that stands beside its module."""
 
     def __init__(self, **given: object) -> None:
         super().__init__(**given)
-        kept = msgspec.msgpack.decode((Path(str(self.resources)) / KEPT).read_bytes(), type=_Kept)
+        kept = msgspec.msgpack.decode((Path(str(self.resources)) / KEPT).read_bytes(), type=_UnitScene)
         plan = decode(kept.plan)
         demand(functions(plan), f"{kept.name}.fmu")
         self.author, self.description = GENERATOR, f"the scene {plan.name}"
@@ -190,7 +190,7 @@ class Unit(Fmi2Slave):  # type: ignore[misc]
         def said(text: str) -> bytes:
             return msgspec.msgpack.encode(spoken(restored(plan, kept.text, kept.merged, kept.name), text))
 
-        self._run = Stepped(plan, said)
+        self._run = SteppableRun(plan, said)
         text = {"causality": Fmi2Causality.input, "variability": Fmi2Variability.discrete}
         self.register_variable(String("command", start="", **text))
         told = {**text, "causality": Fmi2Causality.output}
@@ -238,7 +238,7 @@ def export(scene: LoadedScene, output: Path, force: bool = False) -> Path:
     """Write the unit of a scene; its path."""
     name = "".join(word.capitalize() for word in re.findall(r"[A-Za-z0-9]+", scene.plan.name))
     name = name if name[:1].isalpha() else f"Scene{name}"
-    kept = _Kept(plan_bytes(scene.plan), scene.text, scene.merged, path_text(scene.path.name))
+    kept = _UnitScene(plan_bytes(scene.plan), scene.text, scene.merged, path_text(scene.path.name))
     with PartFile(output, "a unit", (".fmu",), force) as file, tempfile.TemporaryDirectory() as folder:
         code, data, made = (Path(folder) / x for x in (f"heavylift_{name.lower()}.py", KEPT, f"{name}.fmu"))
         code.write_text(CODE.format(name=name), encoding="utf-8")

@@ -13,10 +13,10 @@ from tempfile import TemporaryDirectory
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.live.commands import TimedCommand
 from heavylift.coordinator.participants.configuration import OPERATOR
 from heavylift.coordinator.record.scene import MERGED, RESOLVED
-from heavylift.coordinator.replay.deviation import Deviation, Follower, Outcome
+from heavylift.coordinator.replay.deviation import Deviation, EventComparison, ReplayResult
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.kernel.errors import HeavyliftError, RecordingError
 from heavylift.kernel.trust import allowed
@@ -26,35 +26,35 @@ from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings import Recording, compare
 from heavylift.recordings.read.verdict import complaints, recorded_verdict
-from heavylift.recordings.render.apart import CIRCUMSTANCES, attachments, channels, facts, hashes
+from heavylift.recordings.render.differences import CIRCUMSTANCES, attachments, channels, facts, hashes
 
 from .branch import CHOSEN, different
 from .models import run_models
 from .resume import rebuilt
 from .scene import run as run_scene
-from .watch import Watch
+from .watch import RunObserver
 
 LATER = ("certified", "measured", "branch", "answer")  # facts beside those that a run determines
 GONE = ("No such file", "there is no file")  # in sentences about files that a scene names, which may be gone
 LOG = "/measured"  # topic of the log of a real lift beside a run
 
 
-def verify(run: RecordedRun) -> Outcome:
+def verify(run: RecordedRun) -> ReplayResult:
     """Simulate again; the outcome has the digest of the new run if all came again."""
     assert run.cast  # with what is not to be run a sentence ends it here
     with TemporaryDirectory(prefix="heavylift-") as folder:
         return _Again(run, Path(folder) / "again.mcap").outcome()
 
 
-class _Enough(Exception):
+class _Deviated(Exception):
     """The new run has parted from its recording, or has gone beyond what one that was cut off holds."""
 
 
-class _Checking(Watch):
+class _Checking(RunObserver):
     """Compares events as they come."""
 
     def __init__(self, run: RecordedRun) -> None:
-        self._run, self.follower, self.over = run, Follower(run.events), False
+        self._run, self.follower, self.over = run, EventComparison(run.events), False
         self.apart: Deviation | None = None
         samples = hashes(run.recording, "/samples")["t"].tolist()
         self._last_ns = max([*samples[-1:], *(event.t for event in run.events[-1:])], default=0)
@@ -66,13 +66,13 @@ class _Checking(Watch):
         self.over = True  # what has been decided already is still to come
         if self._run.complete or found.recorded is not None or self.follower.count < len(self._run.events):
             self.apart = found
-        raise _Enough
+        raise _Deviated
 
     def progress(self, t_ns: int) -> None:
         """Samples up to this simulation time have come."""
         if not (self._run.complete or self.over) and t_ns > self._last_ns:
             self.over = True
-            raise _Enough
+            raise _Deviated
 
 
 class _Again:
@@ -83,21 +83,21 @@ class _Again:
         self._others, self._untold = list[str](), ""  # what differs, and what cannot be compared
         self._watch = _Checking(run)
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> ReplayResult:
         """What came of it."""
         watch, count = self._watch, self._watch.follower
         try:
             self._repeat()
             watch.apart = watch.apart or count.reach(FOREVER)
-        except _Enough:
+        except _Deviated:
             pass
         except HeavyliftError as error:
             if not watch.over and (self._run.complete or self._old.result.get("reason") != str(error)):
                 self._others.append(f"simulated again, the run ends by an error: {error}")
         if watch.apart is not None:
-            return Outcome(count.count, watch.apart)
+            return ReplayResult(count.count, watch.apart)
         if not self._path.exists():  # an error before anything was recorded
-            return Outcome(count.count, None, "", tuple(self._others))
+            return ReplayResult(count.count, None, "", tuple(self._others))
         new = Recording(self._path)
         digest = self._compared(new) if self._run.complete else self._as_far_as_it_goes(new)
         found = _row_apart(self._old, new, not self._run.complete)
@@ -107,13 +107,13 @@ class _Again:
         later += [] if self._run.complete else sorted(self._old.result.keys() - {*later})
         later += [self._untold] if self._untold else []
         judged = verdict.line if verdict and same else ""
-        return Outcome(count.count, found, digest if same else "", tuple(self._others), judged, tuple(later))
+        return ReplayResult(count.count, found, digest if same else "", tuple(self._others), judged, tuple(later))
 
     def _repeat(self) -> None:
         """Run it."""
         old, watch = self._old, self._watch
         if RESOLVED in old.attachments:
-            commands = [Given(e.tag, e.payload) for e in self._run.events if e.source == OPERATOR]
+            commands = [TimedCommand(e.tag, e.payload) for e in self._run.events if e.source == OPERATOR]
             run_scene(self._scene(), self._path, in_process=True, watch=watch, commands=commands)
             return
         until_ns = old.fact("until", self._run.end.t)

@@ -7,7 +7,7 @@ from heavylift.nodes.devs import Event
 LOG = logging.getLogger("heavylift.run")
 
 
-class Watch:
+class RunObserver:
     """Hears of every committed event and of the simulation time; this one logs what is said, at level INFO."""
 
     def event(self, event: Event) -> None:
@@ -24,10 +24,10 @@ class Watch:
         LOG.info(sentence)
 
 
-class Relay(Watch):
+class Relay(RunObserver):
     """Passes on to `_watch` what it does not override."""
 
-    _watch: Watch
+    _watch: RunObserver
 
     def event(self, event: Event) -> None:
         self._watch.event(event)

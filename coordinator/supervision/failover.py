@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Iterable
 
 import msgspec
-from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.protocol.node_state import together
 from heavylift.coordinator.transport.hub import Hub, REMOTE_s
@@ -25,10 +25,10 @@ from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
 from .incarnation import Life, nondeterminism
+from .join_credentials import TicketFile
 from .processes import KEEPER, GRACE_s, Processes
 from .replay_log import Story
 from .stall_detector import Vigil
-from .ticket_file import TicketFile
 
 DEADLINE_s = 60.0  # for an answer, before a process is probed
 LOSSES = 3  # of one process at one point of the run
@@ -45,7 +45,7 @@ class Succession(Hub):
         self,
         nodes: Iterable[str] | Placement,
         crew: Processes,
-        door: Door | None = None,
+        door: RemoteListener | None = None,
         deadline: float = DEADLINE_s,
     ) -> None:
         super().__init__(nodes, door, crew.directory)

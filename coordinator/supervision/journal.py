@@ -4,7 +4,8 @@
 
 What a killed process has appended is in the system's hands and stays; only a loss of power can take it, unless
 `sync` has put it on the disk before `append` returned. `read` gives the entries that are whole and ends in silence at
-the first that is cut or damaged: behind it nothing can be told apart. A `Follower` reads on when the file has grown.
+the first that is cut or damaged: behind it nothing can be told apart. A `JournalReader` reads on when the file has
+grown.
 
 A run keeps several, so that each can be cut on its own: one for each node (what it was granted, since its last
 checkpoint), and those that stay whole (what an operator ordered, what observers were shown).
@@ -83,13 +84,13 @@ class Journal:
 def read(path: Path) -> Iterator[bytes]:
     """The whole entries of a journal in order; none if there is no file."""
     try:
-        with closing(Follower(path)) as follower:
+        with closing(JournalReader(path)) as follower:
             yield from follower
     except FileNotFoundError:
         return
 
 
-class Follower:
+class JournalReader:
     """Reads a journal that may still grow: each iteration gives the whole entries that came since the one before."""
 
     def __init__(self, path: Path) -> None:

@@ -1,6 +1,6 @@
 """Starts the node processes of a run, tells how they end, and ends them all.
 
-`Processes` starts its keeper (keeper.py) at once and in the background: make it first, do the slow imports
+`Processes` starts its keeper (process_manager.py) at once and in the background: make it first, do the slow imports
 and the scene meanwhile, then `start`. No node outlives the coordinator: when this process is gone, however it
 ended, the keeper kills the nodes within milliseconds, or whoever of them notices first does.
 A process can be replaced: `kill` it, let the hub `renew` it, `begin` it; with a lost keeper all are replaced.
@@ -29,8 +29,8 @@ from heavylift.coordinator.transport.run_directory import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 
 from .hash_seed import SEED
-from .keeper import STACKS, python
-from .of_the_system import GONE, check_room, ended, exit_told, state
+from .os_limits import GONE, check_room, ended, exit_told, state
+from .process_manager import STACKS, python
 
 if TYPE_CHECKING:
     from heavylift.coordinator.transport.hub import Hub

@@ -33,7 +33,7 @@ from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.units import NUMBER
 from numpy.typing import NDArray
 
-from .motions import Motion, motion_of
+from .motions import MotionGroup, motion_of
 
 RANGE = re.compile(rf"\s*({NUMBER})\s*([^\d.]*?)\s*\.\.\s*({NUMBER})\s*(.*?)\s*(?:\bby\s+({NUMBER})\s*(.*?)\s*)?")
 MOST = 1_000_000  # variants of a study
@@ -51,7 +51,7 @@ class Axis:
     unit: str = ""
     uncertain: UncertainInput | None = None
     first: str = ""
-    motion: Motion | None = None
+    motion: MotionGroup | None = None
 
     @cached_property
     def numbers(self) -> list[float] | None:

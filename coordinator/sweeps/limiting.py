@@ -38,7 +38,7 @@ FAR = 10.0  # times as fast, or so many scales away, where no range is given
 
 
 @dataclass(frozen=True)
-class Limited:
+class FoundLimit:
     """What was found of a number: its path and unit, all values that were run with their rows, the last green and the
     first red value, what is wrong with the question ("" if nothing).
 
@@ -133,7 +133,7 @@ def limits_of_all(
     limit_s: float = 60.0,
     workers: int = 0,
     say: Callable[[str], None] = LOG.info,
-) -> list[Limited]:
+) -> list[FoundLimit]:
     """How far each of several numbers may go, alone; side by side in processes.  `say` hears of the runs."""
 
     def told(name: str, value: str, row: Row) -> None:
@@ -151,13 +151,13 @@ def limits_of_all(
     return found
 
 
-def _apart(task: Task, asked: str) -> Limited:
+def _apart(task: Task, asked: str) -> FoundLimit:
     return limits_of(parse(task.text, task.name, task.settings), asked, task.limit_s)
 
 
 def limits_of(
     scene: LoadedScene, asked: str, limit_s: float = 60.0, watch: Callable[[str, Row], None] = lambda value, row: None
-) -> Limited:
+) -> FoundLimit:
     """How far `PATH` may go, or `PATH=FROM..TO UNIT` in that direction; raises SceneError for what is no number."""
     axis, start, end = _range(scene, asked)
     task, runs = Task.of(scene, limit_s, "none", True), dict[float, Row]()
@@ -173,7 +173,7 @@ def limits_of(
             raise SceneError(f"--of '{asked}': at {x:g} {axis.unit}: {runs[x]['sentence']}")
         return bool(runs[x]["status"] == "done")
 
-    found = Limited(axis.path, axis.unit, runs)
+    found = FoundLimit(axis.path, axis.unit, runs)
     if not green(start):
         red = replace(found, red=start)
         return replace(red, wrong=f"red at the start, {found.shown(start)}: {red.why}")

@@ -11,7 +11,7 @@ from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings.sheets.figures import COLOURS, LIMIT, in_page
 from heavylift.recordings.sheets.sheet import Cell, Chart, Notes, Sheet, Table, columns
 
-from .limiting import Limited
+from .limiting import FoundLimit
 from .page import canvas
 
 if TYPE_CHECKING:
@@ -25,12 +25,12 @@ TOLD = (
 )
 
 
-def limits_table(found: Sequence[Limited]) -> Table:
+def limits_table(found: Sequence[FoundLimit]) -> Table:
     """A row for each number."""
     return Table("How far each number may go", HEADS, tuple(map(_row, found)))
 
 
-def _row(one: Limited) -> tuple[Cell, ...]:
+def _row(one: FoundLimit) -> tuple[Cell, ...]:
     if one.wrong:
         return one.path, one.shown(one.green), one.shown(one.red), "", "", "", None, one.wrong
     most = one.most
@@ -39,7 +39,7 @@ def _row(one: Limited) -> tuple[Cell, ...]:
     return one.path, one.limit, one.shown(one.red), *used, one.why
 
 
-def limits_sheet(scene: LoadedScene, found: Sequence[Limited]) -> Sheet:
+def limits_sheet(scene: LoadedScene, found: Sequence[FoundLimit]) -> Sheet:
     """Table, reasons and curves."""
     drawn = [one for one in found if one.red is not None and len(_points(one)[0]) > 1]
     reasons = Notes("What turns red", tuple(f"{one.path}: {one.wrong or one.why}" for one in found))
@@ -47,7 +47,7 @@ def limits_sheet(scene: LoadedScene, found: Sequence[Limited]) -> Sheet:
     return Sheet(f"How far {scene.plan.name} may go", TOLD, "", (limits_table(found), reasons, *charts))
 
 
-def _figure(found: Sequence[Limited]) -> str:
+def _figure(found: Sequence[FoundLimit]) -> str:
     columns = min(COLUMNS, len(found))
     figure = canvas(ceil(len(found) / columns), columns)
     for ax, one in zip(figure.axes, found, strict=False):
@@ -57,7 +57,7 @@ def _figure(found: Sequence[Limited]) -> str:
     return in_page(figure)
 
 
-def _drawn(ax: Axes, one: Limited) -> None:
+def _drawn(ax: Axes, one: FoundLimit) -> None:
     x, use, green = _points(one)
     ax.plot(x, 100.0 * use, color=COLOURS[0], lw=1.2, alpha=0.6)
     for good, colour in ((True, COLOURS[2]), (False, LIMIT)):
@@ -69,7 +69,7 @@ def _drawn(ax: Axes, one: Limited) -> None:
     ax.set_ylabel("use [%]")
 
 
-def _points(one: Limited) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _points(one: FoundLimit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Values, uses and whether the verdict is green (n,), of the runs that were judged."""
     rows = [(x, row["use"], row["status"] == "done") for x, row in sorted(one.runs.items()) if "use" in row]
     x, use, green = (np.array(column) for column in zip(*rows, strict=True)) if rows else (np.zeros(0),) * 3

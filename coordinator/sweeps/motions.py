@@ -28,7 +28,7 @@ DIMENSIONS = {("speed", False): SPEED, ("speed", True): RATE,
 
 
 @dataclass(frozen=True)
-class Order:
+class MotionOrder:
     """An order of the action list: its path for `--set`, its text, and the number that is varied [SI]."""
 
     path: str
@@ -37,12 +37,12 @@ class Order:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionGroup:
     """Moves of a kind: their name, their orders, whether their speed is varied or their acceleration, of which
     dimension that is."""
 
     name: str
-    orders: tuple[Order, ...]
+    orders: tuple[MotionOrder, ...]
     what: Literal["speed", "accel"]
     dimension: Dimension
 
@@ -64,7 +64,7 @@ class Motion:
             raise SceneError(f"{self.name}: {error}") from None
         return [f"{order.path}={self._with(order, part)}" for order in self.orders]
 
-    def _with(self, order: Order, part: float) -> str:
+    def _with(self, order: MotionOrder, part: float) -> str:
         own = f"{order.number * part / float(self.dimension.units[self.unit]):.12g} {self.unit}"
         found = re.fullmatch(
             rf"(?P<verb>\s*\w+\s+)(?P<speed>{NUMBER}\s*\S+)(?P<ramp>\s+ramp\s.+?)?(?P<rest>\s(by|to|until)\s.*)",
@@ -76,7 +76,7 @@ class Motion:
         return f"{found['verb']}{found['speed']} ramp {own}{found['rest']}"
 
 
-def motion_of(scene: LoadedScene, name: str) -> Motion | None:
+def motion_of(scene: LoadedScene, name: str) -> MotionGroup | None:
     """The moves that a name such as `hoist speed` means; None where it is no such name, or nothing moves so."""
     noun, _, word = name.strip().rpartition(" ")
     if noun not in VERBS_OF or word not in WORDS:
@@ -95,10 +95,10 @@ def motion_of(scene: LoadedScene, name: str) -> Motion | None:
             ]
             ramp = phrase.ramp if isinstance(phrase.ramp, float) else max(own, default=0.0)
             size = phrase.speed if what == "speed" else ramp
-            orders.append(Order(f"actions[{number}].{target}", str(source.at(("actions", number, target))), size))
+            orders.append(MotionOrder(f"actions[{number}].{target}", str(source.at(("actions", number, target))), size))
     if not orders:
         return None
-    return Motion(name.strip(), tuple(orders), what, DIMENSIONS[what, turning])
+    return MotionGroup(name.strip(), tuple(orders), what, DIMENSIONS[what, turning])
 
 
 def motions(scene: LoadedScene) -> list[str]:

@@ -25,7 +25,7 @@ from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 
 from .rewriting import rewritten
-from .timetable import Parts, Planned, done, last_wait
+from .timetable import FoundTiming, Parts, done, last_wait
 from .timing import Step, overlaps, ramps, speeds
 
 LOG = logging.getLogger("heavylift.sweeps")
@@ -34,25 +34,25 @@ HALVINGS = 5  # of a step that the path at rest does not allow whole
 LEAST = 0.2  # part of a step below which it is given up in runs
 
 
-def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.info) -> Planned:
+def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.info) -> FoundTiming:
     """The shortest timing of a scene that is found within so many seconds of wall time; raises SceneError."""
     scene = chosen(scene, say)
     search = _Search(scene, time.monotonic() + budget, say)
     try:
         first = search.run(scene, "as it is written")
     except HeavyliftError as error:
-        return Planned(scene, None, wrong=f"the scene as it is written makes no run: {error}")
+        return FoundTiming(scene, None, wrong=f"the scene as it is written makes no run: {error}")
     if first.verdict.red:
-        return Planned(scene, first, wrong=f"red at the start, {first.verdict.line}: mend that first")
+        return FoundTiming(scene, first, wrong=f"red at the start, {first.verdict.line}: mend that first")
     if why := search.at_rest():
-        return Planned(scene, first, wrong=f"the scene as it is written cannot be followed at rest: {why}")
+        return FoundTiming(scene, first, wrong=f"the scene as it is written cannot be followed at rest: {why}")
     if first.verdict.state == "undecided":  # no step can be blamed for that
         search.bad = ("red",)
     found = search.in_runs(first)
     if found is None:
         told = "its budget is used up" if search.spent else "it is as quick as its limits and drives allow"
-        return Planned(scene, first, wrong=f"no quicker timing was found that is green: {told}")
-    return Planned(scene, first, *found, parts=dict(search.parts), why=dict(search.why))
+        return FoundTiming(scene, first, wrong=f"no quicker timing was found that is green: {told}")
+    return FoundTiming(scene, first, *found, parts=dict(search.parts), why=dict(search.why))
 
 
 @dataclass(frozen=True)

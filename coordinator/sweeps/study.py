@@ -34,7 +34,7 @@ INPUT = "input/"  # before the name of a column: what was varied
 
 
 @dataclass(frozen=True)
-class Planned:
+class StudyPlan:
     """What a study is: its scene, axes, how many draws of which design (0: the whole grid), the seed."""
 
     scene: LoadedScene
@@ -66,7 +66,7 @@ class Planned:
 class Study:
     """A study on disk, as a context of one process at a time; rows are appended and never taken back."""
 
-    def __init__(self, folder: str | Path, plan: Planned, task: Task) -> None:
+    def __init__(self, folder: str | Path, plan: StudyPlan, task: Task) -> None:
         """Begin or go on; OutputError if the folder holds something else, SceneError without the extra `sweep`."""
         try:
             import pyarrow  # noqa: F401

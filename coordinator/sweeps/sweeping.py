@@ -22,7 +22,7 @@ from heavylift.nodes.scene.text.units import DURATION
 
 from .axes import Variant, axes_of, grid, sampled
 from .designs import DESIGNS, drawn
-from .study import Planned, Study
+from .study import Study, StudyPlan
 from .variant import KEEP, Keep, Row, Task, answered, played, received
 
 AHEAD, MOST = 3, 256  # variants with the executor for each worker; in all, if nobody says how many there are
@@ -33,7 +33,7 @@ Watch = Callable[[Study, Row | None], None]
 
 def planned(
     scene: LoadedScene | str | Path, vary: Sequence[str] = (), sample: int = 0, design: str = DESIGNS[0], seed: int = 1
-) -> Planned:
+) -> StudyPlan:
     """What a study of a scene would run; raises SceneError for what cannot be varied."""
     scene = level_of(loaded(scene))
     sample, seed, said = whole("--sample", sample), whole("--seed", seed), texts(vary)
@@ -41,7 +41,7 @@ def planned(
         raise SceneError(f"--vary {vary!r}: give texts PATH=VALUES, such as 'block.mass=200..400 t by 25 t'")
     axes = axes_of(scene, said, sample > 0)
     variants = sampled(axes, drawn(design, sample, len(axes), seed)) if sample else grid(axes)
-    return Planned(scene, axes, variants, design if sample else "", sample, seed)
+    return StudyPlan(scene, axes, variants, design if sample else "", sample, seed)
 
 
 def sweep(

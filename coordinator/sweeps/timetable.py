@@ -19,7 +19,7 @@ Parts = dict[Step, float]  # how far each step is taken, of 1
 
 
 @dataclass(frozen=True)
-class Planned:
+class FoundTiming:
     """A timing that was found: the scene before and after, its runs, how far each step is taken and what limits it;
     `wrong`: why there is none."""
 

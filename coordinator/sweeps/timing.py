@@ -16,7 +16,7 @@ from heavylift.nodes.plan.actions import Landed, Lifted, Move, Slings, Turn
 from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
-from heavylift.nodes.scene.construction.yard import ramp_of
+from heavylift.nodes.scene.construction.scene_builder import ramp_of
 from heavylift.nodes.scene.text.source import Path
 from heavylift.nodes.scene.text.units import NUMBER
 

@@ -21,7 +21,7 @@ import msgspec
 import numpy as np
 from heavylift.coordinator.ladder.choosing import error_of
 from heavylift.coordinator.ladder.in_memory import CUT, Played, play
-from heavylift.coordinator.ladder.rungs import Rung
+from heavylift.coordinator.ladder.model_levels import ModelLevel
 from heavylift.coordinator.verdict.limits import signals_of_run
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
@@ -76,7 +76,7 @@ class Task:
         """Of a scene; what it extends is in its text."""
         name = scene.path.name if scene.path in bundled().values() else str(scene.path)
         if "extends" in read(scene.text, name).data:  # files that a worker elsewhere has not
-            own = tuple(Rung(scene.plan).settings) if scene.chosen else ()
+            own = tuple(ModelLevel(scene.plan).settings) if scene.chosen else ()
             return cls(scene.merged, name, own, limit_s, keep, judged, scene.facts.ask)
         return cls(scene.text, name, scene.settings, limit_s, keep, judged, scene.facts.ask)
 

@@ -9,8 +9,8 @@ from heavylift.kernel.on_demand import face
 
 from .perfetto import trace_events
 from .text import data, text
-from .timeline import Chain, Grant, Held, Lane, Timeline, chains
+from .timeline import Chain, GrantSpan, HeldTime, Lane, Timeline, chains
 
-__all__ = ["Chain", "Grant", "Held", "Lane", "Timeline", "chains", "data", "text", "trace_events"]
+__all__ = ["Chain", "GrantSpan", "HeldTime", "Lane", "Timeline", "chains", "data", "text", "trace_events"]
 
 face(__name__)

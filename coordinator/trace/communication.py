@@ -42,10 +42,10 @@ STRETCH = 0.01  # [m] at the start
 LATER_ns = 100_000_000  # that models of a user may answer late
 
 
-def hanging(scene: LoadedScene) -> list[Pair]:
+def hanging(scene: LoadedScene) -> list[CoupledPair]:
     """On each hook rope of a scene, what is above and below it; SceneError if there is none: no two processes could
     share a rope."""
-    plan, found = scene.plan, list[Pair]()
+    plan, found = scene.plan, list[CoupledPair]()
     for machine in plan.machines:
         bodies, ropes = {b.name: b.mass for b in machine.system.bodies}, {r.name: r for r in machine.system.all_ropes}
         for hook in machine.hooks:
@@ -56,7 +56,7 @@ def hanging(scene: LoadedScene) -> list[Pair]:
                     [at.tensions.get(hook.rope, 0.0) for at in scene.states], default=at_rest.get(hook.rope, 0.0)
                 )
                 lower = most / plan.gravity or hook.below
-                found += [Pair(hook.rope, upper, lower, rope.EA / rope.L0)] if lower > 0.0 else []
+                found += [CoupledPair(hook.rope, upper, lower, rope.EA / rope.L0)] if lower > 0.0 else []
     if not found:
         raise SceneError(f"--coupling: nothing hangs on a hook rope in {scene.path.name}; leave the option out")
     return found
@@ -96,7 +96,7 @@ def distributed(scene: LoadedScene) -> list[Distributed]:
 
 
 @dataclass(frozen=True)
-class Pair:
+class CoupledPair:
     """Two bodies [kg] on a rope [N/m]."""
 
     name: str
@@ -110,7 +110,7 @@ class Pair:
         return sqrt(self.stiffness * (1.0 / self.upper + 1.0 / self.lower))
 
 
-def held(pair: Pair, h: float, lasts: float) -> Held:
+def held(pair: CoupledPair, h: float, lasts: float) -> Held:
     """Measure a pair whose forces are held over h [s]; `lasts`: of the scene's run [s]."""
     omega = pair.omega
     first, second = (
@@ -139,7 +139,7 @@ def held(pair: Pair, h: float, lasts: float) -> Held:
     return Held(pair.name, omega, h, -growth / omega, -omega * h / 4.0, 4.0 * log(1.0 + BUDGET) / (omega**2 * lasts))
 
 
-def _part(pair: Pair) -> float:
+def _part(pair: CoupledPair) -> float:
     """Of a stretch, what the upper body moves while the centre of mass rests."""
     return pair.lower / (pair.upper + pair.lower)
 

@@ -27,7 +27,7 @@ PROTOCOL = "/protocol/"
 COORDINATOR = "coordinator"  # the end of a chain in which no node is granted
 
 
-class Grant(NamedTuple):
+class GrantSpan(NamedTuple):
     """From GRANT to DONE: inputs granted, outputs spoken or offered, simulation time of the run [ns]."""
 
     begin: int
@@ -38,7 +38,7 @@ class Grant(NamedTuple):
     t_ns: int
 
 
-class Held(NamedTuple):
+class HeldTime(NamedTuple):
     """A time in which a node could have worked but for the next event of the node `by`."""
 
     begin: int
@@ -52,8 +52,8 @@ class Lane:
 
     node: str
     process: str
-    grants: list[Grant] = field(default_factory=list)
-    held: list[Held] = field(default_factory=list)
+    grants: list[GrantSpan] = field(default_factory=list)
+    held: list[HeldTime] = field(default_factory=list)
     busy_s: float = 0.0
     bytes: int = 0
 
@@ -129,11 +129,11 @@ class Timeline:
                 begins = [dones[n - 1] if n else 0 for n, _ in summary.held] + [now]
                 for (begin, end), (_, by) in zip(pairwise(begins), summary.held, strict=True):
                     if end > begin:
-                        lane.held.append(Held(begin, end, self._told.get(by, by)))
+                        lane.held.append(HeldTime(begin, end, self._told.get(by, by)))
             elif message.kind == "DONE" and message.node in granted:
                 asked = granted.pop(message.node)
                 begin, outputs = asked.summary.wall_ns - first, summary.spoken + summary.offer
-                lane.grants.append(Grant(begin, now, summary.gseq, asked.summary.inputs, outputs, asked.t_ns))
+                lane.grants.append(GrantSpan(begin, now, summary.gseq, asked.summary.inputs, outputs, asked.t_ns))
             elif message.kind == "BYE":
                 lane.busy_s = summary.busy_s
 

@@ -14,7 +14,7 @@ import zenoh
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback
 
-from .frame import FIRST_EPOCH, Reader, Topic, Writer
+from .frame import FIRST_EPOCH, FrameReader, FrameTopic, Writer
 from .keys import key
 from .link import matched
 from .placement import Placement
@@ -37,9 +37,11 @@ class Exchange:
         self._publishers = {
             n: session.declare_publisher(key(run, "in", *at[n]), congestion_control=block) for n in self.nodes
         }
-        self._writers = {n: Writer(run, n, Topic.IN, FIRST_EPOCH) for n in self.nodes}
-        self._out = {key(run, "out", *at[n]): (n, Reader(run, n, Topic.OUT, FIRST_EPOCH)) for n in self.nodes}
-        self._data = {key(run, "samples", *at[n]): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in self.nodes}
+        self._writers = {n: Writer(run, n, FrameTopic.IN, FIRST_EPOCH) for n in self.nodes}
+        self._out = {key(run, "out", *at[n]): (n, FrameReader(run, n, FrameTopic.OUT, FIRST_EPOCH)) for n in self.nodes}
+        self._data = {
+            key(run, "samples", *at[n]): (n, FrameReader(run, n, FrameTopic.SAMPLES, FIRST_EPOCH)) for n in self.nodes
+        }
         self._batches: deque[zenoh.Sample] = deque()
         self._shown: dict[tuple[str, ...], _Shown] = {}
         keep = Callback(self._arrived, indirect=False)
@@ -85,7 +87,7 @@ class Exchange:
         return self._shown[chunks]
 
     def _open(
-        self, at: str, sample: zenoh.Sample, readers: Mapping[str, tuple[str, Reader]]
+        self, at: str, sample: zenoh.Sample, readers: Mapping[str, tuple[str, FrameReader]]
     ) -> tuple[str, bytes] | None:
         """Node and payload of what came on the key `at`; None for what an earlier incarnation still says."""
         if at not in readers:

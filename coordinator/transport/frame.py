@@ -3,7 +3,7 @@
     crc32 | sequence | magic | topic | epoch | len(run) | len(node) | run | node | payload      little-endian
 
 The CRC32 covers all that follows it. `Writer` numbers the messages of one node on one topic from 0 upwards;
-`Reader` accepts exactly the next one and refuses any other by name, so that a lost, repeated, foreign or
+`FrameReader` accepts exactly the next one and refuses any other by name, so that a lost, repeated, foreign or
 damaged message ends a run with a sentence and never with a wrong trajectory. The epoch is the incarnation of
 a node: what a dead process still had under way is refused when its successor has taken over.
 """
@@ -24,7 +24,7 @@ _IDENTITY = struct.Struct("<4sBIBB")  # magic, topic, epoch, lengths of the run 
 _FIXED = _START.size + _IDENTITY.size
 
 
-class Topic(IntEnum):
+class FrameTopic(IntEnum):
     """Direction and use of a message; the name in lower case is the last chunk of its key."""
 
     IN = 0  # coordinator -> node
@@ -32,7 +32,7 @@ class Topic(IntEnum):
     SAMPLES = 2  # node -> coordinator, data
 
 
-def _identity(run: str, node: str, topic: Topic, epoch: int) -> bytes:
+def _identity(run: str, node: str, topic: FrameTopic, epoch: int) -> bytes:
     run_bytes, node_bytes = run.encode(), node.encode()
     head = _IDENTITY.pack(MAGIC, topic, epoch, len(run_bytes), len(node_bytes))
     return head + run_bytes + node_bytes
@@ -41,7 +41,7 @@ def _identity(run: str, node: str, topic: Topic, epoch: int) -> bytes:
 class Writer:
     """Frames the messages of one node on one topic, numbered from 0."""
 
-    def __init__(self, run: str, node: str, topic: Topic, epoch: int) -> None:
+    def __init__(self, run: str, node: str, topic: FrameTopic, epoch: int) -> None:
         self._identity = _identity(run, node, topic, epoch)
         self._next = 0
 
@@ -52,10 +52,10 @@ class Writer:
         return crc32(payload, crc32(head)).to_bytes(4, "little") + head + payload
 
 
-class Reader:
+class FrameReader:
     """Opens the frames of one node on one topic, in order; refuses everything else with a ProtocolError."""
 
-    def __init__(self, run: str, node: str, topic: Topic, epoch: int) -> None:
+    def __init__(self, run: str, node: str, topic: FrameTopic, epoch: int) -> None:
         self.run, self.node, self.topic, self.epoch = run, node, topic, epoch
         self._identity = _identity(run, node, topic, epoch)
         self._next = 0
@@ -105,7 +105,7 @@ class Reader:
         elif node != self.node:
             what = f"a message of node {node} arrived in its place, each node must use its own name and key"
         elif topic != self.topic:
-            name = Topic(topic).name.lower() if topic in tuple(Topic) else str(topic)
+            name = FrameTopic(topic).name.lower() if topic in tuple(FrameTopic) else str(topic)
             what = f"a message of topic '{name}' arrived, each topic must be written to its own key"
         elif epoch != self.epoch:
             what = f"a message of epoch {epoch} arrived in epoch {self.epoch}, end the node's older process"

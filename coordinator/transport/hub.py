@@ -20,13 +20,13 @@ from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
 from .exchange import Exchange
-from .frame import Reader, Topic, Writer
+from .frame import FrameReader, FrameTopic, Writer
 from .keys import HUB, OBSERVER, OPERATOR, check_names, key
 from .link import FIFO, JOIN_s, matched
 from .liveness import Lookout
 from .placement import Placement
 from .run_directory import RunDirectory
-from .session import Listening, Ticket, hub_session, new_password, new_run_id
+from .session import ListenAddress, Ticket, hub_session, new_password, new_run_id
 
 ANSWER_s = 1.0  # in which a process says that it is alive
 WAKE = HUB  # in place of a node's name: a message of the hub to itself
@@ -45,7 +45,7 @@ class Gate(Protocol):
     def free(self, process: str) -> None: ...
 
 
-class Door(Listening, Protocol):
+class Door(ListenAddress, Protocol):
     """The door of a run for processes of other hosts, with whoever asks there who they are."""
 
     @property
@@ -173,9 +173,12 @@ class Hub(Exchange):
         epoch = self.epoch(process)
         for node in self.placement.hosted[process]:
             self._met.discard(node)
-            self._writers[node] = Writer(self.run, node, Topic.IN, epoch)
-            self._out[key(self.run, "out", process, node)] = node, Reader(self.run, node, Topic.OUT, epoch)
-            self._data[key(self.run, "samples", process, node)] = node, Reader(self.run, node, Topic.SAMPLES, epoch)
+            self._writers[node] = Writer(self.run, node, FrameTopic.IN, epoch)
+            self._out[key(self.run, "out", process, node)] = node, FrameReader(self.run, node, FrameTopic.OUT, epoch)
+            self._data[key(self.run, "samples", process, node)] = (
+                node,
+                FrameReader(self.run, node, FrameTopic.SAMPLES, epoch),
+            )
 
     def ask(self, process: str) -> bytes | None:
         """What a process says when it is asked whether it is alive; None if it says nothing."""

@@ -17,7 +17,7 @@ from heavylift.coordinator.stopping import whole
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
-from .frame import FIRST_EPOCH, Reader, Topic, Writer
+from .frame import FIRST_EPOCH, FrameReader, FrameTopic, Writer
 from .keys import key
 from .session import Ticket, node_session
 
@@ -42,9 +42,9 @@ class _Sender:
         self.run, self.node = run, node
         self._out = session.declare_publisher(key(run, "out", process, node), congestion_control=block)
         self._samples = session.declare_publisher(key(run, "samples", process, node), congestion_control=block)
-        self._out_writer = Writer(run, node, Topic.OUT, epoch)
-        self._samples_writer = Writer(run, node, Topic.SAMPLES, epoch)
-        self.open = Reader(run, node, Topic.IN, epoch).open
+        self._out_writer = Writer(run, node, FrameTopic.OUT, epoch)
+        self._samples_writer = Writer(run, node, FrameTopic.SAMPLES, epoch)
+        self.open = FrameReader(run, node, FrameTopic.IN, epoch).open
 
     @property
     def heard(self) -> bool:

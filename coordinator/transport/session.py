@@ -35,7 +35,7 @@ WAIT_BEFORE_CLOSE_us = 600_000_000
 RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))"
 
 
-class Listening(Protocol):
+class ListenAddress(Protocol):
     """Where processes of other hosts connect (`hosts.door.Door`): an address, and Zenoh's settings of both sides."""
 
     @property
@@ -88,7 +88,7 @@ def hub_session(
     run: str,
     directory: RunDirectory,
     passwords: Mapping[str, str],
-    door: Listening | None = None,
+    door: ListenAddress | None = None,
     remote: Iterable[str] = (),
 ) -> zenoh.Session:
     """The coordinator's session: listens on the run's socket for the users of `passwords` and nobody else.
@@ -130,7 +130,7 @@ def node_session(ticket: Ticket) -> zenoh.Session:
     return _open(config, f"process {ticket.process} cannot join run {ticket.run} at {ticket.socket}")
 
 
-def remote_session(door: Listening) -> zenoh.Session:
+def remote_session(door: ListenAddress) -> zenoh.Session:
     """The session of a process on another host; who it is says its certificate."""
     config = _config("client", connect=[door.endpoint])
     config["transport"]["link"] |= {"protocols": ["tls"], "tls": door.connecting()}

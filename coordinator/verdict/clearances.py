@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 
 from .coarse import Coarse
 from .conduct import Meant
-from .ground import TOUCH, Ground, Low, Spans
-from .history import BLOCK, History, Past
+from .ground import TOUCH, Ground, GroundClearance, Spans
+from .history import BLOCK, History, RunHistory
+from .intervals import Minimum, whole
 from .moving import Moving, moving
-from .nearest import Known, search
+from .nearest import NearestSoFar, search
 from .rotating import matrices, turned
-from .stretches import Minimum, whole
 
 Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are told
@@ -38,7 +38,7 @@ THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
 def clearances(
     plan: Plan,
-    history: Past,
+    history: RunHistory,
     limit: float = LIMIT,
     landing: Spans = (),
     smallest: int = SMALLEST,
@@ -50,7 +50,7 @@ def clearances(
     `landing`: from when to when [s] orders to land are carried out; `mechanics`: those of the plan, if they are known;
     `meant`: what may touch when.
     """
-    known, nearest = Known(smallest, limit), dict[int, Clearance]()
+    known, nearest = NearestSoFar(smallest, limit), dict[int, Clearance]()
     known_shapes = Shapes(plan)
     things, ground = _Things(known_shapes, limit, meant), Ground(known_shapes, limit)
     lowest: dict[tuple[str, bool], Clearance] = {}
@@ -119,7 +119,7 @@ def _finding(c: Clearance, more: str) -> Finding:
     )
 
 
-def thinned(past: Past) -> Iterator[tuple[History, tuple[int, int]]]:
+def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
     """Parts without samples of the same instant, as events leave them, each with the first and the last of its samples
     between which to look; two more on either side tell what is about those, and what accelerations are."""
     kept = np.flatnonzero(np.diff(past.t, prepend=-np.inf) >= THINNEST)
@@ -232,7 +232,7 @@ def _told(things: _Things, number: int, m: Minimum) -> Clearance:
     return _clearance(a.shape.thing, b.shape.thing, least, m.t, things.limits[number], p, q, parts)
 
 
-def _lowest(x: Low) -> Clearance:
+def _lowest(x: GroundClearance) -> Clearance:
     part = _part(x.shape, x.p, x.t)
     below = x.p * (1.0, 1.0, 0.0)
     return _clearance(x.shape.shape.thing, GROUND, x.distance, x.t, x.limit, x.p, below, [part] if part else [])

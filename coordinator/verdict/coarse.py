@@ -13,7 +13,7 @@ import numpy as np
 from heavylift.nodes.plan.shapes import Strand
 from numpy.typing import NDArray
 
-from .moving import Frame, Moving, box, posed, size
+from .moving import BodyTrack, Moving, box, posed, size
 from .rotating import chords, lengths
 
 Floats = NDArray[np.float64]
@@ -57,7 +57,7 @@ class Coarse:
         found: Floats = way + np.maximum(bend, shake)
         return found
 
-    def _ways(self, frame: Frame, common: Floats) -> Floats:
+    def _ways(self, frame: BodyTrack, common: Floats) -> Floats:
         """(7, m) the most in each stretch [m]: the origin's way from its place at the middle, and more of a point for
         each metre that it is away from that; by accelerations the same of strays, and those of the quaternion; and by
         speeds."""

@@ -34,7 +34,7 @@ ASIDE = 1.0  # from where a block stands: as far as it and its trolleys go, it i
 
 
 @dataclass(frozen=True)
-class Low:
+class GroundClearance:
     """The lowest point of a thing: its distance from the ground [m], when [s], its place (3,); the limit to keep [m],
     0 where it must only not go into the ground."""
 
@@ -83,7 +83,9 @@ class Ground:
                 self._meant[name] |= (t >= first) & (t <= last)
         self._columns = {}
 
-    def look(self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float) -> Iterator[tuple[Low, bool]]:
+    def look(
+        self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
+    ) -> Iterator[tuple[GroundClearance, bool]]:
         """What is nearer than before, and than a bar [m]; and whether it went into the ground."""
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])
         if not self._looks:
@@ -153,10 +155,10 @@ def _least(
     limit: float,
     known: float,
     sinks: Floats | None = None,
-) -> Low | None:
+) -> GroundClearance | None:
     """The least of a thing's shapes at and between samples that are free, None if it is not below what is known;
     each shape with the least that it can have in each stretch (m,); `sinks` (n,): by how much its pads yield."""
-    best: Low | None = None
+    best: GroundClearance | None = None
     for s, gaps in some:
         bar = known if best is None else best.distance
         k = _samples(coarse, gaps < bar)
@@ -172,7 +174,7 @@ def _least(
         if value < bar:
             if at[i] > value:
                 i = j if gap[j] <= gap[j + 1] else j + 1
-            best = Low(s, value, float(s.t[k[i]]), _lowest(s, int(k[i])), limit)
+            best = GroundClearance(s, value, float(s.t[k[i]]), _lowest(s, int(k[i])), limit)
     return best
 
 

@@ -31,7 +31,7 @@ BLOCK = 4096  # samples that are looked at together
 KEPT = 3  # blocks of them: an hour and a half of usual samples
 
 
-class Past(Protocol):
+class RunHistory(Protocol):
     """All that a run has shown, or what can be asked for it part by part."""
 
     @property
@@ -75,7 +75,7 @@ class History:
         return History(self.t[kept], poses, tensions, lengths, self.rigs, *more, straight=self.straight)
 
 
-def blocks(past: Past) -> Iterator[History]:
+def blocks(past: RunHistory) -> Iterator[History]:
     """All of it in parts, each of which begins with the last sample of the one before it; at least one."""
     for first in range(0, max(1, len(past.t)), BLOCK):
         yield past.part(max(0, first - 1), first + BLOCK)

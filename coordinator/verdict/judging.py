@@ -14,8 +14,8 @@ from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
+from heavylift.nodes.limits.messages import WORDS
 from heavylift.nodes.limits.reach import Reached
-from heavylift.nodes.limits.sentences import WORDS
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
@@ -28,7 +28,7 @@ from heavylift.recordings.read.verdict import Clearance, Judged, recorded_verdic
 from .clearances import LIMIT, SMALLEST, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
-from .history import Past, blocks, history_of, rests
+from .history import RunHistory, blocks, history_of, rests
 from .limits import impacts, signals_of_run
 from .tables import charts_used, rigging, tables_of_plan
 
@@ -38,11 +38,11 @@ SEVERITIES = ("red", "warning", "note")
 
 
 @dataclass
-class Bench:
+class CheckContext:
     """What all judges have found so far, and what they could not look at."""
 
     plan: Plan
-    history: Past
+    history: RunHistory
     conduct: Conduct
     findings: list[Finding] = field(default_factory=list)
     not_looked_at: list[str] = field(default_factory=list)
@@ -54,12 +54,12 @@ class Bench:
     shapeless: tuple[str, ...] = ()
 
 
-def _geometry(bench: Bench) -> None:
+def _geometry(bench: CheckContext) -> None:
     """Whether the block can be what the scene says."""
     bench.findings += geometry_findings(bench.plan)
 
 
-def _limits(bench: Bench) -> None:
+def _limits(bench: CheckContext) -> None:
     """The table of limits, on tensions, poses and lengths."""
     plan, shown, said = bench.plan, bench.history, bench.conduct
     if not plan.limits or not len(shown.t):
@@ -78,7 +78,7 @@ def _limits(bench: Bench) -> None:
     bench.reach = reached.found
 
 
-def _clearances(bench: Bench) -> None:
+def _clearances(bench: CheckContext) -> None:
     """What came too near to what."""
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
     lands = landing(bench.plan, bench.conduct)
@@ -95,13 +95,13 @@ def near_at_rest(plan: Plan, statics: Followed) -> list[Finding]:
     for past, points in rests(plan, statics.states) if statics.states else ():
         begun = {x.action: x.t for x in reversed(points) if x.action}
         stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
-        bench = Bench(plan, past, Conduct(stages=stages, end=points[-1].t))
+        bench = CheckContext(plan, past, Conduct(stages=stages, end=points[-1].t))
         _clearances(bench)
         found += [_placed(f, bench.conduct) for f in bench.findings]
     return _in_order(found)
 
 
-def _bending(bench: Bench) -> None:
+def _bending(bench: CheckContext) -> None:
     """How far each flexible block is bent where that is sampled."""
     most: dict[str, tuple[float, str, float]] = {}
     for part in blocks(bench.history):
@@ -115,7 +115,7 @@ def _bending(bench: Bench) -> None:
         bench.findings.append(Finding(severity="note", kind="bending", subject=body, sentence=told, t=t))
 
 
-def _conduct(bench: Bench) -> None:
+def _conduct(bench: CheckContext) -> None:
     """Whether it went as the action list means it."""
     tripped = {name for _, name, _ in bench.conduct.tripped}
     bench.uses = [x for x in bench.uses if x.limit.quantity != "interlock" or x.limit.subject not in tripped]
@@ -123,7 +123,7 @@ def _conduct(bench: Bench) -> None:
     bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
 
-def _edges(bench: Bench) -> None:
+def _edges(bench: CheckContext) -> None:
     """What edges bear at most of each rope, and where."""
     most: dict[str, tuple[float, float, float]] = {}
     for part in blocks(bench.history):
@@ -139,18 +139,18 @@ def _edges(bench: Bench) -> None:
         )
 
 
-Judge = Callable[[Bench], None]
+Judge = Callable[[CheckContext], None]
 JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _bending, _conduct, _edges)
 
 
-def judge(plan: Plan, history: Past, conduct: Conduct, errors: Errors = NO_ERRORS) -> Judged:
+def judge(plan: Plan, history: RunHistory, conduct: Conduct, errors: Errors = NO_ERRORS) -> Judged:
     """The verdict of a run; `errors` of its figures, as far as they are known."""
     return judged_with_uses(plan, history, conduct, errors)[0]
 
 
 def judged_with_uses(
     plan: Plan,
-    history: Past,
+    history: RunHistory,
     conduct: Conduct,
     errors: Errors = NO_ERRORS,
     smallest: int = SMALLEST,
@@ -158,7 +158,7 @@ def judged_with_uses(
 ) -> tuple[Judged, Sequence[Use]]:
     """The verdict of a run, and the worst of each limit; `smallest`: clearances that are told though nothing is too
     near; `mechanics`: those of the plan, if they are known."""
-    bench = Bench(plan, history, conduct, smallest=smallest, mechanics=mechanics)
+    bench = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics)
     for one in JUDGES:
         one(bench)
     others = _in_order(_placed(f, conduct) for f in bench.findings)
@@ -184,7 +184,7 @@ def judged_with_uses(
     return verdict, bench.uses
 
 
-def _smallest(bench: Bench) -> list[Use]:
+def _smallest(bench: CheckContext) -> list[Use]:
     """The smallest clearance of all that is kept apart, where none is too small."""
     limit = next((x for x in bench.plan.limits if x.quantity == "clearance"), None)
     apart = [c for c in bench.clearances if limit and c.limit == limit.value]

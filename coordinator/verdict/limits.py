@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from math import atan2, ceil, cos, exp, pi, sin, sqrt
 
 import numpy as np
-from heavylift.nodes.limits.signals import Signals, hooked_in
+from heavylift.nodes.limits.signals import SignalColumns, hooked_in
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
 from numpy.typing import NDArray
 
-from .history import Past, blocks
+from .history import RunHistory, blocks
 from .rotating import matrices
 
 Floats = NDArray[np.float64]
@@ -28,13 +28,13 @@ def signals_of_run(
     peaks: Mapping[str, tuple[float, float]] | None = None,
     crossings: Mapping[str, tuple[float, float]] | None = None,
     lengths: Mapping[str, Floats] | None = None,
-) -> Signals:
+) -> SignalColumns:
     """The columns of a run.
 
     t (n,) [s], tensions (n,) [N], poses (n, 7) [m, quaternion x y z w], the rope lines that hang from when on (`Rig`),
     exact peaks [N] and when [s], overloads that load cells told [N] and when [s], unstretched lengths (n,) [m].
     """
-    return Signals(
+    return SignalColumns(
         t=t,
         tensions=tensions,
         poses={name: (pose[:, :3], matrices(pose[:, 3:])) for name, pose in poses.items()},
@@ -47,7 +47,7 @@ def signals_of_run(
     )
 
 
-def impacts(plan: Plan, past: Past) -> dict[str, tuple[float, float]]:
+def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
     """The largest force [N] as a block lands, on all its supports and on one of them, and when [s], by what it is of.
 
     A pad yields as a spring with a damper, by whose force in the instant of the touch the speed is known; all of the

@@ -30,7 +30,7 @@ STILL = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-class Frame:
+class BodyTrack:
     """How a body moved: its origin p (n, 3) [m] and its turn, quaternions (n, 4), or (1, 4) if it never turns."""
 
     def __init__(self, t: Floats, pose: Floats) -> None:
@@ -91,7 +91,7 @@ class Moving:
     whether it is there at all and can be judged."""
 
     shape: Solid | Strand
-    on: tuple[tuple[Frame, Vector], ...]
+    on: tuple[tuple[BodyTrack, Vector], ...]
     there: NDArray[np.bool_] | None = None
     straight: bool = False
 
@@ -228,8 +228,8 @@ def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> li
     n = len(history.t)
     if not n:
         return []
-    frames = {name: Frame(history.t, pose) for name, pose in history.poses.items()}
-    frames[WORLD] = Frame(history.t, np.tile(STILL, (n, 1)))
+    frames = {name: BodyTrack(history.t, pose) for name, pose in history.poses.items()}
+    frames[WORLD] = BodyTrack(history.t, np.tile(STILL, (n, 1)))
     for body, twist in twists(joints, frames, history.speeds).items():
         frames[body].twist = twist
     straight = history.straight
@@ -237,7 +237,7 @@ def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> li
     return found + _ropes(shapes, history, frames)
 
 
-def _ropes(shapes: Shapes, history: History, frames: dict[str, Frame]) -> list[Moving]:
+def _ropes(shapes: Shapes, history: History, frames: dict[str, BodyTrack]) -> list[Moving]:
     """Each straight line of a rope while it hangs and carries, but for those along its own crane."""
     known = shapes.strands
     found: dict[tuple[str, str, Vector, str, Vector], NDArray[np.bool_]] = {}

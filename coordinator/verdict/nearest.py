@@ -13,15 +13,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .intervals import SHARP, SIZES, Minimum, Steps, Stretches, between, bounded, cut, in_pieces, seen, steps_of
 from .moving import Moving
-from .stretches import SHARP, SIZES, Minimum, Steps, Stretches, between, bounded, cut, in_pieces, seen, steps_of
-from .together import Together
+from .shape_batch import ShapeBatch
 
 Floats = NDArray[np.float64]
 PROMISING = 3  # stretches of two things that are looked at exactly on each level
 
 
-class Known:
+class NearestSoFar:
     """The nearest that is known of each group, and the bar below which a stretch is still looked at.
 
     Of groups without a bar of their own (`most` infinite) all below `limit` and the `smallest` ones are looked for;
@@ -76,13 +76,13 @@ class Known:
         return min(float(self._most[group]), self.told, float(self._least[group]) - SHARP)
 
 
-def search(shapes: list[Moving], start: Stretches, known: Known) -> None:
+def search(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
     """Look for what is nearer than what is known."""
     if known.smallest and len(start.a):
         _begin(shapes, start, known)
     now = known.open(start)
     if len(now.a):
-        all_ = Together(shapes, np.flatnonzero(np.bincount(np.concatenate([now.a, now.b]))))
+        all_ = ShapeBatch(shapes, np.flatnonzero(np.bincount(np.concatenate([now.a, now.b]))))
         for size in (*SIZES[1:], 0):
             now = known.open(in_pieces(now, lambda some: bounded(all_, some)))
             _look(shapes, now, known)
@@ -92,7 +92,7 @@ def search(shapes: list[Moving], start: Stretches, known: Known) -> None:
         _step(all_, now, known)
 
 
-def _begin(shapes: list[Moving], start: Stretches, known: Known) -> None:
+def _begin(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
     """Look at the most promising samples of groups that seem nearest, until something is known of as many as asked."""
     least = np.full(len(known.found), np.inf)
     np.minimum.at(least, start.group, start.least)
@@ -106,7 +106,7 @@ def _begin(shapes: list[Moving], start: Stretches, known: Known) -> None:
         order = order[2 * known.smallest :]
 
 
-def _look(shapes: list[Moving], now: Stretches, known: Known, each: int = PROMISING) -> None:
+def _look(shapes: list[Moving], now: Stretches, known: NearestSoFar, each: int = PROMISING) -> None:
     """Look exactly at the samples in the middle of the most promising stretches of each group."""
     gap, middle = now.least + now.moved, now.middle
     order = np.lexsort((gap, now.group))
@@ -122,7 +122,7 @@ def _look(shapes: list[Moving], now: Stretches, known: Known, each: int = PROMIS
             known.add(g, found)
 
 
-def _step(all_: Together, now: Stretches, known: Known) -> None:
+def _step(all_: ShapeBatch, now: Stretches, known: NearestSoFar) -> None:
     """Look into steps from a sample to the next, those that seem nearest first."""
     n, bars = len(all_.shapes[0].t), known.bars()
 

@@ -22,7 +22,7 @@ SINGLE = {"prismatic": "speed", "revolute": "rate"}
 FREE = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 
 
-class Frame(Protocol):
+class BodyPoses(Protocol):
     """How a body moved."""
 
     p: Floats  # (n, 3) its origin [m]
@@ -32,7 +32,7 @@ class Frame(Protocol):
         """(n, 3, 3), or (1, 3, 3) if it never turns."""
 
 
-def twists(joints: Sequence[Joint], frames: Mapping[str, Frame], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
+def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
     """Of each body whose joints up to the world are free, sliding, hinged or fixed; those that are locked rest."""
     if not speeds:
         return {}

@@ -53,7 +53,7 @@ def sizes(x: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Factors:
+class LuFactors:
     """A matrix as the product of triangular L, of unit diagonal, and U, both kept in one array.
 
     `filled`: by column, the rows of it that hold more than zeros.
@@ -80,7 +80,7 @@ class Factors:
         return np.asarray(X / np.sqrt(np.array([self.LU[k, k] for k in range(len(X))])))
 
 
-def factored(A: np.ndarray, least: float = 0.0) -> Factors:
+def factored(A: np.ndarray, least: float = 0.0) -> LuFactors:
     """L U of a matrix whose pivots need no exchange: a positive definite one, or one of interpolation by splines.
 
     Raises ZeroDivisionError where a pivot is not larger than `least` of the diagonal element that it comes from.
@@ -94,7 +94,7 @@ def factored(A: np.ndarray, least: float = 0.0) -> Factors:
         down, right = (k + 2 + int(np.flatnonzero(x).max(initial=-1)) for x in (LU[k + 1 :, k], LU[k, k + 1 :]))
         LU[k + 1 : down, k] /= LU[k, k]
         LU[k + 1 : down, k + 1 : right] -= LU[k + 1 : down, k, None] * LU[k, k + 1 : right]
-    return Factors(LU, _filled(LU))
+    return LuFactors(LU, _filled(LU))
 
 
 def eigen(S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

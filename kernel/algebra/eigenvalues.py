@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .arrays import Factors, eigen, factored, times, total
+from .arrays import LuFactors, eigen, factored, times, total
 
 SPARE = 8  # vectors beyond those sought and half as many again
 SETTLED, LONGER = (
@@ -81,7 +81,7 @@ def _largest_of_one(B: np.ndarray, A: np.ndarray, n: int) -> tuple[np.ndarray, n
     return values[::-1][:n], times(X, turn[:, ::-1][:, :n])
 
 
-def _iterated(B: np.ndarray, factors: Factors, n: int, p: int) -> tuple[np.ndarray, np.ndarray]:
+def _iterated(B: np.ndarray, factors: LuFactors, n: int, p: int) -> tuple[np.ndarray, np.ndarray]:
     """By subspace iteration with p vectors, from ones that no symmetry knows."""
     k = np.arange(len(B) * p, dtype=float) + 1.0
     phase = k * k * GOLDEN

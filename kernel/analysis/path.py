@@ -21,7 +21,7 @@ from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.profile import REST
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.references import Actuator
+from heavylift.kernel.model.references import ReferenceProfile
 from heavylift.kernel.model.switching import StateEvent
 from heavylift.kernel.simulation.native.native_state import NEVER
 from heavylift.kernel.simulation.safeguards.deflection_check import check_bending
@@ -261,7 +261,7 @@ class EquilibriumPath:
         s, at = self.command, self.command.program.parameters.at
         s.native.set(t=0.0, t_stop=NEVER)
         s.references.write(self.epoch)
-        self._driven: list[tuple[int, Actuator]] = []
+        self._driven: list[tuple[int, ReferenceProfile]] = []
         for name, a in s.references.actuators.items():
             place = at["reference", name]
             s.P[place] = [0.0, s.references.own(name, self.epoch)[0], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]

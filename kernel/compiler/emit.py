@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .function import Function, Primitive
-from .llvm_function import Straight, blocks_of, named_code
+from .llvm_function import StraightLineCode, blocks_of, named_code
 from .simd_batches import WIDEST
 
 _DECLARE = [
@@ -24,11 +24,11 @@ _DECLARE = [
 ]
 
 
-class Parts:
+class EmittedParts:
     """Functions, sequences and loops that make up one native function."""
 
     name: str
-    parts: tuple[Function | Parts, ...]
+    parts: tuple[Function | EmittedParts, ...]
 
     @property
     def blocks(self) -> list[str]:
@@ -36,40 +36,40 @@ class Parts:
 
 
 @dataclass(frozen=True)
-class Sequence(Parts):
+class Sequence(EmittedParts):
     """The parts one after the other."""
 
     name: str
-    parts: tuple[Function | Parts, ...]
+    parts: tuple[Function | EmittedParts, ...]
 
 
 @dataclass(frozen=True)
-class While(Parts):
+class While(EmittedParts):
     """Repeat the parts while block[flag] > 0."""
 
     name: str
     flag: int
-    parts: tuple[Function | Parts, ...]
+    parts: tuple[Function | EmittedParts, ...]
     block: str = "X"
 
 
-def blocks(f: Function | Parts) -> list[str]:
+def blocks(f: Function | EmittedParts) -> list[str]:
     """Names of the memory blocks of a function, in the order of its pointer arguments."""
-    return f.blocks if isinstance(f, Parts) else blocks_of(f)
+    return f.blocks if isinstance(f, EmittedParts) else blocks_of(f)
 
 
-def module(*functions: Function | Parts, fused: bool = False) -> str:
-    """IR text of functions and loops and of everything that they call; `fused`: see `Straight`."""
+def module(*functions: Function | EmittedParts, fused: bool = False) -> str:
+    """IR text of functions and loops and of everything that they call; `fused`: see `StraightLineCode`."""
     texts: list[str] = []
-    seen: dict[str, Function | Parts] = {}
+    seen: dict[str, Function | EmittedParts] = {}
 
-    def visit(f: Function | Parts, lanes: int, shared: frozenset[str] = frozenset()) -> None:
-        name = f.name if isinstance(f, Parts) else named_code(f, lanes, shared)
+    def visit(f: Function | EmittedParts, lanes: int, shared: frozenset[str] = frozenset()) -> None:
+        name = f.name if isinstance(f, EmittedParts) else named_code(f, lanes, shared)
         if name in seen:
             assert seen[name] is f, f"two functions are called '{name}'"
             return
         seen[name] = f
-        if isinstance(f, Parts):
+        if isinstance(f, EmittedParts):
             for part in f.parts:
                 visit(part, 0)
             texts.append(_sequence(f))
@@ -77,7 +77,7 @@ def module(*functions: Function | Parts, fused: bool = False) -> str:
         if isinstance(f, Primitive):
             texts.append(f.text)
             return
-        code = Straight(f, lanes, fused, shared)
+        code = StraightLineCode(f, lanes, fused, shared)
         texts.append(code.text())
         for called in code.called:
             visit(*called)
@@ -87,7 +87,7 @@ def module(*functions: Function | Parts, fused: bool = False) -> str:
     return "\n".join([*_DECLARE, *texts])
 
 
-def _sequence(w: Parts) -> str:
+def _sequence(w: EmittedParts) -> str:
     parameters = ", ".join(f"ptr %{k}" for k in w.blocks)
     calls = "\n".join(f"  call void @{p.name}({', '.join(f'ptr %{k}' for k in blocks(p))})" for p in w.parts)
     if not isinstance(w, While):

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .symbol import RECORDING, Array, Graph, Sym, is_sym, node
+from .symbol import RECORDING, Array, ExpressionGraph, Sym, is_sym, node
 
 IDLE = ("in", "ret", "slice", "block")  # of nodes: they read what is there
 Outputs: TypeAlias = Mapping[str, Any]  # what a body returns: the numbers of each block
@@ -56,7 +56,7 @@ class Function:
                 self._record()
 
     def _record(self) -> None:
-        with Graph() as graph:
+        with ExpressionGraph() as graph:
             out = self.body(**{k: node("block", k) if n == OPAQUE else symbols(k, n) for k, n in self.inputs.items()})
             self.rows = {k: v[0] for k, v in out.items() if isinstance(v, tuple)}
             values = {k: v[1] if k in self.rows else v for k, v in out.items()}

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from .function import Function, placed
-from .simd_batches import WIDEST, Batch, arranged
+from .simd_batches import WIDEST, SimdBatch, arranged
 from .simd_operands import constant, gathered, reference, spread, spread_value, vector_type
 from .symbol import Sym, is_sym
 from .vector_loops import Wide, is_long
@@ -45,7 +45,7 @@ def _in_pieces(lines: list[str]) -> Iterator[str]:
         yield line
 
 
-class Straight:
+class StraightLineCode:
     """Straight-line code of one recorded function; with `lanes`, of that many calls side by side.
 
     Then each scalar is a vector, and in its blocks the lanes of a number lie next to each other.  `fused`: products
@@ -61,7 +61,7 @@ class Straight:
         self.vectors = 0
         # functions that this one calls, with how many lanes, and what they share
         self.called: list[tuple[Function, int, frozenset[str]]] = []
-        self.lane: dict[Sym, tuple[Batch, int]] = {}  # of calls that are made side by side
+        self.lane: dict[Sym, tuple[SimdBatch, int]] = {}  # of calls that are made side by side
         self.loaded: set[Sym] = set()
         self.spreads: dict[tuple[Sym, int], str] = {}
 
@@ -70,7 +70,7 @@ class Straight:
         order = f.nodes if self.lanes else arranged(f.nodes)
         self.wide = Wide(self, f, order)
         for n in order:
-            if isinstance(n, Batch):
+            if isinstance(n, SimdBatch):
                 self.wide.flush()
                 self.batch(n)
             elif not self.wide.later(n):
@@ -260,7 +260,7 @@ class Straight:
         self.body.append(f"call void @{named_code(f, lanes, shared)}({', '.join(at[k] for k in blocks_of(f))})")
         self.called.append((f, lanes, shared))
 
-    def batch(self, b: Batch) -> None:
+    def batch(self, b: SimdBatch) -> None:
         """One vector call in place of many."""
         at: dict[str, str] = {}
         for i, k in enumerate(b.function.inputs, 1):

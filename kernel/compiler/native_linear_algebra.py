@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from .function import OPAQUE, Primitive
-from .native_loops import VECTOR, Code, padded
+from .native_loops import VECTOR, LoopEmitter, padded
 from .simd_batches import WIDEST
 
 Number = list[str]  # registers of the real and, if there is one, the imaginary part
 
 
 @dataclass(frozen=True)
-class Factors:
+class FactorLayout:
     """Where the factors of an (n, n) matrix lie in a block from `start`: matrix planes, row exchanges, 1/pivots."""
 
     n: int
@@ -48,7 +48,7 @@ class Factors:
     def stop(self) -> int:
         return self.exchanges + (1 + self.planes) * self.stride
 
-    def factorise(self, c: Code) -> None:
+    def factorise(self, c: LoopEmitter) -> None:
         """Write the loops that replace the matrix by its factors; block M."""
         n, stride = self.n, self.stride
         planes = [c.at("%M", x) for x in self.matrix]
@@ -84,7 +84,7 @@ class Factors:
                 other = [c.at(p, c.integer("mul", j, stride)) for p in planes]
                 _less(c, other, [c.load(c.at(p, k)) for p in other], factors, first, stride)
 
-    def solve(self, c: Code, x: list[str]) -> None:
+    def solve(self, c: LoopEmitter, x: list[str]) -> None:
         """Write the loops that replace x (stride long, zeros behind n) by the solution; block M."""
         n, stride = self.n, self.stride
         planes = [c.at("%M", p) for p in self.matrix]
@@ -143,12 +143,12 @@ class Factors:
         return x
 
 
-def solver(name: str, factors: Factors, ny: int) -> Primitive:
+def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
     """x = A^-1 b for the first n of ny components, x = tail b for the others; outputs `re` and, if complex, `im`."""
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride
     inputs: dict[str, int] = {"M": OPAQUE, **{f"b_{p}": ny for p in parts}, "tail": factors.planes}
-    c = Code(name, [*inputs, *parts])
+    c = LoopEmitter(name, [*inputs, *parts])
     x = [c.reserve(f"[{max(stride, 1)} x double]") for _ in parts]
     for part, buffer in zip(parts, x, strict=True):
         with c.loop(0, stride, WIDEST) as i:
@@ -176,7 +176,7 @@ def solver(name: str, factors: Factors, ny: int) -> Primitive:
 
 def product(name: str, n: int, stride: int, start: int) -> Primitive:
     """x = A b for an (n, n) matrix that stands in M from `start`."""
-    c = Code(name, ["M", "b", "x"])
+    c = LoopEmitter(name, ["M", "b", "x"])
     total = c.reserve(f"[{stride} x double]")
     with c.loop(0, stride, WIDEST) as i:
         c.store("zeroinitializer", c.at(total, i), VECTOR)
@@ -192,12 +192,12 @@ def product(name: str, n: int, stride: int, start: int) -> Primitive:
     return Primitive(name, floats, {"M": OPAQUE, "b": n}, {"x": n}, c.text())
 
 
-def _size(c: Code, x: Number) -> str:
+def _size(c: LoopEmitter, x: Number) -> str:
     sizes = [c.let(f"call double @llvm.fabs.f64(double {e})") for e in x]
     return sizes[0] if len(x) == 1 else c.let(f"fadd double {sizes[0]}, {sizes[1]}")
 
 
-def times(c: Code, a: Sequence[str], b: Sequence[str], kind: str = "double") -> Number:
+def times(c: LoopEmitter, a: Sequence[str], b: Sequence[str], kind: str = "double") -> Number:
     """Registers of a b, real or complex."""
 
     def mul(x: str, y: str) -> str:
@@ -209,7 +209,7 @@ def times(c: Code, a: Sequence[str], b: Sequence[str], kind: str = "double") -> 
     return [real, c.let(f"fadd {kind} {mul(a[0], b[1])}, {mul(a[1], b[0])}")]
 
 
-def _reciprocal(c: Code, x: Number) -> Number:
+def _reciprocal(c: LoopEmitter, x: Number) -> Number:
     if len(x) == 1:
         return [c.let(f"fdiv double 1.0, {x[0]}")]
     squares = [c.let(f"fmul double {e}, {e}") for e in x]
@@ -218,14 +218,14 @@ def _reciprocal(c: Code, x: Number) -> Number:
     return [c.let(f"fdiv double {x[0]}, {square}"), c.let(f"fdiv double {opposite}, {square}")]
 
 
-def _swap(c: Code, a: str, b: str) -> None:
+def _swap(c: LoopEmitter, a: str, b: str) -> None:
     x, y = c.load(a), c.load(b)
     c.store(y, a)
     c.store(x, b)
 
 
 def _less(
-    c: Code,
+    c: LoopEmitter,
     target: list[str],
     a: Number,
     v: list[str],

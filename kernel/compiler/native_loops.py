@@ -21,7 +21,7 @@ def padded(n: int) -> int:
     return -(-n // WIDEST) * WIDEST
 
 
-class Code:
+class LoopEmitter:
     """The body of one function of pointers to blocks of doubles."""
 
     def __init__(self, name: str, pointers: list[str]) -> None:

@@ -19,7 +19,7 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 
 @dataclass(frozen=True)
-class Batch:
+class SimdBatch:
     """Calls of one function, one a lane; `calls` may be fewer than `width`: the last one fills the other lanes.
 
     `shared`: input blocks that are one and the same in all calls that could stand side by side.
@@ -47,7 +47,7 @@ def width_of(n: int) -> int:
     return WIDEST if n > WIDEST // 2 else 4 if n > 2 else n
 
 
-def arranged(nodes: Sequence[Sym]) -> list[Sym | Batch]:
+def arranged(nodes: Sequence[Sym]) -> list[Sym | SimdBatch]:
     """The nodes of a recording with equal independent calls batched, each after what it needs."""
     batches = list(_batches(nodes))
     while True:
@@ -58,7 +58,7 @@ def arranged(nodes: Sequence[Sym]) -> list[Sym | Batch]:
         batches.remove(stuck)
 
 
-def _batches(nodes: Sequence[Sym]) -> Iterator[Batch]:
+def _batches(nodes: Sequence[Sym]) -> Iterator[SimdBatch]:
     """Calls of a function on the same rung of its ladder: none of them needs another."""
     rungs: dict[Sym, dict[Function, int]] = {}
     groups: dict[tuple[Function, int], list[Sym]] = {}
@@ -78,7 +78,7 @@ def _batches(nodes: Sequence[Sym]) -> Iterator[Batch]:
         width = width_of(len(calls))
         if width > 1 and CROWDED * width > _inside(f):
             shared = _shared(calls)
-            yield from (Batch(tuple(calls[i : i + width]), width, shared) for i in range(0, len(calls), width))
+            yield from (SimdBatch(tuple(calls[i : i + width]), width, shared) for i in range(0, len(calls), width))
 
 
 def _inside(f: Function) -> int:
@@ -103,12 +103,12 @@ def _scalar(f: Function) -> bool:
     )
 
 
-def _ordered(nodes: Sequence[Sym], at: dict[Sym, Batch]) -> tuple[list[Sym | Batch], Batch | None]:
+def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym | SimdBatch], SimdBatch | None]:
     """Depth first, a batch behind all that its calls need; a batch that needs itself in the end is returned."""
-    order: list[Sym | Batch] = []
-    state: dict[Sym | Batch, bool] = {}  # False while what it needs is being arranged
+    order: list[Sym | SimdBatch] = []
+    state: dict[Sym | SimdBatch, bool] = {}  # False while what it needs is being arranged
     for n in nodes:
-        todo: list[Sym | Batch] = [at.get(n, n)]
+        todo: list[Sym | SimdBatch] = [at.get(n, n)]
         while todo:
             x = todo[-1]
             if state.get(x):
@@ -119,11 +119,11 @@ def _ordered(nodes: Sequence[Sym], at: dict[Sym, Batch]) -> tuple[list[Sym | Bat
                 order.append(todo.pop())
                 continue
             state[x] = False
-            needs = [y for call in x.calls for y in operands(call)] if isinstance(x, Batch) else operands(x)
+            needs = [y for call in x.calls for y in operands(call)] if isinstance(x, SimdBatch) else operands(x)
             for y in reversed(needs):
                 z = at.get(y, y)
                 if state.get(z) is False:
-                    return order, z if isinstance(z, Batch) else next(b for b in todo if isinstance(b, Batch))
+                    return order, z if isinstance(z, SimdBatch) else next(b for b in todo if isinstance(b, SimdBatch))
                 if z not in state:
                     todo.append(z)
     return order, None

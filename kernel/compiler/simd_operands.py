@@ -8,16 +8,16 @@ from __future__ import annotations
 import struct
 from typing import Any, Protocol
 
-from .simd_batches import Batch
+from .simd_batches import SimdBatch
 from .symbol import Sym, is_sym
 
 
-class Code(Protocol):
+class OperandCode(Protocol):
     """Straight-line code that is being written; `lane`: where calls stand that were made side by side; `value`: the
     name of a number, which is loaded if it has not been."""
 
     body: list[str]
-    lane: dict[Sym, tuple[Batch, int]]
+    lane: dict[Sym, tuple[SimdBatch, int]]
 
     def new(self) -> str: ...
 
@@ -37,7 +37,7 @@ def vector_type(lanes: int, element: str = "double") -> str:
     return f"<{lanes} x {element}>" if lanes else element
 
 
-def spread(code: Code, x: Any, lanes: int) -> str:
+def spread(code: OperandCode, x: Any, lanes: int) -> str:
     """One scalar in all lanes."""
     k = code.new()
     spread_value(code.body, k, code.value(x), lanes)
@@ -53,7 +53,7 @@ def spread_value(body: list[str], name: str, x: str, lanes: int) -> None:
     ]
 
 
-def gathered(code: Code, values: tuple[Any, ...]) -> str:
+def gathered(code: OperandCode, values: tuple[Any, ...]) -> str:
     """One number of every lane as a vector."""
     if all(x is values[0] for x in values):
         return spread(code, values[0], len(values))
@@ -67,7 +67,7 @@ def gathered(code: Code, values: tuple[Any, ...]) -> str:
     return found or _one_by_one(code, values)
 
 
-def _inputs(code: Code, values: tuple[Sym, ...]) -> str | None:
+def _inputs(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
     """Numbers that lie next to each other in a block, the last one perhaps repeated."""
     block, first = values[0].args
     n = next((i for i, x in enumerate(values) if x.args != (block, first + i)), len(values))
@@ -81,7 +81,7 @@ def _inputs(code: Code, values: tuple[Sym, ...]) -> str | None:
     return _shuffled(code, [k], n, [min(i, n - 1) for i in range(len(values))])
 
 
-def _results(code: Code, values: tuple[Sym, ...]) -> str | None:
+def _results(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
     """Results of vector calls, at most two different numbers of them."""
     at = [(*code.lane[x.args[0]], x.args[1], x.args[2]) for x in values]
     sources = list(dict.fromkeys((batch, block, i) for batch, _, block, i in at))
@@ -99,7 +99,7 @@ def _results(code: Code, values: tuple[Sym, ...]) -> str | None:
     return _shuffled(code, loaded, width, [sources.index((b, block, i)) * width + lane for b, lane, block, i in at])
 
 
-def _shuffled(code: Code, sources: list[str], width: int, places: list[int]) -> str:
+def _shuffled(code: OperandCode, sources: list[str], width: int, places: list[int]) -> str:
     """The given places of one or two vectors as one."""
     if places == list(range(width)):
         return sources[0]
@@ -110,7 +110,7 @@ def _shuffled(code: Code, sources: list[str], width: int, places: list[int]) -> 
     return k
 
 
-def _one_by_one(code: Code, values: tuple[Any, ...]) -> str:
+def _one_by_one(code: OperandCode, values: tuple[Any, ...]) -> str:
     names = [code.value(x) for x in values]
     k, v, last = code.new(), vector_type(len(values)), "poison"
     for i in range(len(values)):

@@ -27,7 +27,7 @@ class _Recording(threading.local):
     """What a thread records: the graphs, innermost last."""
 
     def __init__(self) -> None:
-        self.graphs: list[Graph] = []
+        self.graphs: list[ExpressionGraph] = []
 
 
 RECORDING = _Recording()
@@ -37,7 +37,7 @@ def _is_array(x: Any) -> bool:
     return getattr(x, "ndim", 0) > 0
 
 
-class Graph:
+class ExpressionGraph:
     """The nodes of one recording; `opaque`: named quantities become new symbols, so equations refer to names."""
 
     def __init__(self, opaque: bool = False) -> None:
@@ -47,7 +47,7 @@ class Graph:
         self.equations: list[tuple[str, Any]] = []
         self.scope = ""  # the law whose text is being recorded
 
-    def __enter__(self) -> Graph:
+    def __enter__(self) -> ExpressionGraph:
         RECORDING.graphs.append(self)
         return self
 

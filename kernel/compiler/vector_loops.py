@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
 from .function import Function, operands, placed
-from .simd_batches import WIDEST, Batch
+from .simd_batches import WIDEST, SimdBatch
 from .simd_operands import constant, vector_type
 from .symbol import Sym, is_sym
 
@@ -25,7 +25,7 @@ def is_long(x: Any) -> bool:
     return is_sym(x) and x.width > UNROLLED
 
 
-class Code(Protocol):
+class VectorEmitter(Protocol):
     """Straight-line code that is being written."""
 
     head: list[str]
@@ -37,7 +37,7 @@ class Code(Protocol):
 class Wide:
     """Long values of one function: which are made in one loop, which are kept, and the loops themselves."""
 
-    def __init__(self, code: Code, f: Function, order: Sequence[Sym | Batch]) -> None:
+    def __init__(self, code: VectorEmitter, f: Function, order: Sequence[Sym | SimdBatch]) -> None:
         self._code = code
         self._loops = 0
         self._group: dict[Sym, int] = {}
@@ -46,12 +46,12 @@ class Wide:
         self._copies: dict[Sym, str] = {}
         number = 0
         for n in order:
-            if isinstance(n, Batch) or n.op in ("call", "dot"):
+            if isinstance(n, SimdBatch) or n.op in ("call", "dot"):
                 number += 1
             elif is_long(n) and n.op not in _MOVED:
                 self._group[n] = number
         for n in order if self._group else ():
-            for call in n.calls if isinstance(n, Batch) else (n,):
+            for call in n.calls if isinstance(n, SimdBatch) else (n,):
                 self._keep((x for x in operands(call)), self._group.get(call))
         written = (x for name, v in f.outputs.items() for x, kept in placed(name, v) if not kept and is_sym(x))
         self._keep(written, None)

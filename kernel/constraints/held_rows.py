@@ -23,7 +23,7 @@ Numbers = Callable[[str, str], Array]  # kind, name -> its part of P
 Lengths = Mapping[str, tuple[Scalar, Scalar, Scalar]]  # of rigid ropes, with two rates
 
 
-class Scene(Protocol):
+class CompiledScene(Protocol):
     """What rows depend on of a compiled scene."""
 
     @property
@@ -35,7 +35,7 @@ class Scene(Protocol):
 
 
 @dataclass(frozen=True)
-class Row:
+class ConstraintRow:
     """One row at an instant; `wrenches`: body number and (6,) wrench about the point of that body's tree."""
 
     wrenches: list[tuple[int, Array]]
@@ -48,26 +48,30 @@ class Row:
     prior: Scalar = 0.0  # force next to which that of a redundant row is
 
 
-def held_rows(scene: Scene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths) -> list[Row]:
+def held_rows(
+    scene: CompiledScene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths
+) -> list[ConstraintRow]:
     """The rows of loops, then of rigid ropes, where bodies are at `ends`; arguments as of `Rows`."""
     rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
     ropes = scene.constraints.ropes
     return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]
 
 
-def _loop(scene: Scene, j: Joint, ends: Mapping[int, Array], p: Array) -> list[Row]:
+def _loop(scene: CompiledScene, j: Joint, ends: Mapping[int, Array], p: Array) -> list[ConstraintRow]:
     a, b = (scene.graph.number(x) for x in (j.parent, j.child))
     x = scene.constraints.closures[j.kind](p=p, A=ends[a], B=ends[b])
     return [
-        Row([(a, -x.wa[6 * i : 6 * i + 6]), (b, x.wb[6 * i : 6 * i + 6])], x.gap[i], x.rate[i], x.bias[i])
+        ConstraintRow([(a, -x.wa[6 * i : 6 * i + 6]), (b, x.wb[6 * i : 6 * i + 6])], x.gap[i], x.rate[i], x.bias[i])
         for i in range(len(CLOSURES[j.kind]))
     ]
 
 
-def _rope(scene: Scene, r: RigidRope, ends: Mapping[int, Array], p: Array, L: tuple[Scalar, Scalar, Scalar]) -> Row:
+def _rope(
+    scene: CompiledScene, r: RigidRope, ends: Mapping[int, Array], p: Array, L: tuple[Scalar, Scalar, Scalar]
+) -> ConstraintRow:
     bodies = [(scene.graph.number(line.a.body), scene.graph.number(line.b.body)) for line in r.lines]
     at = {f"{e}{n}": ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
     x = scene.constraints.pulls[len(r.lines)](L=list(L), p=p, **at)
     wrenches = [(i, getattr(x, f"w{e}{n}")) for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)]
     on = select(p[RigidAt.HOOKED] > 0.0, p[RigidAt.TAUT], 0.0)
-    return Row(wrenches, x.gap[0], x.rate[0], x.bias[0], on)
+    return ConstraintRow(wrenches, x.gap[0], x.rate[0], x.bias[0], on)

@@ -31,7 +31,7 @@ RATES = 1e-9  # singular value of the velocity columns of a joint below which tw
 
 
 @dataclass(frozen=True)
-class Pair:
+class JointClosure:
     """Both sides of a joint in world axes: directions a, b (rows axis, second, third), their rates, d = p_B - p_A."""
 
     a: Array
@@ -53,28 +53,28 @@ class Condition:
     dn: Array
 
 
-def _slide(i: int) -> Callable[[Pair], Condition]:
-    def condition(p: Pair) -> Condition:
+def _slide(i: int) -> Callable[[JointClosure], Condition]:
+    def condition(p: JointClosure) -> Condition:
         return Condition(p.a[i] @ p.d, p.a[i], np.zeros(3), p.da[i], np.zeros(3))
 
     return condition
 
 
-def _turn(i: int, j: int) -> Callable[[Pair], Condition]:
-    def condition(p: Pair) -> Condition:
+def _turn(i: int, j: int) -> Callable[[JointClosure], Condition]:
+    def condition(p: JointClosure) -> Condition:
         a, b, da, db = p.a[i], p.b[j], p.da[i], p.db[j]
         return Condition(a @ b, np.zeros(3), cross(b, a), np.zeros(3), cross(db, a) + cross(b, da))
 
     return condition
 
 
-def _twist(p: Pair) -> Condition:
+def _twist(p: JointClosure) -> Condition:
     """No turn about the sum of both shafts: second and third of one side lie mirrored in those of the other."""
     x, y = _turn(SECOND, THIRD)(p), _turn(THIRD, SECOND)(p)
     return Condition(x.g - y.g, np.zeros(3), x.n - y.n, np.zeros(3), x.dn - y.dn)
 
 
-def _thread(p: Pair) -> Condition:
+def _thread(p: JointClosure) -> Condition:
     """Travel follows the angle: pitch * angle - a . d, written periodic so that any number of turns is the same."""
     c, s = p.a[SECOND] @ p.b[SECOND], p.a[THIRD] @ p.b[SECOND]
     phase = (p.a[AXIS] @ p.d) / p.pitch
@@ -87,7 +87,7 @@ _LINE = (_slide(SECOND), _slide(THIRD))
 _PARALLEL = (_turn(AXIS, SECOND), _turn(AXIS, THIRD))
 _ALIGNED = (*_PARALLEL, _turn(SECOND, THIRD))
 
-CLOSURES: dict[str, tuple[Callable[[Pair], Condition], ...]] = {
+CLOSURES: dict[str, tuple[Callable[[JointClosure], Condition], ...]] = {
     "fixed": (*_POINT, *_ALIGNED),
     "revolute": (*_POINT, *_PARALLEL),
     "prismatic": (*_LINE, *_ALIGNED),
@@ -200,7 +200,7 @@ def closure_function(kind: str) -> Function:
     return Function(f"closure_{kind.replace('-', '_')}", body, {"p": SIDES, "A": BODY, "B": BODY})
 
 
-def _pair(p: Array, A: Array, B: Array) -> tuple[Pair, tuple[Array, Array], tuple[Array, Array], Array]:
+def _pair(p: Array, A: Array, B: Array) -> tuple[JointClosure, tuple[Array, Array], tuple[Array, Array], Array]:
     """Both sides; the joint's point on B from each tree's point; both twists; that point's velocity."""
     (R_A, o_A, r_A, V_A), (R_B, o_B, r_B, V_B) = (
         (np.reshape(e[:9], (3, 3)), e[9:12], e[12:15], e[15:]) for e in (A, B)
@@ -211,5 +211,5 @@ def _pair(p: Array, A: Array, B: Array) -> tuple[Pair, tuple[Array, Array], tupl
     da = np.array([cross(V_A[:3], e) for e in a])
     db = np.array([cross(V_B[:3], e) for e in b])
     x_b = p_B - o_B
-    pair = Pair(a, b, da, db, p_B - p_A, p[24])
+    pair = JointClosure(a, b, da, db, p_B - p_A, p[24])
     return pair, (p_B - o_A, x_b), (V_A, V_B), V_B[3:] + cross(V_B[:3], x_b)

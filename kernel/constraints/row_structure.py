@@ -23,7 +23,7 @@ from .unsymmetric_matrix import Unsymmetric
 BLOCK = 6  # rows of a block at most
 
 
-class Contacts(Protocol):
+class ContactRows(Protocol):
     """The rows of contacts, as `contact.contact_points` makes them."""
 
     @property
@@ -39,7 +39,7 @@ class Contacts(Protocol):
 class Constraints:
     """The rows of a scene's loops, then those of its rigid ropes and contacts, and the functions that they share."""
 
-    def __init__(self, graph: Graph, ropes: tuple[RigidRope, ...], contacts: Contacts) -> None:
+    def __init__(self, graph: Graph, ropes: tuple[RigidRope, ...], contacts: ContactRows) -> None:
         self.loops, self.ropes, self.contacts = graph.loops, ropes, contacts
         self.of = [(j, i) for j in self.loops for i in range(len(CLOSURES[j.kind]))]
         self.names = [*(f"joint '{j.name}'" for j, _ in self.of), *(f"rope '{r.name}'" for r in ropes)]

@@ -17,7 +17,7 @@ from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.rope_mass import at_the_hook
 
 from .block_matrix import Blockwise
-from .held_rows import Lengths, Numbers, Row, Scene, held_rows
+from .held_rows import CompiledScene, ConstraintRow, Lengths, Numbers, held_rows
 from .loop_closures import CLOSURES
 from .rigid_ropes import SLACK, RigidAt
 from .tree_factors import OpenTree
@@ -27,12 +27,12 @@ ROUNDED = 1e-12  # part of a row that is round-off
 _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom
 
 
-class Rows:
+class ConstraintRows:
     """The rows of an evaluation, factorised; forces, if it has any, are those applied so far."""
 
     def __init__(
         self,
-        scene: Scene,
+        scene: CompiledScene,
         arguments: dict[int, dict[str, Scalars]],
         ends: Mapping[int, Array],
         numbers: Numbers,
@@ -180,7 +180,7 @@ class Rows:
         self.multipliers = self.solve(self.held([-a for a in self.free]), [row.prior for row in self.rows])
 
     @property
-    def _rope_rows(self) -> list[Row]:
+    def _rope_rows(self) -> list[ConstraintRow]:
         first = len(self.constraints.of)
         return self.rows[first : first + len(self.constraints.ropes)]
 

@@ -18,7 +18,7 @@ PITCH = None
 
 
 @dataclass(frozen=True)
-class Motion:
+class JointMotion:
     """A turn about or a slide along an axis of the joint by factor * coordinate; factor None: the joint's pitch."""
 
     turns: bool
@@ -27,12 +27,12 @@ class Motion:
     factor: float | None = 1.0
 
 
-def _turn(axis: int, coordinate: int, factor: float = 1.0) -> Motion:
-    return Motion(True, axis, coordinate, factor)
+def _turn(axis: int, coordinate: int, factor: float = 1.0) -> JointMotion:
+    return JointMotion(True, axis, coordinate, factor)
 
 
-def _slide(axis: int, coordinate: int, factor: float | None = 1.0) -> Motion:
-    return Motion(False, axis, coordinate, factor)
+def _slide(axis: int, coordinate: int, factor: float | None = 1.0) -> JointMotion:
+    return JointMotion(False, axis, coordinate, factor)
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class JointType:
 
     coordinates: dict[str, float] = field(default_factory=dict)
     velocities: tuple[str, ...] = ()
-    motions: tuple[Motion, ...] = ()
+    motions: tuple[JointMotion, ...] = ()
     quaternion: int | None = None
 
     @property

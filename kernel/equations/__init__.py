@@ -13,7 +13,7 @@ from heavylift.kernel.multibody.graph import Graph, build_graph
 
 from .bodies import balances, recursion
 from .coordinates import coordinates
-from .document import Section, as_latex, as_text
+from .document import DocumentSection, as_latex, as_text
 from .formulation import formulation_section
 from .joints import joints
 from .laws import laws
@@ -39,15 +39,17 @@ def equations(
     return as_latex(sections, title) if latex else as_text(sections)
 
 
-def _graph(graph: Graph) -> Section:
+def _graph(graph: Graph) -> DocumentSection:
     rows = [("", "body", "joint", "kind", "on")]
     for i, k in enumerate(graph.links):
         parent = WORLD if k.parent < 0 else graph.links[k.parent].body.name
         rows.append((str(i + 1), k.body.name, k.joint.name, k.joint.kind, parent))
     rows += [("-", j.child, j.name, j.kind, f"{j.parent} (closes a loop)") for j in graph.loops]
-    return Section("graph", table=tuple(rows))
+    return DocumentSection("graph", table=tuple(rows))
 
 
-def _path_matrix(graph: Graph) -> Section:
+def _path_matrix(graph: Graph) -> DocumentSection:
     matrix = tuple(tuple(str(x) for x in row) for row in graph.T)
-    return Section("path matrix", ("T[k, i] = 1: joint i lies on the path from the ground to body k",), matrix=matrix)
+    return DocumentSection(
+        "path matrix", ("T[k, i] = 1: joint i lies on the path from the ground to body k",), matrix=matrix
+    )

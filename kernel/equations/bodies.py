@@ -9,7 +9,7 @@ from __future__ import annotations
 from heavylift.kernel.description.mechanics import WORLD, System
 from heavylift.kernel.multibody.graph import Graph, children_of
 
-from .document import Equation, Section
+from .document import DocumentSection, Equation
 from .laws import Acting, loops_at
 from .notation import Formula, cross, dual_cross, joined, law, sym, transposed
 
@@ -44,7 +44,7 @@ def _moment(graph: Graph, i: int) -> Equation:
     return Equation(left, joined(terms))
 
 
-def balances(system: System, graph: Graph) -> Section:
+def balances(system: System, graph: Graph) -> DocumentSection:
     """Force and moment balance of every body, with what its applied force and moment consist of."""
     acting = Acting(system)
     groups = []
@@ -57,7 +57,7 @@ def balances(system: System, graph: Graph) -> Section:
             left = Formula(f'Me{i + 1} eta{i + 1}"', rf"\mathbf{{M}}^{{e}}_{{{i + 1}}}\,\ddot{{\eta}}_{{{i + 1}}}")
             equations.append(Equation(left, _elastic(i + 1)))
         groups.append((f"({i + 1}) {link.body.name}", equations))
-    return Section(
+    return DocumentSection(
         "equation of every body",
         (
             "r centre of mass, p origin of the body's joint, w angular velocity, all in world axes;",
@@ -86,7 +86,7 @@ def _elastic(n: int) -> Formula:
     )
 
 
-def recursion(graph: Graph) -> Section:
+def recursion(graph: Graph) -> DocumentSection:
     """Fig. 6 (a)-(e) of every body, parents before children, with the corrected sign of (d)."""
     groups = []
     for i, link in enumerate(graph.links):
@@ -106,7 +106,7 @@ def recursion(graph: Graph) -> Section:
         if moves:
             equations.append(Equation(sym("tau", n), _product(transposed(S), sym("f", n, "c")), "(e)"))
         groups.append((f"({n}) {link.body.name} on {graph.links[link.parent].body.name if p else WORLD}", equations))
-    return Section(
+    return DocumentSection(
         "recursion",
         (
             "Fig. 6 of the paper with the sign of (d) corrected, six components, world axes about the tree's point;",

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.function import symbols
-from heavylift.kernel.compiler.symbol import Graph as Trace
+from heavylift.kernel.compiler.symbol import ExpressionGraph as Trace
 from heavylift.kernel.compiler.symbol import Scalar, Sym, is_sym
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.model.evaluation import evaluate
@@ -19,7 +19,7 @@ from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import coordinate_names
 from heavylift.kernel.multibody.trees import Tree, with_numbers
 
-from .document import Equation, Section
+from .document import DocumentSection, Equation
 from .notation import Formula, escaped
 
 _INFIX = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2), "gt": (">", 0), "ge": (">=", 0)}
@@ -48,7 +48,7 @@ class _Named(Program):
         return f"{tree.kind} {' '.join(b.name for b in tree.bodies)}"
 
 
-def coordinates(system: System, formulation: str) -> Section:
+def coordinates(system: System, formulation: str) -> DocumentSection:
     """Every named quantity in the order in which it is computed."""
     program = _Named(system, formulation)
     with Trace(opaque=True) as trace:
@@ -59,7 +59,7 @@ def coordinates(system: System, formulation: str) -> Section:
     for label, value in trace.equations:
         if label not in seen and (isinstance(value, Sym) or value != 0.0):
             seen[label] = _equation(label, value, names)
-    return Section(
+    return DocumentSection(
         "in coordinates",
         (
             "printed from the traced text before any elimination; .rx .ry .rz angular, .x .y .z linear components,",

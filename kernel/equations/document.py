@@ -31,7 +31,7 @@ class Equation:
 
 
 @dataclass(frozen=True)
-class Section:
+class DocumentSection:
     """A title, sentences, rows of a table (its head first), a matrix, and equations under headings."""
 
     title: str
@@ -41,12 +41,12 @@ class Section:
     equations: list[tuple[str, list[Equation]]] = field(default_factory=list)
 
 
-def as_text(sections: list[Section]) -> str:
+def as_text(sections: list[DocumentSection]) -> str:
     """Sections one below the other."""
     return "\n\n".join("\n".join(_text(s)) for s in sections)
 
 
-def _text(s: Section) -> list[str]:
+def _text(s: DocumentSection) -> list[str]:
     lines = ["  ".join([s.title.upper(), *s.sentences[:1]]), *s.sentences[1:]]
     if s.table:
         widths = [max(len(r[c]) for r in s.table) for c in range(len(s.table[0]))]
@@ -61,7 +61,7 @@ def _text(s: Section) -> list[str]:
     return lines
 
 
-def as_latex(sections: list[Section], title: str) -> str:
+def as_latex(sections: list[DocumentSection], title: str) -> str:
     """A document that compiles with amsmath alone."""
     body = [PREAMBLE + rf"\section*{{{escaped(title)}}}"]
     for s in sections:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from heavylift.kernel.multibody.graph import Graph
 
-from .document import Equation, Section
+from .document import DocumentSection, Equation
 from .notation import Formula
 
 # left and right, each as text and as LaTeX, and a remark
@@ -84,7 +84,7 @@ _LOOPS: tuple[_Row, ...] = (
 )
 
 
-def formulation_section(graph: Graph, formulation: str) -> Section:
+def formulation_section(graph: Graph, formulation: str) -> DocumentSection:
     """What is solved for the accelerations."""
     n, n_v = len(graph.links), graph.nv
     told = {
@@ -95,4 +95,4 @@ def formulation_section(graph: Graph, formulation: str) -> Section:
     }[formulation]
     rows = _ROWS[formulation] + (_LOOPS if graph.loops else ())
     equations = [Equation(Formula(a, b), Formula(c, d), e) for a, b, c, d, e in rows]
-    return Section(f"formulation: {formulation}", (told,), equations=[("", equations)])
+    return DocumentSection(f"formulation: {formulation}", (told,), equations=[("", equations)])

@@ -6,14 +6,14 @@ from heavylift.kernel.description.joint_table import JOINTS, THIRD
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.multibody.graph import Graph, Link
 
-from .document import Equation, Section
+from .document import DocumentSection, Equation
 from .laws import Acting
 from .notation import Formula, cross, joined, law, plain, sym, transposed
 
 _AXES = "est"  # letters of axis, second, and axis x second
 
 
-def joints(system: System, graph: Graph) -> Section:
+def joints(system: System, graph: Graph) -> DocumentSection:
     """Coordinates, columns of S and joint forces tau of all joints."""
     acting = Acting(system)
     groups = []
@@ -32,7 +32,7 @@ def joints(system: System, graph: Graph) -> Section:
         if kind.n_v:
             equations.append(_effort(acting, joint.name, n, kind.coordinates))
         groups.append((f"({n}) {joint.name}: {joint.kind}", equations))
-    return Section(
+    return DocumentSection(
         "joints",
         (
             "S velocity columns [angular; linear] in world axes, d from the tree's point to the child's origin;",

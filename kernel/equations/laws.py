@@ -25,7 +25,7 @@ from heavylift.kernel.description.mechanics import (
 )
 from heavylift.kernel.multibody.graph import Graph
 
-from .document import Equation, Section
+from .document import DocumentSection, Equation
 from .notation import Formula, cross, joined, law, plain, sym
 
 Row = tuple[Point, str, str]  # where a law acts, its name with the number of its end, sign of its force there
@@ -80,7 +80,7 @@ def loops_at(graph: Graph, body: str) -> list[tuple[str, str]]:
     return [(name, sign) for name, sign, on in ends if on == body]
 
 
-def laws(system: System) -> list[Section]:
+def laws(system: System) -> list[DocumentSection]:
     """One section per kind of law: its formulas and a table of its numbers."""
     groups: dict[type, list[Any]] = {}
     for f in fields(system):
@@ -90,11 +90,11 @@ def laws(system: System) -> list[Section]:
     return [_section(kind, items) for kind, items in groups.items()]
 
 
-def _section(kind: type, items: list[Any]) -> Section:
+def _section(kind: type, items: list[Any]) -> DocumentSection:
     told = " ".join((getdoc(kind) or "").split())
     head = ("name", *(f for f in field_names(kind) if f != "name"))
     rows = [(x.name, *(_shown(getattr(x, f)) for f in head[1:])) for x in items]
-    return Section(f"law: {kind.__name__.lower()}", (told,), (head, *rows), equations=_formulas(kind))
+    return DocumentSection(f"law: {kind.__name__.lower()}", (told,), (head, *rows), equations=_formulas(kind))
 
 
 def _shown(x: Any) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
 from heavylift.kernel.description.forces import Characteristic
 
-from .force_law import Answer, ForceLaw, Poses, Shown
+from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity
 
 FAR = 1e300  # beyond any coordinate
 
@@ -38,11 +38,11 @@ class CharacteristicLaw(ForceLaw[Characteristic]):
 
     def answer(
         self, f: Characteristic, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar
-    ) -> Answer:
+    ) -> LawOutput:
         lower, upper, x0, effort, slope = p
         x = joint[0 if f.of == "position" else 1]
         force = signal[0] * (effort + slope * (x - x0))
-        return Answer(effort=force, work=force * joint[1], guards=[x - lower, upper - x], shown=[force, x])
+        return LawOutput(effort=force, work=force * joint[1], guards=[x - lower, upper - x], shown=[force, x])
 
     def guards(self, f: Characteristic) -> tuple[str, ...]:
         return "lower end", "upper end"
@@ -52,8 +52,11 @@ class CharacteristicLaw(ForceLaw[Characteristic]):
         p[:] = _piece(f, bisect_right(f.x, x))
         return "piece", x
 
-    def shows(self, f: Characteristic) -> list[Shown]:
-        return [Shown("characteristic/effort", f.name, "N or N m"), Shown("characteristic/place", f.name, "SI")]
+    def shows(self, f: Characteristic) -> list[SampledQuantity]:
+        return [
+            SampledQuantity("characteristic/effort", f.name, "N or N m"),
+            SampledQuantity("characteristic/place", f.name, "SI"),
+        ]
 
 
 def _piece(f: Characteristic, i: int) -> list[float]:

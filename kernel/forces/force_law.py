@@ -28,7 +28,7 @@ BODY = 21  # numbers that describe a body to a law: R, o, r, V, see `attachment`
 Poses = Callable[[str], tuple[Array, Array]]  # body -> R_WB (3, 3), p_WB (3,) at the start
 
 
-class Shown(NamedTuple):
+class SampledQuantity(NamedTuple):
     """A quantity of a sample: topic ("" if it is not recorded), name, unit, and the group of its column in a row."""
 
     topic: str
@@ -54,7 +54,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Answer:
+class LawOutput:
     """What a force does at one instant; the balance kinetic + potential + stored - work + heat stays constant."""
 
     wrenches: list[Array] = field(default_factory=list)  # (6,) on each end's body about its tree's point
@@ -99,7 +99,7 @@ class ForceLaw(ABC, Generic[F]):
         """Its numbers in P, discrete states included."""
 
     @abstractmethod
-    def answer(self, f: F, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(self, f: F, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         """The law, of its numbers p, its ends' bodies (21,) (see `attachment`), signal (value, rate), joint
         (q, v), time t [s] of the run if it is timed; from f it may take what `shape` tells."""
 
@@ -112,7 +112,7 @@ class ForceLaw(ABC, Generic[F]):
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has angles and no 'turns'; give it one")
 
     def guards(self, f: F) -> tuple[str, ...]:
-        """Names of its guards, in the order of `Answer.guards`."""
+        """Names of its guards, in the order of `LawOutput.guards`."""
         return ()
 
     def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
@@ -120,8 +120,8 @@ class ForceLaw(ABC, Generic[F]):
         velocities stay; elastic energy that it lets go becomes its heat."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has guards and no 'switch'; give it one")
 
-    def shows(self, f: F) -> list[Shown]:
-        """What samples hold of it, in the order of `Answer.shown`."""
+    def shows(self, f: F) -> list[SampledQuantity]:
+        """What samples hold of it, in the order of `LawOutput.shown`."""
         return []
 
     def demand(self, f: F, field_: str, good: bool, message: str) -> None:
@@ -130,7 +130,7 @@ class ForceLaw(ABC, Generic[F]):
             raise KernelError(f"{item_word(f)} '{f.name}': {field_} {message}")
 
 
-class Ended(KernelError):
+class LawBreakdown(KernelError):
     """A law that has come to where it means nothing: who, and why; the time is added by the simulation."""
 
     def __init__(self, who: str, why: str) -> None:

@@ -16,7 +16,7 @@ GIVEN_WAY = 0.5  # part that it holds after the limit has fallen below it
 FAINT = 1e-6  # [m] deflection from which it then gives way wholly: halves of halves have no end as a pad is left
 
 
-class Contact(NamedTuple):
+class FrictionForce(NamedTuple):
     """Force, guard, heat [W] and stored energy [J]."""
 
     force: Any
@@ -33,11 +33,11 @@ def one_sided(force: Scalar, clamped: bool) -> Scalar:
     return maximum(force, 0.0) if clamped else force
 
 
-def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, clamped: bool) -> Contact:
+def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, clamped: bool) -> FrictionForce:
     """A one-sided spring-damper."""
     trial = k * depth + d * rate
     on = closed > 0.0
-    return Contact(
+    return FrictionForce(
         select(on, one_sided(trial, clamped), 0.0),
         select(on, trial, -minimum(depth, trial)),
         select(on, d * rate * rate, 0.0),
@@ -47,7 +47,7 @@ def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, cl
 
 def friction(
     s: Array, v: Array, limit: Scalar, k: Scalar, d: Scalar, stick: Scalar, direction: Array, at_rest: bool
-) -> Contact:
+) -> FrictionForce:
     """(n,) dry friction: a spring-damper from its anchor (s from it) that slips at `limit`.
 
     Slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is that of the start of
@@ -60,7 +60,7 @@ def friction(
     u = held if at_rest else v + SLIP_BLEND * direction
     u = u * (1.0 / sqrt(u @ u + 1e-300))
     on = stick > 0.0
-    return Contact(
+    return FrictionForce(
         np.array([-select(on, h, limit * w) for h, w in zip(held, u, strict=True)]),
         select(on, limit + k * ROUND_OFF - size, size - RELAXED * limit if at_rest else direction @ v),
         select(on, d * (v @ v), limit * (u @ v)),

@@ -8,7 +8,7 @@ import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select
 from heavylift.kernel.description.mechanics import Brake, JointSpring, Stop
 
-from .force_law import Answer, ForceLaw, Poses, Setting, Shown
+from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting
 from .friction import JUST_BELOW, deflection, friction, pushes
 
 
@@ -20,10 +20,12 @@ class JointSpringLaw(ForceLaw[JointSpring]):
     def numbers(self, f: JointSpring, poses: Poses) -> list[float]:
         return [f.k, f.d, f.q_rest]
 
-    def answer(self, f: JointSpring, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(
+        self, f: JointSpring, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar
+    ) -> LawOutput:
         k, d, rest = p
         q, v = joint
-        return Answer(effort=k * (rest - q) - d * v, heat=d * v * v, stored=0.5 * k * (rest - q) * (rest - q))
+        return LawOutput(effort=k * (rest - q) - d * v, heat=d * v * v, stored=0.5 * k * (rest - q) * (rest - q))
 
 
 class StopAt:
@@ -46,12 +48,12 @@ class StopLaw(ForceLaw[Stop]):
     def numbers(self, f: Stop, poses: Poses) -> list[float]:
         return [f.lower, f.upper, f.k, f.d, 0.0, 0.0]
 
-    def answer(self, f: Stop, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(self, f: Stop, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         lower, upper, k, d, at_lower, at_upper = p
         q, v = joint
         low = pushes(lower - q, -v, k, d, at_lower, self.clamped)
         up = pushes(q - upper, v, k, d, at_upper, self.clamped)
-        return Answer(
+        return LawOutput(
             effort=low.force - up.force,
             heat=low.heat + up.heat,
             stored=low.stored + up.stored,
@@ -91,12 +93,12 @@ class BrakeLaw(ForceLaw[Brake]):
     def numbers(self, f: Brake, poses: Poses) -> list[float]:
         return [f.moment, f.k, f.d, float(f.engaged), 1.0, self.start, 0.0]
 
-    def answer(self, f: Brake, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(self, f: Brake, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         moment, k, d, engaged, stick, anchor, direction = p
         q, v = joint
         x = friction(np.array([q - anchor]), np.array([v]), moment, k, d, stick, np.array([direction]), self.at_rest)
         on = engaged > 0.0
-        return Answer(
+        return LawOutput(
             effort=select(on, x.force[0], 0.0),
             heat=select(on, x.heat, 0.0),
             stored=select(on, x.stored, 0.0),
@@ -117,5 +119,8 @@ class BrakeLaw(ForceLaw[Brake]):
         p[at.STICK], p[at.ANCHOR] = 1.0, q - deflection(force, v, p[at.K], p[at.D])
         return "stick", q
 
-    def shows(self, f: Brake) -> list[Shown]:
-        return [Shown("", f.name, "m or rad", "place"), Shown("", f.name, "m/s or rad/s", "velocity")]
+    def shows(self, f: Brake) -> list[SampledQuantity]:
+        return [
+            SampledQuantity("", f.name, "m or rad", "place"),
+            SampledQuantity("", f.name, "m/s or rad/s", "velocity"),
+        ]

@@ -9,7 +9,7 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, sqrt
 from heavylift.kernel.description.forces import Load, Wind
 
-from .force_law import Answer, ForceLaw, Poses, Shown, attachment, wrench
+from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, attachment, wrench
 
 UNIT = 1e-6  # how far a direction may be off by rounding
 
@@ -25,7 +25,7 @@ class LoadLaw(ForceLaw[Load]):
     def numbers(self, f: Load, poses: Poses) -> list[float]:
         return [*f.at.p, *f.force, *f.moment]
 
-    def answer(self, f: Load, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(self, f: Load, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         body = ends[0]
         x, _, v = attachment(body, p[:3], "a")
         force: Array = signal[0] * p[3:6] if any(f.force) else np.zeros(3)
@@ -34,10 +34,10 @@ class LoadLaw(ForceLaw[Load]):
             R = np.reshape(body[:9], (3, 3))
             force, moment = R @ force, R @ moment
         work = force @ v + moment @ body[15:18]
-        return Answer([wrench(x, force, moment)], work=work, shown=[signal[0]])
+        return LawOutput([wrench(x, force, moment)], work=work, shown=[signal[0]])
 
-    def shows(self, f: Load) -> list[Shown]:
-        return [Shown("load/signal", f.name, "1")]
+    def shows(self, f: Load) -> list[SampledQuantity]:
+        return [SampledQuantity("load/signal", f.name, "1")]
 
 
 class WindLaw(ForceLaw[Wind]):
@@ -56,14 +56,14 @@ class WindLaw(ForceLaw[Wind]):
     def shape(self, f: Wind) -> Hashable:
         return any(f.sides)
 
-    def answer(self, f: Wind, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(self, f: Wind, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         x, _, v = attachment(ends[0], p[:3], "a")
         u = signal[0] * p[4:7] - v
         size = p[3] * sqrt(u @ u)
         if any(f.sides):
             size += p[7:] @ abs(np.reshape(ends[0][:9], (3, 3)).T @ u)
         force = size * u
-        return Answer([wrench(x, force)], work=force @ v, shown=[signal[0], sqrt(force @ force)])
+        return LawOutput([wrench(x, force)], work=force @ v, shown=[signal[0], sqrt(force @ force)])
 
-    def shows(self, f: Wind) -> list[Shown]:
-        return [Shown("wind/speed", f.name, "m/s"), Shown("wind/force", f.name, "N")]
+    def shows(self, f: Wind) -> list[SampledQuantity]:
+        return [SampledQuantity("wind/speed", f.name, "m/s"), SampledQuantity("wind/force", f.name, "N")]

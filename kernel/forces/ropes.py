@@ -14,7 +14,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, mi
 from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.description.mechanics import Rope
 
-from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment
+from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting, attachment
 from .friction import one_sided
 from .rope_mass import at_the_hook, not_weighed, pulls_down
 
@@ -55,7 +55,7 @@ class RopeLaw(ForceLaw[Rope]):
         lines = [x for line in f.lines for x in (*line.a.p, *line.b.p, line.share)]
         return [f.EA, f.damping, float(f.hooked), 0.0, *lines, *([f.mass * self.gravity] if f.mass else [])]
 
-    def answer(self, f: Rope, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(self, f: Rope, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         EA, c, hooked, taut = p[:ROPE_HEAD]
         L0, dL0 = signal
         length, rate, high, lines = 0.0, 0.0, 0.0, []
@@ -93,7 +93,7 @@ class RopeLaw(ForceLaw[Rope]):
         stored, at_end = wound * L0, tension
         if f.mass:
             stored, at_end = stored + not_weighed(p[-1]) * high, at_the_hook(tension, p[-1])
-        return Answer(
+        return LawOutput(
             wrenches,
             heat=select(on > 0.0, damped * de, 0.0),
             work=-(tension + wound) * dL0,
@@ -109,5 +109,8 @@ class RopeLaw(ForceLaw[Rope]):
         p[RopeAt.TAUT] = 1.0 - p[RopeAt.TAUT]
         return "taut" if p[RopeAt.TAUT] else "slack", float(shown[1])
 
-    def shows(self, f: Rope) -> list[Shown]:
-        return [Shown("rope/tension", f.name, "N", "tension"), Shown("rope/elongation", f.name, "m", "elongation")]
+    def shows(self, f: Rope) -> list[SampledQuantity]:
+        return [
+            SampledQuantity("rope/tension", f.name, "N", "tension"),
+            SampledQuantity("rope/elongation", f.name, "m", "elongation"),
+        ]

@@ -17,7 +17,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, sqrt
 from heavylift.kernel.description.forces import Bushing, Spring, Torsion
 from heavylift.kernel.multibody.continuous_angles import hinge, on_turn
 
-from .force_law import Answer, Ended, ForceLaw, Poses, Setting, Shown, attachment, wrench
+from .force_law import ForceLaw, LawBreakdown, LawOutput, Poses, SampledQuantity, Setting, attachment, wrench
 
 TINY = 1e-160  # keeps 0/0 away; vanishes beside any real number, and its root is one that atan2 takes
 ALIGNED = 1e-9  # by how much an axis may differ in two frames by rounding
@@ -60,7 +60,7 @@ class SpringLaw(ForceLaw[Spring]):
     def numbers(self, f: Spring, poses: Poses) -> list[float]:
         return [*f.a.p, *f.b.p, f.k, f.d, f.rest]
 
-    def answer(self, f: Spring, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(self, f: Spring, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(ends[0], p[:3], "a"), attachment(ends[1], p[3:6], "b")
         k, d, rest = p[6:9]
         s = p_b - p_a
@@ -69,15 +69,15 @@ class SpringLaw(ForceLaw[Spring]):
         stretch, rate = length - rest, u @ (v_b - v_a)
         tension = k * stretch + d * rate
         force = tension * u
-        return Answer(
+        return LawOutput(
             [wrench(x_a, force), -wrench(x_b, force)],
             heat=d * rate * rate,
             stored=0.5 * k * stretch * stretch,
             shown=[tension, stretch],
         )
 
-    def shows(self, f: Spring) -> list[Shown]:
-        return [Shown("spring/tension", f.name, "N"), Shown("spring/elongation", f.name, "m")]
+    def shows(self, f: Spring) -> list[SampledQuantity]:
+        return [SampledQuantity("spring/tension", f.name, "N"), SampledQuantity("spring/elongation", f.name, "m")]
 
 
 class TorsionLaw(ForceLaw[Torsion]):
@@ -101,8 +101,8 @@ class TorsionLaw(ForceLaw[Torsion]):
         return ("lean",)
 
     def switch(self, f: Torsion, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        raise Ended(f"torsion '{f.name}'", f"its axis on '{f.b}' points {AGAINST} against that on '{f.a}', so that "
-                    "there is no twist; let a joint hold the axis, or give the two bodies no torsion")  # fmt: skip
+        raise LawBreakdown(f"torsion '{f.name}'", f"its axis on '{f.b}' points {AGAINST} against that on '{f.a}', so "
+                    "that there is no twist; let a joint hold the axis, or give the two bodies no torsion")  # fmt: skip
 
     def answer(
         self,
@@ -113,7 +113,7 @@ class TorsionLaw(ForceLaw[Torsion]):
         joint: Scalars,
         t: Scalar,
         counted: Scalars = (0.0,),
-    ) -> Answer:
+    ) -> LawOutput:
         axis, (k, d, rest) = p[:3], p[3:6]
         R_a = _rotation(ends[0])
         R = R_a.T @ _rotation(ends[1])
@@ -124,7 +124,7 @@ class TorsionLaw(ForceLaw[Torsion]):
         rate = J @ (ends[1][15:18] - ends[0][15:18])
         moment = k * (rest - angle) - d * rate
         turn = join(moment * J, np.zeros(3))
-        return Answer(
+        return LawOutput(
             [-turn, turn],
             heat=d * rate * rate,
             stored=0.5 * k * (angle - rest) * (angle - rest),
@@ -134,8 +134,8 @@ class TorsionLaw(ForceLaw[Torsion]):
             turning=[rate],
         )
 
-    def shows(self, f: Torsion) -> list[Shown]:
-        return [Shown("torsion/angle", f.name, "rad"), Shown("torsion/moment", f.name, "N m")]
+    def shows(self, f: Torsion) -> list[SampledQuantity]:
+        return [SampledQuantity("torsion/angle", f.name, "rad"), SampledQuantity("torsion/moment", f.name, "N m")]
 
 
 class BushingLaw(ForceLaw[Bushing]):
@@ -169,8 +169,11 @@ class BushingLaw(ForceLaw[Bushing]):
         return ("turn",) if self._axis is None else ()
 
     def switch(self, f: Bushing, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        raise Ended(f"bushing '{f.name}'", f"'{f.b.body}' is turned by {AGAINST} against '{f.a.body}', about more than "
-                    "one axis; a rotation vector ends at 180: make it stiffer, or join the two by a hinge")  # fmt: skip
+        raise LawBreakdown(
+            f"bushing '{f.name}'",
+            f"'{f.b.body}' is turned by {AGAINST} against '{f.a.body}', about more than one axis; a rotation vector "
+            "ends at 180: make it stiffer, or join the two by a hinge",
+        )
 
     def check(self, f: Bushing) -> None:
         for field in ("K", "D"):
@@ -211,7 +214,7 @@ class BushingLaw(ForceLaw[Bushing]):
         joint: Scalars,
         t: Scalar,
         counted: Scalars = (0.0,),
-    ) -> Answer:
+    ) -> LawOutput:
         A, B = ends
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, p[:3], "a"), attachment(B, p[3:6], "b")
         R_a, R_b = (_rotation(X) @ np.reshape(q, (3, 3)) for X, q in ((A, p[6:15]), (B, p[15:24])))
@@ -232,7 +235,7 @@ class BushingLaw(ForceLaw[Bushing]):
         elastic, damped = K @ x, D @ dx
         f_b = -(elastic + damped)
         force, moment = R_a @ f_b[:3], R_a @ (J.T @ f_b[3:])
-        return Answer(
+        return LawOutput(
             [-wrench(x_a + s, force, moment), wrench(x_b, force, moment)],
             heat=damped @ dx,
             stored=0.5 * (elastic @ x),
@@ -242,9 +245,12 @@ class BushingLaw(ForceLaw[Bushing]):
             turning=turning,
         )
 
-    def shows(self, f: Bushing) -> list[Shown]:
-        place = [Shown("bushing/displacement", f"{f.name}.{c}", "m or rad") for c in ("x", "y", "z", "rx", "ry", "rz")]
-        return place + [Shown("bushing/force", x.name, "N or N m") for x in place]
+    def shows(self, f: Bushing) -> list[SampledQuantity]:
+        place = [
+            SampledQuantity("bushing/displacement", f"{f.name}.{c}", "m or rad")
+            for c in ("x", "y", "z", "rx", "ry", "rz")
+        ]
+        return place + [SampledQuantity("bushing/force", x.name, "N or N m") for x in place]
 
 
 def _filled(pattern: list[int], given: Iterator[Scalar]) -> Any:

@@ -10,7 +10,7 @@ from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, select
 from heavylift.kernel.description.mechanics import Support
 
-from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment, wrench
+from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting, attachment, wrench
 from .friction import FAINT, GIVEN_WAY, JUST_BELOW, SLIP_BLEND, SLOWEST, deflection, friction, pushes
 
 
@@ -36,7 +36,7 @@ class SupportLaw(ForceLaw[Support]):
     def numbers(self, f: Support, poses: Poses) -> list[float]:
         return [*f.point.p, f.height, f.k, f.d, f.mu, f.kt, f.dt, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
 
-    def answer(self, f: Support, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(self, f: Support, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         height, k, d, mu, kt, dt, closed, stick = p[3:11]
         x, p_X, v_X = attachment(ends[0], p[:3], "a")
         if f.on:
@@ -50,7 +50,7 @@ class SupportLaw(ForceLaw[Support]):
         on = select(mu > 0.0, closed, 0.0) > 0.0  # a pad without friction never sticks
         f_X = named("f", np.array([select(on, rub[0], 0.0), select(on, rub[1], 0.0), N]))
         f_X = R @ f_X if f.on else f_X
-        return Answer(
+        return LawOutput(
             [wrench(x, f_X), *([-wrench(at, f_X)] if f.on else [])],
             heat=heat + select(on, rubbed, 0.0),
             stored=stored + select(on, held, 0.0),
@@ -82,7 +82,7 @@ class SupportLaw(ForceLaw[Support]):
         p[at.STICK], p[at.ANCHOR] = 1.0, place - deflection(force, velocity, p[at.KT], p[at.DT])
         return "stick", normal
 
-    def shows(self, f: Support) -> list[Shown]:
+    def shows(self, f: Support) -> list[SampledQuantity]:
         groups = (("place", "m"), ("velocity", "m/s"))
-        beside = [Shown("", f.name, unit, column) for column, unit in groups for _ in "xy"]
-        return [Shown("support/force", f.name, "N", "normal"), *beside]
+        beside = [SampledQuantity("", f.name, unit, column) for column, unit in groups for _ in "xy"]
+        return [SampledQuantity("support/force", f.name, "N", "normal"), *beside]

@@ -18,7 +18,7 @@ from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope
 from heavylift.kernel.description.units import wrong_sign
 
 from .characteristic import CharacteristicLaw
-from .force_law import BODY, Answer, ForceLaw, Setting, Shown
+from .force_law import BODY, ForceLaw, LawOutput, SampledQuantity, Setting
 from .joint_laws import BrakeLaw, JointSpringLaw, StopLaw
 from .loads import LoadLaw, WindLaw
 from .reeving import ReevingLaw
@@ -63,7 +63,7 @@ class SharedForce:
     numbers: list[float]
     signal: Signal | None
     guards: tuple[str, ...]
-    shows: tuple[Shown, ...]
+    shows: tuple[SampledQuantity, ...]
     angles: int
     function: Function
     key: str
@@ -99,7 +99,7 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
                 numbers,
                 law.signal(f),
                 law.guards(f),
-                tuple(Shown(*x) for x in law.shows(f)),
+                tuple(SampledQuantity(*x) for x in law.shows(f)),
                 law.angles(f),
                 functions[key],
                 key,
@@ -143,7 +143,7 @@ def _function(name: str, f: Law, law: ForceLaw[Any], numbers: int) -> Function:
         p: Array, s: Scalars = (), x: Scalars = (), t: Scalars = (0.0,), c: Scalars = (), **bodies: Array
     ) -> Outputs:
         counted = {"counted": c} if n else {}
-        a: Answer = law.answer(f, p, [bodies[e] for e in ends], s, x, t[0], **counted)
+        a: LawOutput = law.answer(f, p, [bodies[e] for e in ends], s, x, t[0], **counted)
         one = {k: [getattr(a, k)] for k in ("effort", "heat", "work", "stored")}
         return {**one, **{k: getattr(a, k) for k in LISTS}, **{f"w{i}": w for i, w in enumerate(a.wrenches)}}
 

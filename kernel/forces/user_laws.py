@@ -1,7 +1,7 @@
 """Laws of the user's own: plain Python functions, traced like the kernel's own text.
 
 A law is named "package.module:function" or "file.py:function", so that it is data and crosses processes.  It is
-called as `law(x)` with the fields of `Given` and returns the effort along its joint, or a force (3,) or force and
+called as `law(x)` with the fields of `LawInput` and returns the effort along its joint, or a force (3,) or force and
 moment (6,) in world axes for each end.  What it does to bodies counts as its work.  It is traced when the scene is
 compiled; the digest of what it computes is part of the structure, so an edited law never runs as an old object file.
 """
@@ -25,14 +25,14 @@ from heavylift.kernel.description.user_code import imported
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.trust import foreign, namer, refusal
 
-from .force_law import BODY, Answer, ForceLaw, Poses, Shown, attachment, wrench
+from .force_law import BODY, ForceLaw, LawOutput, Poses, SampledQuantity, attachment, wrench
 
 MATHEMATICS = "heavylift.kernel.forces.mathematics"
 CONDITIONS = ("gt", "ge", "and", "or")  # operations whose result is no number
 
 
 @dataclass(frozen=True)
-class Given:
+class LawInput:
     """What a law sees: time [s], coordinate and velocity of its joint, per end place p, velocity v, rotation R and
     angular velocity w in world axes; its parameters, signal, and modes (+1 or -1, see `UserLaw`)."""
 
@@ -72,7 +72,7 @@ class UserLawEntry(ForceLaw[UserLaw]):
     def numbers(self, f: UserLaw, poses: Poses) -> list[float]:
         return [*f.parameters, *[1.0] * f.modes, *(c for e in f.ends for c in e.p)]
 
-    def answer(self, f: UserLaw, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+    def answer(self, f: UserLaw, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         n, m = len(f.parameters), len(f.parameters) + f.modes
         modes = p[n:m]
         at = [attachment(body, p[m + 3 * i : m + 3 * i + 3], f"a{i + 1}") for i, body in enumerate(ends)]
@@ -83,7 +83,7 @@ class UserLawEntry(ForceLaw[UserLaw]):
             "w": _stack([body[15:18] for body in ends]),
         }
         q, dq = joint if f.joint else (None, None)
-        given = Given(t, p[:n], signal[0], modes, q, dq, **(stacked if ends else {}))
+        given = LawInput(t, p[:n], signal[0], modes, q, dq, **(stacked if ends else {}))
         answer = _called(f, f.function, given)
         guards = _called(f, f.guards, given) if f.guards else []
         values = _numbers(guards)
@@ -96,7 +96,7 @@ class UserLawEntry(ForceLaw[UserLaw]):
             effort = _numbers([answer])
             if effort is None or len(effort) != 1:
                 raise KernelError(f"law '{f.name}': '{f.function}' must return one number, the effort along its joint")
-            return Answer(effort=effort[0], work=effort[0] * dq, guards=switched, shown=effort)
+            return LawOutput(effort=effort[0], work=effort[0] * dq, guards=switched, shown=effort)
         rows = np.array(answer, dtype=object)
         if rows.shape not in ((len(ends), 3), (len(ends), 6)) or _numbers(rows) is None:
             raise KernelError(
@@ -108,7 +108,7 @@ class UserLawEntry(ForceLaw[UserLaw]):
             moment = row[3:] if len(row) == 6 else None
             wrenches.append(wrench(x, row[:3], moment))
             work = work + row[:3] @ v + (0.0 if moment is None else moment @ body[15:18])
-        return Answer(wrenches, work=work, guards=switched, shown=[x for row in rows for x in row[:3]])
+        return LawOutput(wrenches, work=work, guards=switched, shown=[x for row in rows for x in row[:3]])
 
     def guards(self, f: UserLaw) -> tuple[str, ...]:
         return tuple(f"mode {i + 1}" for i in range(f.modes))
@@ -118,10 +118,10 @@ class UserLawEntry(ForceLaw[UserLaw]):
         p[i] = -p[i]
         return "switched", float(p[i])
 
-    def shows(self, f: UserLaw) -> list[Shown]:
+    def shows(self, f: UserLaw) -> list[SampledQuantity]:
         if f.joint:
-            return [Shown("law/effort", f.name, "N or N m")]
-        return [Shown("law/force", f"{f.name}.{i + 1}.{c}", "N") for i in range(len(f.ends)) for c in "xyz"]
+            return [SampledQuantity("law/effort", f.name, "N or N m")]
+        return [SampledQuantity("law/force", f"{f.name}.{i + 1}.{c}", "N") for i in range(len(f.ends)) for c in "xyz"]
 
     def _traced(self, f: UserLaw) -> Function:
         """The law recorded by itself."""
@@ -152,7 +152,7 @@ def _numbers(values: object) -> list[Scalar] | None:
     return [x if is_sym(x) else float(x) for x in flat] if good else None
 
 
-def _called(f: UserLaw, function: str, given: Given) -> object:
+def _called(f: UserLaw, function: str, given: LawInput) -> object:
     """The answer of the user's function; whatever it raises becomes a sentence with its line."""
     law = _found(f, function)
     try:
@@ -172,7 +172,7 @@ def _called(f: UserLaw, function: str, given: Given) -> object:
         raise KernelError(f"law '{f.name}': '{function}' at {where}: {message}") from e
 
 
-def _found(f: UserLaw, function: str) -> Callable[[Given], object]:
+def _found(f: UserLaw, function: str) -> Callable[[LawInput], object]:
     """The user's function; one that data named only from a folder that is trusted."""
     module, colon, name = function.rpartition(":")
     if not (colon and module and name):

@@ -10,8 +10,8 @@ from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.ropes import RopeAt
-from heavylift.kernel.methods.small_motions import still_below
-from heavylift.kernel.simulation.call_order import STOPPED
+from heavylift.kernel.methods.tolerance_scale import still_below
+from heavylift.kernel.simulation.call_protocol import STOPPED
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 from heavylift.kernel.simulation.native.sample_row import labels
 from heavylift.kernel.simulation.simulation import Simulation
@@ -24,7 +24,7 @@ KINDS = ("rope", "rigid", "support", "stop", "brake", "force", "held", "slot", "
 PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 operations of it for each of an evaluation
 
 
-class Rent:
+class RecompileBudget:
     """Ski-rental rule: cut a part off once the wasted work equals the cost of compiling.
 
     Whatever comes, this never costs more than twice what foresight would have (Karlin et al., Algorithmica 3, 1988).
@@ -66,7 +66,7 @@ class Island(Simulation):
     def __init__(self, system: System, cut_at_once: bool = False, **options: Any) -> None:
         super().__init__(system, **options)
         self.given, self.subscribed = system, frozenset(name for _, name in self.program.guards)
-        self.cuts = Rent(0.0 if cut_at_once else PRICE)
+        self.cuts = RecompileBudget(0.0 if cut_at_once else PRICE)
         self.told = 0, 0  # entries of log and notes that are in the common ones
         self.stand()
 

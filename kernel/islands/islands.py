@@ -21,9 +21,9 @@ from heavylift.kernel.model.checks import accepted, check_description
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import ROPES, StateEvent
 from heavylift.kernel.multibody.joint_locking import lock_of
-from heavylift.kernel.simulation import call_order
-from heavylift.kernel.simulation.call_order import CallOrder, check_present, check_time, passed_by
-from heavylift.kernel.simulation.commands import Commands
+from heavylift.kernel.simulation import call_protocol
+from heavylift.kernel.simulation.call_protocol import CallProtocol, check_present, check_time, passed_by
+from heavylift.kernel.simulation.commands import CommandSwitches
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.simulation import FOREVER_NS
 from heavylift.kernel.simulation.snapshots import Snapshot, copied, foreign, read, write
@@ -57,7 +57,7 @@ class Islands(RunningAhead):
         super().__init__(subscribed, sample_ns)
         self.loose: frozenset[str] = frozenset()  # ropes that tie nothing now
         self.samples = Joining(self.program, sample_ns)
-        self.order = CallOrder()
+        self.order = CallProtocol()
         self.lifts: list[LiftRows] = []
         self._cut(loose_ropes(self.system, ties))
         self.lifts = [LiftRows(name, self._method_of(own)) for name, own in untied(self.system, lifts or {}).items()]
@@ -103,7 +103,7 @@ class Islands(RunningAhead):
         for p in self.parts:
             p.start()
             p.stand()
-        self.order.phase, self._soonest = call_order.SETTLED, None
+        self.order.phase, self._soonest = call_protocol.SETTLED, None
         self.rows.append((0, self.samples.whole([p.struck for p in self.parts])))
         self.log += logged(self.parts)
         self._collect()
@@ -127,10 +127,10 @@ class Islands(RunningAhead):
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns` or by the first event that somebody hears."""
         check_time(until_ns)
-        if self.order.phase == call_order.PAUSED:
+        if self.order.phase == call_protocol.PAUSED:
             self.settle()
         self.order.check_settled("run", self.epoch)
-        self.order.phase = call_order.GOING
+        self.order.phase = call_protocol.GOING
         if until_ns < self.reached:
             return
         while True:
@@ -139,7 +139,7 @@ class Islands(RunningAhead):
             if self._firing and self.next_ns == end and not self.event:
                 self.fire()
                 self.settle()
-                self.order.phase = call_order.GOING
+                self.order.phase = call_protocol.GOING
             elif end >= until_ns or (self._firing and self.next_ns == end) or self.next_ns >= FOREVER_NS:
                 return
 
@@ -166,7 +166,7 @@ class Islands(RunningAhead):
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
             raise KernelError("no event has been located; run first")
-        self.order.phase = call_order.STOPPED
+        self.order.phase = call_protocol.STOPPED
         self.epoch, self._stopped = self.next_ns, [*firing]
         events = [e for p in firing for e in p.fire()]
         self._stand(firing)
@@ -187,7 +187,7 @@ class Islands(RunningAhead):
         if self.event and self.next_ns < t_ns:
             raise passed_by(t_ns, self.next_ns, [name for p in self._firing for name in p.events.names])
         self.epoch, self._stopped = t_ns, []
-        self.order.phase = call_order.PAUSED
+        self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
         """After events and commands; if nothing was commanded, all islands stop here: the end of a run."""
@@ -206,7 +206,7 @@ class Islands(RunningAhead):
                 lift.take(self.epoch, self._stopped)
         self._reach(self.epoch)
         self._stopped, self._soonest = [], None
-        self.order.phase = call_order.SETTLED
+        self.order.phase = call_protocol.SETTLED
 
     def _stop(self, p: Island) -> Island:
         """An island that stands at the epoch from here on."""
@@ -230,7 +230,7 @@ class Islands(RunningAhead):
                 self._cut(self.loose | loose)
                 return
 
-    def _addressed(self, what: str, kind: str, name: str) -> Commands:
+    def _addressed(self, what: str, kind: str, name: str) -> CommandSwitches:
         """Of the island that has a law of this name; raises KernelError if none has."""
         self.order.command(what, self.epoch)
         kinds = ROPES if kind == "rope" else (kind,)

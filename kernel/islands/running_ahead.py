@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.model.switching import StateEvent
-from heavylift.kernel.simulation.commanded import Commanded
+from heavylift.kernel.simulation.command_target import CommandTarget
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 
 from .island import Island
@@ -22,7 +22,7 @@ from .side_by_side import SideBySide
 SPAN = 64  # periods of samples that islands run ahead of each other at most
 
 
-class RunningAhead(Commanded):
+class RunningAhead(CommandTarget):
     """`parts`: the islands; `reached` [ns] by all of them, `epoch`: of the last event or command; `stopped`: those that
     stand there; `samples`, `rows`, `log`, `notes`: of all."""
 

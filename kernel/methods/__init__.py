@@ -7,8 +7,8 @@ explicit                 Runge-Kutta pairs; symplectic Euler
 radau                    Radau IIA of order 5, for stiff laws and long steps along the equilibrium path
 velocity_space           its Newton systems, over the velocities alone
 control, stability       error-controlled and fixed steps; what fixed steps are refused
-small_motions            what the tolerance is relative to where nothing moves fast
-at_rest                  no steps at all, for statics
+tolerance_scale            what the tolerance is relative to where nothing moves fast
+null_method                  no steps at all, for statics
 
 Acceptance of steps, location of guards, commits and samples are the same for all and stand in
 `kernel.simulation.native.steps`.

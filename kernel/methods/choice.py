@@ -10,10 +10,10 @@ from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.program import Program
 
-from .at_rest import AtRest
 from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4, SemiImplicitEuler
 from .method import Method
+from .null_method import AtRest
 from .radau import Radau5
 
 METHODS: dict[str, Callable[[Program], Method]] = {

@@ -17,7 +17,7 @@ from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sq
 from heavylift.kernel.methods.step_state import StepState
 
 from .method import Attempt, Exponents
-from .small_motions import allowed
+from .tolerance_scale import allowed
 
 TINY = 1e-200  # keeps the quotient of two vanishing errors at zero
 UNSOLVED = 16.0  # error of a step whose equations were not solved: the next one is half as long
@@ -25,7 +25,7 @@ FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not
 
 
 @dataclass
-class Verdict:
+class StepDecision:
     """Whether the step is taken, the next one, the error to remember, and whether nothing more can be done."""
 
     ok: Value
@@ -40,7 +40,7 @@ class ErrorControl:
     def __init__(self, exponents: Exponents, n: int) -> None:
         self._exponents, self._n = exponents, float(n)
 
-    def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> Verdict:
+    def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> StepDecision:
         x = self._exponents
         error = self._weighed(a.error, 1.0 / allowed(s, maximum(abs(s.y), abs(a.y))))
         if hasattr(a.r, "drift"):
@@ -54,7 +54,7 @@ class ErrorControl:
         if x.held > 1.0:
             up = select((up >= 1.0) & (up < x.held), 1.0, up)
         following = minimum(s.h_max, select(good, select(last, maximum(s.h, h * up), h * up), h * down))
-        return Verdict(ok, following, select(good, maximum(error, 1e-4), s.error), following < s.h_min)
+        return StepDecision(ok, following, select(good, maximum(error, 1e-4), s.error), following < s.h_min)
 
     def _weighed(self, error: Value, weight: Value) -> Value:
         """Size of the error relative to the tolerance; of two estimates as in Hairer, Norsett, Wanner I, (II.10.17)."""
@@ -69,13 +69,13 @@ class ErrorControl:
 class FixedStep:
     """Every step is s.h, cut only by boundaries, events and commands."""
 
-    def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> Verdict:
+    def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> StepDecision:
         finite = a.y @ a.y < FINITE
         if a.sound is not None:
             finite = finite & a.sound
         ok = finite | (s.forced > 0.0)
         again = 0.0 if a.fresh is None else select(a.fresh, 0.0, 1.0)  # once more with a new Jacobian
-        return Verdict(ok, s.h, s.error, select(ok, 1.0, again) < 0.5)
+        return StepDecision(ok, s.h, s.error, select(ok, 1.0, again) < 0.5)
 
 
 Control = ErrorControl | FixedStep

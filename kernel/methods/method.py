@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
-from heavylift.kernel.compiler.emit import Parts
+from heavylift.kernel.compiler.emit import EmittedParts
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.symbol import Value, any_of, minimum, select
@@ -54,7 +54,7 @@ class Attempt:
     fresh: Value = None  # whether they had a new Jacobian
 
 
-class Code(Protocol):
+class StepCode(Protocol):
     """Native functions by name."""
 
     def call(self, name: str, *blocks: np.ndarray) -> None: ...
@@ -85,7 +85,7 @@ class Method(ABC):
 
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
-    ) -> tuple[Function | Parts, ...]:
+    ) -> tuple[Function | EmittedParts, ...]:
         """Native parts that run before `attempt` in every step; `at`: places in X; `sizes` of what `rate` gives."""
         return ()
 
@@ -94,7 +94,7 @@ class Method(ABC):
         """Whether fast motions may be damped away."""
         return bool(self.matrices)
 
-    def run(self, code: Code, at: Places, sizes: Mapping[str, int]) -> Code:
+    def run(self, code: StepCode, at: Places, sizes: Mapping[str, int]) -> StepCode:
         """The native functions, with steps that are taken elsewhere if they are not native; `at`: places in X,
         `sizes` of what `rate` gives."""
         return code

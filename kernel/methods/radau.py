@@ -15,17 +15,17 @@ import numpy as np
 from heavylift.kernel.algebra.dense import inverse
 from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.emit import Parts, While
+from heavylift.kernel.compiler.emit import EmittedParts, While
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.layout import Places
-from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
+from heavylift.kernel.compiler.native_linear_algebra import FactorLayout, solver
 from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
 from heavylift.kernel.methods.step_state import Rate, StepState
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates, speeds
 
 from .method import Attempt, Build, Exponents, combine, fallen_in, inside, length
-from .small_motions import allowed
+from .tolerance_scale import allowed
 from .velocity_space import VelocitySpace
 
 R6, R3 = sqrt(6.0), power(3.0, 1.0 / 3.0)
@@ -85,7 +85,7 @@ class Radau5(VelocitySpace):
         self._moved = len(program.constraints) > 0  # by closing what rows have opened
         self.evaluations = 3 if self._moved else 2  # beside the iterations
         n, ny = program.nv, program.ny
-        self._complex = Factors(n, 2, self.matrices)
+        self._complex = FactorLayout(n, 2, self.matrices)
         self.matrices = self._complex.stop
         self._solve_complex = solver("solve_complex", self._complex, n)
         self._speeds = Function("speeds", self._speeds_text, {"y": ny, "b": ny}, vectors=["x"])
@@ -132,7 +132,7 @@ class Radau5(VelocitySpace):
 
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
-    ) -> tuple[Function | Parts, ...]:
+    ) -> tuple[Function | EmittedParts, ...]:
         both = self._factorise(at), self._factorise(at, ("e_re", "e_im"), self._complex)
         return (
             build("begin", self._begin),

@@ -14,8 +14,8 @@ from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.emit import While
 from heavylift.kernel.compiler.function import OPAQUE, Function, Primitive
 from heavylift.kernel.compiler.layout import Places
-from heavylift.kernel.compiler.native_linear_algebra import Factors, product, solver, times
-from heavylift.kernel.compiler.native_loops import Code
+from heavylift.kernel.compiler.native_linear_algebra import FactorLayout, product, solver, times
+from heavylift.kernel.compiler.native_loops import LoopEmitter
 from heavylift.kernel.compiler.symbol import Value
 from heavylift.kernel.methods.step_state import Rate, StepState
 from heavylift.kernel.model.program import Program
@@ -39,8 +39,8 @@ class VelocitySpace(Method):
         abreast = max([1, *(k.v.stop - k.v.start for k in program.graph.links)])
         self._along = tuple(f"way{m}" for m in range(abreast))
         self._none = np.zeros(n)
-        self._row = Factors(n, 1, 0).stride  # of a column: all of J_q, then all of J_v
-        self._real = Factors(n, 1, 2 * n * self._row)
+        self._row = FactorLayout(n, 1, 0).stride  # of a column: all of J_q, then all of J_v
+        self._real = FactorLayout(n, 1, 2 * n * self._row)
         self.matrices = self._real.stop
         self._solve = solver("solve_real", self._real, n)
         self._times_J_q = product("stiffness_times", n, self._row, 0)
@@ -89,11 +89,11 @@ class VelocitySpace(Method):
                 u[k.v][m : m + 1] = u[k.v_modes] = 1.0
             setattr(s, name, self._displaced(y=s.z, u=u, w=self._none).x - s.z)
 
-    def _factorise(self, at: Places, e: tuple[str, ...] = ("e",), factors: Factors | None = None) -> Primitive:
+    def _factorise(self, at: Places, e: tuple[str, ...] = ("e",), factors: FactorLayout | None = None) -> Primitive:
         """I - e J_v - e^2 J_q, then its factors; e: names of its real and, if there is one, its imaginary part."""
         n, F = self.program.nv, factors or self._real
         name = "factorise" if F.planes == 1 else "factorise_complex"
-        c = Code(name, ["X", "M"])
+        c = LoopEmitter(name, ["X", "M"])
         part = [c.load(c.at("%X", at[name])) for name in e]
         with c.loop(0, n) as j:
             source, target = c.integer("mul", j, self._row), c.integer("mul", j, F.stride)

@@ -16,10 +16,10 @@ from . import accelerations, applied_forces, poses
 from .instant import Evaluation
 from .program import Program
 
-__all__ = ["FORCES", "POSES", "Evaluation", "Stage", "evaluate"]
+__all__ = ["FORCES", "POSES", "Evaluation", "EvaluationStage", "evaluate"]
 
 
-class Stage(NamedTuple):
+class EvaluationStage(NamedTuple):
     """A function with the fields of `instant.Evaluation` that it reads and writes, besides program, t, inside and P."""
 
     run: Callable[[Evaluation], None]
@@ -28,26 +28,26 @@ class Stage(NamedTuple):
 
 
 POSES = (
-    Stage(poses.command_masters, "", "masters"),
-    Stage(poses.prescribe_joints, "masters", "references q v"),
-    Stage(poses.place_bodies, "q v", "ends"),
-    Stage(poses.measure_angles, "ends counted", "turned turning"),
-    Stage(poses.measure_masters, "q v ends turned turning", "masters"),
-    Stage(poses.follow, "masters", "references"),
+    EvaluationStage(poses.command_masters, "", "masters"),
+    EvaluationStage(poses.prescribe_joints, "masters", "references q v"),
+    EvaluationStage(poses.place_bodies, "q v", "ends"),
+    EvaluationStage(poses.measure_angles, "ends counted", "turned turning"),
+    EvaluationStage(poses.measure_masters, "q v ends turned turning", "masters"),
+    EvaluationStage(poses.follow, "masters", "references"),
 )
 FORCES = (
-    Stage(applied_forces.read_signals, "masters", "signals"),
-    Stage(applied_forces.weigh_rigid_ropes, "ends", "wrenches stored"),
-    Stage(applied_forces.apply_laws, "q v counted ends signals",
+    EvaluationStage(applied_forces.read_signals, "masters", "signals"),
+    EvaluationStage(applied_forces.weigh_rigid_ropes, "ends", "wrenches stored"),
+    EvaluationStage(applied_forces.apply_laws, "q v counted ends signals",
           "wrenches tau shown heat work stored watched turned turning"),
-    Stage(applied_forces.drive, "q v references", "tau work"),
-    Stage(applied_forces.bend, "q v", "tau heat stored watched"),
-    Stage(accelerations.hold_rows, "q v ends masters references wrenches tau", "rows loads lengths_of"),
-    Stage(accelerations.accelerate, "q v references tau rows", "dq dv work"),
-    Stage(accelerations.pull_rigid_ropes, "rows lengths_of", "watched work"),
-    Stage(accelerations.press_contacts, "ends rows", "wrenches heat stored pressing watched"),
-    Stage(accelerations.watch_thresholds, "q v ends turned shown signals rows lengths_of", "watched"),
-    Stage(accelerations.collect, "dq dv heat work turning watched", "dy guards"),
+    EvaluationStage(applied_forces.drive, "q v references", "tau work"),
+    EvaluationStage(applied_forces.bend, "q v", "tau heat stored watched"),
+    EvaluationStage(accelerations.hold_rows, "q v ends masters references wrenches tau", "rows loads lengths_of"),
+    EvaluationStage(accelerations.accelerate, "q v references tau rows", "dq dv work"),
+    EvaluationStage(accelerations.pull_rigid_ropes, "rows lengths_of", "watched work"),
+    EvaluationStage(accelerations.press_contacts, "ends rows", "wrenches heat stored pressing watched"),
+    EvaluationStage(accelerations.watch_thresholds, "q v ends turned shown signals rows lengths_of", "watched"),
+    EvaluationStage(accelerations.collect, "dq dv heat work turning watched", "dy guards"),
 )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, sqrt
-from heavylift.kernel.constraints.rows import Rows
+from heavylift.kernel.constraints.rows import ConstraintRows
 from heavylift.kernel.description.mechanics import Drive, RigidRope
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
 
@@ -52,7 +52,7 @@ class Evaluation:
     watched: dict[Label, list[Scalar]] = field(default_factory=dict)  # guards by their names
 
     lengths_of: dict[str, Reference] = field(default_factory=dict)  # of rigid ropes
-    rows: Rows | None = None
+    rows: ConstraintRows | None = None
     loads: Callable[[], list[Scalar]] = list  # of the joints that close loops
     pressing: list[Scalar] = field(default_factory=list)  # normal force per contact
     dq: list[Scalar] = field(default_factory=list)
@@ -126,14 +126,14 @@ class Evaluation:
         """Of a rigid rope, with two rates."""
         return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
 
-    def constraint_rows(self) -> Rows:
+    def constraint_rows(self) -> ConstraintRows:
         """The constraint rows under the forces known so far; those of the accelerations once these are known."""
         if self.rows:
             return self.rows
         for r in self.program.system.rigid_ropes:
             self.lengths_of[r.name] = self.length_of(r)
         arguments = {i: self.arguments(i) for i in self.program.constraints.linked}
-        return Rows(self.program, arguments, self.ends, self.numbers, self.lengths_of)
+        return ConstraintRows(self.program, arguments, self.ends, self.numbers, self.lengths_of)
 
     # ---- what steps ask for -------------------------------------------------------------------------------
 

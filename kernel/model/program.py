@@ -22,7 +22,7 @@ from heavylift.kernel.constraints.row_structure import Constraints
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.force_law import Poses, Setting, Shown
+from heavylift.kernel.forces.force_law import Poses, SampledQuantity, Setting
 from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.rope_mass import with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
@@ -41,7 +41,7 @@ from .quantities import points as quantity_points
 from .traced_functions import SharedTree, profile, shared_tree
 
 if TYPE_CHECKING:
-    from heavylift.kernel.multibody.flexible.modes import Modes
+    from heavylift.kernel.multibody.flexible.modes import FlexibleModes
 
 Label = tuple[str, str]  # kind and name: of a law, a guard, an account
 COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # groups that laws fill
@@ -110,7 +110,9 @@ class Program:
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
         self.calm = calm
 
-    def _cut(self, system: System, modes: Mapping[str, Modes] | None, locked: frozenset[str] | None) -> list[Tree]:
+    def _cut(
+        self, system: System, modes: Mapping[str, FlexibleModes] | None, locked: frozenset[str] | None
+    ) -> list[Tree]:
         """Graph, trees with their functions, rows and poses at the start, which all programs of a description share;
         the trees as they are traced."""
         x = next(iter(_last), None)
@@ -159,7 +161,7 @@ class Program:
         self.of_guard: dict[Label, SharedForce] = {(guard, x.name): x for x in self.laws for guard in x.guards}
         self.guards: list[Label] = [*self.of_guard, *bending, *rigid, *self.contacts.guards]
         self.guards += [("threshold", h.name) for h in s.thresholds]
-        self.columns: dict[str, list[tuple[Label, int, Shown]]] = {group: [] for group in COLUMNS}
+        self.columns: dict[str, list[tuple[Label, int, SampledQuantity]]] = {group: [] for group in COLUMNS}
         self._places: dict[Label, list[tuple[str, int]]] = {label: [] for label in laws}
         for label, x in zip(laws, self.laws, strict=True):
             for i, shown in enumerate(x.shows):

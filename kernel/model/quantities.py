@@ -25,7 +25,7 @@ BOX = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # mi
 
 
 @dataclass(frozen=True)
-class Given:
+class FormulaContext:
     """What a formula is over."""
 
     places: Places
@@ -34,21 +34,21 @@ class Given:
     lines: Sequence[int] = ()  # how many each of its ropes has
 
 
-def _sum(x: Given) -> Any:
+def _sum(x: FormulaContext) -> Any:
     return sum(x.values, 0.0)
 
 
-def _one(x: Given) -> Any:
+def _one(x: FormulaContext) -> Any:
     return x.values[0]
 
 
-def _radius(x: Given) -> Any:
+def _radius(x: FormulaContext) -> Any:
     a, b = x.places
     dx, dy = a[0] - b[0], a[1] - b[1]
     return sqrt(dx * dx + dy * dy)
 
 
-def _moment(x: Given) -> Any:
+def _moment(x: FormulaContext) -> Any:
     tension, radius, chart = _sum(x), _radius(x), x.numbers[1:]
     allowed = chart[-1] * BEYOND
     for i in reversed(range(0, len(chart), 2)):
@@ -56,18 +56,18 @@ def _moment(x: Given) -> Any:
     return select(tension > x.numbers[0], tension / allowed, 0.0)
 
 
-def _use(x: Given) -> Any:
+def _use(x: FormulaContext) -> Any:
     found, *others = [tension * number for tension, number in zip(x.values, x.numbers, strict=True)]
     for other in others:
         found = maximum(found, other)
     return found
 
 
-def _load(x: Given) -> Any:
+def _load(x: FormulaContext) -> Any:
     return _sum(x) * x.numbers[0] - x.numbers[1]
 
 
-def _use_by_place(x: Given) -> Any:
+def _use_by_place(x: FormulaContext) -> Any:
     y, chart = x.places[0][1], x.numbers[2:]
     allowed = chart[-1]
     for i in reversed(range(2, len(chart), 2)):
@@ -76,7 +76,7 @@ def _use_by_place(x: Given) -> Any:
     return _load(x) / select(y <= chart[0], chart[1], allowed)
 
 
-def _aside(x: Given, axis: int) -> tuple[Scalar, Scalar]:
+def _aside(x: FormulaContext, axis: int) -> tuple[Scalar, Scalar]:
     """How far the lower end of a rope is aside of its upper one, and below it: the sum of its lines by their shares."""
     out: Scalar = 0.0
     drop: Scalar = 0.0
@@ -87,33 +87,33 @@ def _aside(x: Given, axis: int) -> tuple[Scalar, Scalar]:
     return out, drop
 
 
-def _off_lead(x: Given) -> Any:
+def _off_lead(x: FormulaContext) -> Any:
     (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
     return atan2(sqrt(dx * dx + dy * dy), drop)
 
 
-def _span(x: Given) -> Any:
+def _span(x: FormulaContext) -> Any:
     """Length of the sum of a rope's lines by their shares."""
     (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
     return sqrt(dx * dx + dy * dy + drop * drop)
 
 
-def _pull(x: Given, own: int = 2) -> Any:
-    line = Given(x.places, x.numbers[own:], ())
+def _pull(x: FormulaContext, own: int = 2) -> Any:
+    line = FormulaContext(x.places, x.numbers[own:], ())
     return x.numbers[0] * _one(x) + x.numbers[1] * (_span(line) / sum(line.numbers, 0.0))
 
 
-def _side(x: Given, axis: int) -> Any:
+def _side(x: FormulaContext, axis: int) -> Any:
     total: Scalar = 0.0
     at = 0
     for tension, count in zip(x.values, x.lines, strict=True):
-        line = Given(x.places[2 * at : 2 * (at + count)], x.numbers[at : at + count], ())
+        line = FormulaContext(x.places[2 * at : 2 * (at + count)], x.numbers[at : at + count], ())
         total += tension * _aside(line, axis)[0] / _span(line)
         at += count
     return total
 
 
-def _gap(x: Given) -> Any:
+def _gap(x: FormulaContext) -> Any:
     """The largest distance along a normal of a face, or along the way between the nearest points: what separates boxes
     is no more than their distance (the theorem of separating axes; Gottschalk, Lin, Manocha, OBBTree, 1996).  These
     points are found by alternating projections (von Neumann 1950; Bauschke, Borwein 1993).
@@ -167,37 +167,37 @@ def _dot(a: Scalars, b: Scalars) -> Any:
 
 
 @dataclass(frozen=True)
-class Row:
+class QuantityFormula:
     """The formula of a quantity, and the fields of a signal that it needs."""
 
-    formula: Callable[[Given], Scalar]
+    formula: Callable[[FormulaContext], Scalar]
     needs: tuple[str, ...] = ()
 
 
-ROWS: dict[str, Row] = {
-    "height": Row(lambda x: x.places[0][2], ("point",)),
-    "height difference": Row(lambda x: x.places[0][2] - x.places[1][2], ("point", "origin")),
-    "radius": Row(_radius, ("point", "origin")),
-    "gap": Row(_gap, ("point", "origin")),
-    "tension": Row(_sum, ("rope",)),
-    "length": Row(_one, ("rope",)),
-    "load": Row(_load, ("rope",)),
-    "use": Row(_use, ("rope",)),
-    "use by place": Row(_use_by_place, ("rope", "point")),
-    "moment": Row(_moment, ("rope", "point", "origin")),
-    "swing along": Row(lambda x: atan2(*_aside(x, 0)), ("rope",)),
-    "swing across": Row(lambda x: atan2(*_aside(x, 1)), ("rope",)),
-    "off-lead": Row(_off_lead, ("rope",)),
-    "pull": Row(_pull, ("rope",)),
-    "reserve": Row(lambda x: x.numbers[2] / _pull(x, 3), ("rope",)),
-    "side along": Row(lambda x: _side(x, 0), ("rope",)),
-    "side across": Row(lambda x: _side(x, 1), ("rope",)),
-    "place along": Row(lambda x: x.places[0][0] - x.numbers[0], ("point",)),
-    "place across": Row(lambda x: x.places[0][1] - x.numbers[0], ("point",)),
-    "angle": Row(_one),
-    "joint": Row(_one),
-    "speed": Row(_one),
-    "wind": Row(_one),
+ROWS: dict[str, QuantityFormula] = {
+    "height": QuantityFormula(lambda x: x.places[0][2], ("point",)),
+    "height difference": QuantityFormula(lambda x: x.places[0][2] - x.places[1][2], ("point", "origin")),
+    "radius": QuantityFormula(_radius, ("point", "origin")),
+    "gap": QuantityFormula(_gap, ("point", "origin")),
+    "tension": QuantityFormula(_sum, ("rope",)),
+    "length": QuantityFormula(_one, ("rope",)),
+    "load": QuantityFormula(_load, ("rope",)),
+    "use": QuantityFormula(_use, ("rope",)),
+    "use by place": QuantityFormula(_use_by_place, ("rope", "point")),
+    "moment": QuantityFormula(_moment, ("rope", "point", "origin")),
+    "swing along": QuantityFormula(lambda x: atan2(*_aside(x, 0)), ("rope",)),
+    "swing across": QuantityFormula(lambda x: atan2(*_aside(x, 1)), ("rope",)),
+    "off-lead": QuantityFormula(_off_lead, ("rope",)),
+    "pull": QuantityFormula(_pull, ("rope",)),
+    "reserve": QuantityFormula(lambda x: x.numbers[2] / _pull(x, 3), ("rope",)),
+    "side along": QuantityFormula(lambda x: _side(x, 0), ("rope",)),
+    "side across": QuantityFormula(lambda x: _side(x, 1), ("rope",)),
+    "place along": QuantityFormula(lambda x: x.places[0][0] - x.numbers[0], ("point",)),
+    "place across": QuantityFormula(lambda x: x.places[0][1] - x.numbers[0], ("point",)),
+    "angle": QuantityFormula(_one),
+    "joint": QuantityFormula(_one),
+    "speed": QuantityFormula(_one),
+    "wind": QuantityFormula(_one),
 }
 SIDES = ("side along", "side across")
 LINED = ("swing along", "swing across", "off-lead", "pull", "reserve", *SIDES)  # quantities of the lines of ropes
@@ -206,7 +206,7 @@ COUNTS = {"gap": 6, "load": 2, "pull": 2, "reserve": 3, "place along": 1, "place
 
 def scalar(h: Signal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
     """The quantity, of the places of its `points`, its `numbers`, the values of its `names` and its `lines`."""
-    return ROWS[h.quantity].formula(Given(places, numbers, values, lines))
+    return ROWS[h.quantity].formula(FormulaContext(places, numbers, values, lines))
 
 
 def points(h: Signal, system: System) -> tuple[Point, ...]:

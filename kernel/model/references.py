@@ -28,7 +28,7 @@ SAME = 1e-9  # relative difference of two values that is round-off
 
 
 @dataclass
-class Actuator:
+class ReferenceProfile:
     """A profile from x0 at a start, and the masters that it follows with their coefficients."""
 
     start_ns: int
@@ -63,16 +63,16 @@ class References:
         self._ramps = {round(wave.ramp * 1e9) for wave in waves if wave}
         self.admit: Callable[[str], None] = lambda command: None
         self._epoch_ns = 0
-        self.actuators = {n: Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
+        self.actuators = {n: ReferenceProfile(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
 
-    def _actuator(self, name: str) -> Actuator:
+    def _actuator(self, name: str) -> ReferenceProfile:
         if name not in self.actuators:
             raise KernelError(
                 f"'{name}': no drive, winch or master of this name; there are {', '.join(self.actuators)}"
             )
         return self.actuators[name]
 
-    def _driven(self, name: str) -> Actuator:
+    def _driven(self, name: str) -> ReferenceProfile:
         a = self._actuator(name)
         if name in self._still:
             raise KernelError(f"rope '{name}': it has no winch; declare one to drive it")
@@ -166,7 +166,7 @@ class References:
         for name in self.actuators.keys() & other.actuators.keys():
             a = other.actuators[name]
             follows = {self._masters.index(other._masters[m]): f for m, f in a.follows.items()}
-            self.actuators[name] = Actuator(a.start_ns, a.x0, a.move, follows)
+            self.actuators[name] = ReferenceProfile(a.start_ns, a.x0, a.move, follows)
 
     def stop(self, t_ns: int) -> None:
         """Everything stays at its value of this instant; what follows goes on following."""

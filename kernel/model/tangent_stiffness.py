@@ -15,8 +15,8 @@ from types import SimpleNamespace
 import numpy as np
 from heavylift.kernel.compiler.function import OPAQUE, Outputs, Primitive
 from heavylift.kernel.compiler.layout import Places
-from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
-from heavylift.kernel.compiler.native_loops import VECTOR, Code, padded
+from heavylift.kernel.compiler.native_linear_algebra import FactorLayout, solver
+from heavylift.kernel.compiler.native_loops import VECTOR, LoopEmitter, padded
 from heavylift.kernel.compiler.simd_batches import WIDEST
 from heavylift.kernel.compiler.symbol import Array, Scalar
 
@@ -40,9 +40,9 @@ class Tangent:
     sizes: dict[str, int]
 
     @cached_property
-    def factors(self) -> Factors:
+    def factors(self) -> FactorLayout:
         """Of an (n, n) matrix over the free degrees of freedom, from the start of a block M."""
-        return Factors(self.n, 1, 0)
+        return FactorLayout(self.n, 1, 0)
 
     @property
     def work(self) -> int:
@@ -55,7 +55,7 @@ class Tangent:
         order: two weights; columns (nv, 4): a step, 0 where the column is left alone, and where it displaces q: by
         which of the first evaluations, from where, to where.
         """
-        c = Code("factorise_tangent", ["M"])
+        c = LoopEmitter("factorise_tangent", ["M"])
         self.factors.factorise(c)
 
         def factorise(M: np.ndarray) -> Outputs:
@@ -67,7 +67,7 @@ class Tangent:
 
     def _differences(self, rate: Rate) -> Primitive:
         inputs = dict.fromkeys(("t", "y", "P", "G", "order", "columns", "work", "J"), OPAQUE)
-        c = Code("tangent", list(inputs))
+        c = LoopEmitter("tangent", list(inputs))
         ny, nq, nv, width = self.sizes["dy"], self.nq, self.nv, self.nv + 1
         moved, out, place = "%work", {}, ny
         for name, n in self.sizes.items():
@@ -162,7 +162,7 @@ def one_sided(
     velocities of several joints, so many states) and, of each displacement, its way, first and last coordinate.
     """
     ny, ways = sizes["dy"], at["way0"].start
-    c = Code("one_sided", ["X", "P", "M"])
+    c = LoopEmitter("one_sided", ["X", "P", "M"])
     moved, t = c.reserve(f"[{padded(ny)} x double]"), c.reserve("[2 x double]")
     out = {name: c.reserve(f"[{max(1, n)} x double]") for name, n in sizes.items()}
     for place, name in enumerate(("now", "within")):

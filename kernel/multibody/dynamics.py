@@ -19,7 +19,7 @@ from heavylift.kernel.errors import KernelError
 
 from .free_bodies import added_inertia, newton_euler
 from .kinematics import Kinematics, elastic, kinematics, seen_from
-from .ltdl import Factors, ltdl
+from .ltdl import LtdlFactors, ltdl
 from .trees import Tree
 
 
@@ -31,7 +31,7 @@ class Equations:
     K: Kinematics
     H: dict[tuple[int, int], Scalar]
     rhs: list[Scalar]
-    factors: Factors
+    factors: LtdlFactors
 
     def accelerations(self, a: list[Scalar], a_ref: Scalars) -> Array:
         """(n_v,) from those of the free degrees of freedom and the given ones."""

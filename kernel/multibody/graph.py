@@ -23,7 +23,7 @@ from heavylift.kernel.errors import KernelError
 from .spanning_tree import spanning_tree
 
 if TYPE_CHECKING:
-    from heavylift.kernel.multibody.flexible.modes import Modes
+    from heavylift.kernel.multibody.flexible.modes import FlexibleModes
 
 
 class Freedoms(ABC):
@@ -55,7 +55,7 @@ class Link(Freedoms):
     parent: int
     q: slice
     v: slice
-    modes: Modes | None = None
+    modes: FlexibleModes | None = None
 
     @property
     def q0(self) -> tuple[float, ...]:
@@ -139,7 +139,7 @@ class Graph:
         return [range(a, b) for a, b in pairwise(roots)]
 
 
-def build_graph(system: System, modes: Mapping[str, Modes] | None = None) -> Graph:
+def build_graph(system: System, modes: Mapping[str, FlexibleModes] | None = None) -> Graph:
     """Number bodies depth first from the ground, in the order in which they were listed; `modes` of flexible ones.
 
     Raises KernelError naming the body or joint for duplicate, missing or unreachable bodies.

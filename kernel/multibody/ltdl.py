@@ -13,7 +13,7 @@ from .trees import Tree
 
 
 @dataclass(frozen=True)
-class Factors:
+class LtdlFactors:
     """H = L^T D L over the free degrees of freedom of a tree, without fill-in along the paths.
 
     L[k, i] for i on the path of k (its unit diagonal is not stored), D_inverse[k] = 1/D_k.
@@ -47,7 +47,7 @@ class Factors:
         return self.back(self.half(b))
 
 
-def ltdl(tree: Tree, H: dict[tuple[int, int], Scalar]) -> Factors:
+def ltdl(tree: Tree, H: dict[tuple[int, int], Scalar]) -> LtdlFactors:
     """Factorise H in place (Featherstone 2008, sections 6.5 and 8.6)."""
     dofs, paths = tree.free_dofs, tree.free_paths
     D_inverse: dict[int, Scalar] = {}
@@ -58,4 +58,4 @@ def ltdl(tree: Tree, H: dict[tuple[int, int], Scalar]) -> Factors:
             for j in paths[k][n:]:
                 H[i, j] = H[i, j] - a * H[k, j]
             H[k, i] = a
-    return Factors(dofs, paths, H, D_inverse)
+    return LtdlFactors(dofs, paths, H, D_inverse)

@@ -20,7 +20,7 @@ from heavylift.kernel.algebra.spatial import (
     quaternion_rate,
 )
 from heavylift.kernel.compiler.symbol import Array, Scalar
-from heavylift.kernel.description.joint_table import JOINTS, Motion
+from heavylift.kernel.description.joint_table import JOINTS, JointMotion
 from heavylift.kernel.description.mechanics import Joint, JointKind
 
 
@@ -94,7 +94,7 @@ def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) 
         return [*slides, *(_column(True, r, e) for e in R_WB.T)], None
     S: list[Any] = [None] * joint.n_v
     R, turned = R_WJ, set[int]()  # what the motions so far have turned, and about which axes
-    twists: list[tuple[Motion, Array]] = []
+    twists: list[tuple[JointMotion, Array]] = []
     bias = None
     for n, m in enumerate(joint.motions):
         factor = b.pitch if m.factor is None else m.factor

@@ -2,12 +2,12 @@
 
 simulation           the life of a run, made of the parts that follow
 events               located, looked at, taken
-commands, commanded  what may be told to a run, and who is told
+commands, command_target  what may be told to a run, and who is told
 integrator           steps: tentative, committed, forced to an instant
 recorder             samples, checked on the way; rests
 held_rows            constraint rows: closed at the start, impulses at events
 snapshots            all that the future depends on, to go on from
-call_order           which calls may follow upon each other
+call_protocol           which calls may follow upon each other
 shared_loads         the warning of loads that rigid bodies do not determine
 native               native functions and state: step, location, sample
 assembly, impacts    loops closed at the start and kept closed; what happens in no time at an event

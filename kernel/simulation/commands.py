@@ -25,18 +25,18 @@ from heavylift.kernel.multibody.joint_locking import lock_of
 from heavylift.kernel.simulation.native.native_state import NativeState
 from msgspec import structs
 
-from .call_order import CallOrder
+from .call_protocol import CallProtocol
 from .events import Events
 from .held_rows import HeldRows
 
 
-class Commands:
+class CommandSwitches:
     """Switches, hooks, locks and leads the laws of a run, as `Commanded` says."""
 
     def __init__(
         self,
         native: NativeState,
-        order: CallOrder,
+        order: CallProtocol,
         references: References,
         switches: Switches,
         held: HeldRows,

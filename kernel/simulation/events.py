@@ -12,14 +12,14 @@ from types import SimpleNamespace
 import numpy as np
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.force_law import Ended
+from heavylift.kernel.forces.force_law import LawBreakdown
 from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.model.switching import StateEvent, Switches
 from heavylift.kernel.simulation.impacts.unilateral import KINDS
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NativeState
 from heavylift.kernel.simulation.safeguards.chatter import RESOLVED, Rattling, critical, moved_mass
 from heavylift.kernel.simulation.safeguards.deflection_check import bent, pass_limit
-from heavylift.kernel.simulation.safeguards.progress_limit import Patience
+from heavylift.kernel.simulation.safeguards.progress_limit import StepBudget
 
 from .held_rows import HeldRows
 from .integrator import Integrator
@@ -42,7 +42,7 @@ class Events:
         self.log: list[tuple[int, StateEvent]] = []
         self._elastic = [r.name for r in native.program.system.ropes]
         self.rattling = Rattling(max(step, RESOLVED))
-        self.patience = Patience(round(RESOLVED * 1e9))
+        self.patience = StepBudget(round(RESOLVED * 1e9))
 
     @property
     def names(self) -> list[str]:
@@ -130,7 +130,7 @@ class Events:
         together = [i for i in fallen if guards[i][0] in ("rigid", *KINDS)]
         try:
             events = [self._switches.fire(i, row) for i in fallen if i not in together]
-        except Ended as ended:
+        except LawBreakdown as ended:
             raise ended.at(t_ns * 1e-9) from None
         self.heat(row)
         if together:

@@ -12,10 +12,10 @@ from heavylift.kernel.model.references import References
 from heavylift.kernel.simulation.native.native_state import NEVER, ROWS, NativeState
 from heavylift.kernel.simulation.safeguards.failures import too_slow, too_small, undefined, unsolved
 from heavylift.kernel.simulation.safeguards.fastest_mode import told_fastest
-from heavylift.kernel.simulation.safeguards.progress_limit import Patience
+from heavylift.kernel.simulation.safeguards.progress_limit import StepBudget
 
 from .held_rows import HeldRows
-from .recorder import Recorder
+from .recorder import SampleRecorder
 
 HALVINGS = 20  # of a forced step that has no solution
 SHORTEST = 1e-9  # [s] of those that lead to an event in more than one
@@ -25,7 +25,7 @@ class Integrator:
     """Takes the steps of a run; `held`: its constraint rows, for why they cannot be kept."""
 
     def __init__(
-        self, native: NativeState, recorder: Recorder, references: References, held: HeldRows, fixed: bool
+        self, native: NativeState, recorder: SampleRecorder, references: References, held: HeldRows, fixed: bool
     ) -> None:
         self.native, self._recorder, self._references, self._held = native, recorder, references, held
         self._fixed, self._name = fixed, native.method.method.name
@@ -129,7 +129,7 @@ class Integrator:
         if "top" in native.at:
             np.maximum(native.part("top"), T, out=native.part("top"))
 
-    def check_pace(self, patience: Patience) -> None:
+    def check_pace(self, patience: StepBudget) -> None:
         """Raises KernelError if the run stops making progress."""
         native = self.native
         if patience.ends(native.attempts, native.now):

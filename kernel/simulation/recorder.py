@@ -16,7 +16,7 @@ from heavylift.kernel.simulation.safeguards.failures import check_lengths, check
 from heavylift.kernel.simulation.safeguards.step_check import StepCheck
 
 
-class Recorder:
+class SampleRecorder:
     """`rows`: times [ns] and rows so far; `number`: of the next periodic sample; `steps`: the check of fixed ones;
     `rested`: a rest that is over: its first sample without a row [ns], what it ends before [ns], its row."""
 

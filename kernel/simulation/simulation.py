@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.methods.small_motions import rounded, scale_of
+from heavylift.kernel.methods.tolerance_scale import rounded, scale_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateEvent, Switches
@@ -32,13 +32,13 @@ from heavylift.kernel.simulation.native.options import Options
 from heavylift.kernel.simulation.native.steps import EVENT, FAILED, RUNNING, STILL
 from heavylift.kernel.simulation.safeguards.inertia_check import check_resistance
 
-from .call_order import FIRED, GOING, PAUSED, SETTLED, STOPPED, CallOrder, check_present, check_time, passed_by
-from .commanded import Commanded
-from .commands import Commands
+from .call_protocol import FIRED, GOING, PAUSED, SETTLED, STOPPED, CallProtocol, check_present, check_time, passed_by
+from .command_target import CommandTarget
+from .commands import CommandSwitches
 from .events import Events
 from .held_rows import HeldRows
 from .integrator import Integrator
-from .recorder import Recorder
+from .recorder import SampleRecorder
 from .shared_loads import note_shared_loads
 from .snapshots import Snapshot, go_on, kept
 
@@ -47,7 +47,7 @@ __all__ = ["FOREVER_NS", "Simulation"]
 SPELL = 4000  # attempted steps in one native call at most: 25 ms
 
 
-class Simulation(Commanded):
+class Simulation(CommandTarget):
     """`subscribed`: names of laws whose events stop `run`; other arguments: see `Options`.  Raises KernelError."""
 
     def __init__(
@@ -64,12 +64,12 @@ class Simulation(Commanded):
         self.references = References(native.program.parameters, native.P, system)
         check_resistance(native.program, native.state)
         self.switches = Switches(native.program, native.P)
-        self.order = CallOrder()
+        self.order = CallProtocol()
         self.held = HeldRows(native, self.references)
-        self.recorder = Recorder(native, sample_ns, tolerance, o.step)
+        self.recorder = SampleRecorder(native, sample_ns, tolerance, o.step)
         self.integrator = Integrator(native, self.recorder, self.references, self.held, o.step is not None)
         self.events = Events(native, self.integrator, self.switches, self.held, o.step or 0.0)
-        self.commands = Commands(native, self.order, self.references, self.switches, self.held, self.events)
+        self.commands = CommandSwitches(native, self.order, self.references, self.switches, self.held, self.events)
         self.X, self.P, self.state = native.X, native.P, native.state  # of the steps; of the scene; (ny,) at present
         self.rows, self.log, self.notes = self.recorder.rows, self.events.log, native.notes
         self.row, self.instant = native.row, native.instant
@@ -95,7 +95,7 @@ class Simulation(Commanded):
         """A scalar of X."""
         return self.native[name]
 
-    def _addressed(self, what: str, kind: str, name: str) -> Commands:
+    def _addressed(self, what: str, kind: str, name: str) -> CommandSwitches:
         return self.commands
 
     def start(self) -> None:

@@ -21,7 +21,7 @@ ground                       what machines press on the ground: tracks, outrigge
 geometry                     whether a block can be what the scene says
 checks                       the state of each check: error and limit, what is assumed or not checked
 reach                        radius and use of charts in each stage
-telling, sentences           uses in words; the sentence of each quantity
+table_rows, messages           uses in words; the sentence of each quantity
 
 Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.
 """
@@ -37,14 +37,14 @@ from heavylift.nodes.plan.limit import Limit, Use
 if TYPE_CHECKING:
     from .checks import checks_of, line_of, rows
     from .judging import judge, uses_of, uses_on_path
-    from .signals import Signals, signals_of
+    from .signals import SignalColumns, signals_of
 
 __all__ = [
-    "Finding", "Limit", "Signals", "Use", "checks_of", "judge", "line_of", "rows", "signals_of", "uses_of",
+    "Finding", "Limit", "SignalColumns", "Use", "checks_of", "judge", "line_of", "rows", "signals_of", "uses_of",
     "uses_on_path",
 ]  # fmt: skip
 CHECKS = dict.fromkeys(("checks_of", "line_of", "rows"), ".checks")
-SIGNALS = dict.fromkeys(("Signals", "signals_of"), ".signals")
+SIGNALS = dict.fromkeys(("SignalColumns", "signals_of"), ".signals")
 __getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | CHECKS)
 
 face(__name__)

@@ -18,8 +18,8 @@ from heavylift.kernel.description.findings import Check, Finding, State, clock
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 
-from .sentences import NOISE, bound, percent, shown
-from .telling import SAME, finding_of
+from .messages import NOISE, bound, percent, shown
+from .table_rows import SAME, finding_of
 
 Errors = Mapping[str, float]  # relative: of "peak tension ROPE", "smallest clearance", "use of SUBJECT QUANTITY"
 ABSENT = ("wind", "ground pressure")  # quantities whose limit of nothing says that there is no wind, no footing

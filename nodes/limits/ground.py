@@ -20,7 +20,7 @@ from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.plan.plan import Plan
 
-from .signals import Column, Signals, place
+from .signals import Column, SignalColumns, place
 
 CORNERS = {"front left": (1.0, 1.0), "front right": (1.0, -1.0), "rear left": (-1.0, 1.0), "rear right": (-1.0, -1.0)}
 SIDES = {"left": 1.0, "right": -1.0}
@@ -59,7 +59,7 @@ def way_to_tip(x: Column, y: Column, base: tuple[float, float], *, lifts: bool) 
     return np.asarray(u + v if lifts else np.maximum(u, v))
 
 
-def stood(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
+def stood(plan: Plan, limit: Limit, signals: SignalColumns) -> Column | None:
     """The pressure [Pa], the load of a wheel [kg] or the way to tipping of a machine's footing (n,)."""
     machine = next((m for m in plan.machines if m.name in limit.elements), None)
     footing = machine.footing if machine else None
@@ -87,7 +87,7 @@ def _of(plan: Plan, limit: Limit, footing: Footing, V: Column, x: Column, y: Col
 
 
 def _slewed(
-    machine: Mechanism | None, signals: Signals, V: Column, x: Column, y: Column
+    machine: Mechanism | None, signals: SignalColumns, V: Column, x: Column, y: Column
 ) -> Iterator[tuple[Column, Column, Column]]:
     """The force and its place; of a path at rest also on the way there, on which the machine slews."""
     yield V, x, y
@@ -99,7 +99,7 @@ def _slewed(
             yield V, x * c + y * s, y * c - x * s
 
 
-def resultant(plan: Plan, machine: Mechanism, signals: Signals) -> tuple[Column, Column, Column] | None:
+def resultant(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tuple[Column, Column, Column] | None:
     """The force on the ground (n,) [N], and where it is, in the frame of the base (n,) [m]; None if a body or rope is
     not on record."""
     footing = machine.footing
@@ -121,7 +121,7 @@ def resultant(plan: Plan, machine: Mechanism, signals: Signals) -> tuple[Column,
     return V, x, y
 
 
-def _forces(plan: Plan, machine: Mechanism, signals: Signals) -> Iterator[tuple[Column | None, Column | None]]:
+def _forces(plan: Plan, machine: Mechanism, signals: SignalColumns) -> Iterator[tuple[Column | None, Column | None]]:
     """Places (n, 3) [m] and forces (n, 3) [N] of its weights, and of ropes that hold something else."""
     own, n = standing(machine), len(signals.t)
     for body in (body for body in machine.system.bodies if body.name in own):
@@ -135,7 +135,7 @@ def _forces(plan: Plan, machine: Mechanism, signals: Signals) -> Iterator[tuple[
                 yield _pull(signals, line if inside[0] else Line(line.b, line.a, line.share), rope.name)
 
 
-def _pull(signals: Signals, line: Line, rope: str) -> tuple[Column | None, Column | None]:
+def _pull(signals: SignalColumns, line: Line, rope: str) -> tuple[Column | None, Column | None]:
     """Where a line leaves its first point, and with which force it pulls there."""
     a, b = place(signals, line.a), place(signals, line.b)
     if a is None or b is None:

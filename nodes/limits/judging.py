@@ -15,10 +15,10 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
 from .factors import product
+from .messages import NOISE
 from .reading import axis_of, read
-from .sentences import NOISE
-from .signals import Signals, signals_of
-from .telling import SAME, finding_of, sorted_findings
+from .signals import SignalColumns, signals_of
+from .table_rows import SAME, finding_of, sorted_findings
 
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
 ELSEWHERE = ("clearance",)  # judged by who looks at shapes
@@ -35,7 +35,7 @@ def judge(plan: Plan, uses: Sequence[Use], *, dynamic: bool) -> list[Finding]:
     return sorted_findings([told for use in uses if (told := finding_of(plan, use, dynamic=dynamic)) is not None])
 
 
-def uses_of(plan: Plan, parts: Iterable[Signals]) -> list[Use]:
+def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
     """The worst of each limit; a limit that nothing could be read of has a Use without a value.
 
     Parts follow one another in time, each begins with the last instant of the one before it.
@@ -61,7 +61,7 @@ class _Worst:
         self._most = -np.inf
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
-    def see(self, plan: Plan, signals: Signals) -> None:
+    def see(self, plan: Plan, signals: SignalColumns) -> None:
         """The next instants."""
         limit = self._limit
         reading = read(plan, limit, signals)
@@ -77,7 +77,7 @@ class _Worst:
         else:
             self._see_values(signals, reading.values)
 
-    def _see_chart(self, signals: Signals, values: np.ndarray, xs: np.ndarray) -> None:
+    def _see_chart(self, signals: SignalColumns, values: np.ndarray, xs: np.ndarray) -> None:
         uses = np.array([self._limit.use(float(v), float(x)) for v, x in zip(values, xs, strict=True)])
         uses[np.isnan(xs)] = np.nan
         if np.isnan(uses).all():
@@ -87,7 +87,7 @@ class _Worst:
             self._most = float(uses[k])
             self._first = [(self._most, self._made(signals, float(values[k]), float(signals.t[k]), k, float(xs[k])))]
 
-    def _see_values(self, signals: Signals, values: np.ndarray) -> None:
+    def _see_values(self, signals: SignalColumns, values: np.ndarray) -> None:
         finite = np.isfinite(values)
         if not finite.any():
             return
@@ -105,7 +105,7 @@ class _Worst:
             return np.abs(2.0 * values - sum(self._limit.between))
         return -values if self._limit.least else values
 
-    def _made(self, signals: Signals, value: float, t: float, k: int | None, x: float | None = None) -> Use:
+    def _made(self, signals: SignalColumns, value: float, t: float, k: int | None, x: float | None = None) -> Use:
         """What is met at an instant, or between them (None), at x of the chart."""
         limit = self._limit
         if x is not None:
@@ -134,5 +134,5 @@ class _Worst:
         return a.value < b.value if self._limit.least else a.value > b.value
 
 
-def _action(signals: Signals, k: int | None) -> int:
+def _action(signals: SignalColumns, k: int | None) -> int:
     return signals.actions[k] if k is not None and len(signals.actions) else 0

@@ -11,9 +11,9 @@ from heavylift.nodes.plan.limit import Limit, Reach
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
+from .messages import percent
 from .reading import axis_of, read
-from .sentences import percent
-from .signals import Signals, signals_of
+from .signals import SignalColumns, signals_of
 
 REACH = ("stage", "hook", "", "at", "radius [m]", "load [t]", "chart [t]", "used")
 WHEN = ("begins", "most", "ends")
@@ -27,7 +27,7 @@ class Reached:
         self._limits = [x for x in plan.limits if x.quantity == "hook load" and x.over == "radius"]
         self._found: dict[tuple[str, str], list[Reach]] = {}
 
-    def see(self, signals: Signals) -> Signals:
+    def see(self, signals: SignalColumns) -> SignalColumns:
         """The next instants, which are given back."""
         for limit in self._limits:
             reading, radii = read(self._plan, limit, signals), axis_of(self._plan, limit, signals)
@@ -45,7 +45,7 @@ class Reached:
         self.see(signals_of(states))
         return self.found
 
-    def _add(self, limit: Limit, signals: Signals, t: float, radius: float, load: float, k: int | None) -> None:
+    def _add(self, limit: Limit, signals: SignalColumns, t: float, radius: float, load: float, k: int | None) -> None:
         stage = signals.stage_at(t, k)
         one = Reach(hook=limit.subject, stage=stage, t=t, radius=radius, load=load, capacity=limit.at(radius))
         first, most, last = self._found.setdefault((limit.subject, stage), [one] * 3)

@@ -13,7 +13,7 @@ from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.plan import Plan
 
-from .signals import Column, Signals
+from .signals import Column, SignalColumns
 from .standards import HOISTING, SHARING, daf, hoisting_factor
 
 DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium alone
@@ -54,7 +54,7 @@ def touching(plan: Plan, kind: type[Lifted] | type[Landed]) -> list[tuple[Action
     return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]
 
 
-def touch_speed(plan: Plan, limit: Limit, signals: Signals) -> Column:
+def touch_speed(plan: Plan, limit: Limit, signals: SignalColumns) -> Column:
     """The fastest ordered speed of a hook (n,) [m/s] in stages in which a block lifts off or lands."""
     values = np.full(len(signals.t), np.nan)
     stages = [signals.stage_at(float(t), k) for k, t in enumerate(signals.t)]

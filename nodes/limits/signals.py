@@ -20,7 +20,7 @@ Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> l
 
 
 @dataclass(frozen=True)
-class Signals:
+class SignalColumns:
     """Columns over n instants; names are the kernel's.
 
     t (n,) [s]; tensions: rope or support -> (n,) [N]; poses: body -> p_WB (n, 3) [m] and R_WB (n, 3, 3); lengths: hook
@@ -69,14 +69,14 @@ class Signals:
         return sorted(found.items())
 
 
-def signals_of(states: Sequence[StaticState]) -> Signals:
+def signals_of(states: Sequence[StaticState]) -> SignalColumns:
     """The columns of a path; what a state does not name is 0 (a tension), or nan."""
     forces = [{**state.tensions, **state.supports} for state in states]
     ropes = sorted({name for each in forces for name in each})
     bodies = sorted({name for state in states for name in state.poses})
     winches = sorted({name for state in states for name in state.references})  # and drives, which nobody asks for
     lost = (np.full(3, np.nan), np.full((3, 3), np.nan))
-    return Signals(
+    return SignalColumns(
         t=np.array([state.t for state in states]),
         tensions={name: np.array([each.get(name, 0.0) for each in forces]) for name in ropes},
         poses={
@@ -121,7 +121,7 @@ def tie_of(plan: Plan, name: str) -> Tie | None:
     return next((tie for machine in plan.machines for tie in machine.ties if tie.rope == name), None)
 
 
-def carries(plan: Plan, hook: Hoist, signals: Signals) -> Column:
+def carries(plan: Plan, hook: Hoist, signals: SignalColumns) -> Column:
     """Whether a load hangs on a hook, at each instant (n,)."""
     slings = [tie.rope for tie in ties_on(plan.machines, hook) if tie.rope in signals.tensions]
     if not slings:
@@ -130,12 +130,12 @@ def carries(plan: Plan, hook: Hoist, signals: Signals) -> Column:
     return np.asarray(np.sum([signals.tensions[s] for s in slings], axis=0) > least * plan.gravity)
 
 
-def place(signals: Signals, point: Point) -> Column | None:
+def place(signals: SignalColumns, point: Point) -> Column | None:
     """Places (n, 3) of a point of a body [m]; None if the body is not on record."""
     return _placed(signals, point) if point.body in signals.poses or point.body == WORLD else None
 
 
-def _placed(signals: Signals, point: Point) -> Column:
+def _placed(signals: SignalColumns, point: Point) -> Column:
     if point.body == WORLD:
         return np.tile(np.array(point.p, dtype=float), (len(signals.t), 1))
     p, R = signals.poses[point.body]

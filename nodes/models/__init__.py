@@ -8,7 +8,7 @@ tree(plan), tree_data(plan)            the model tree as text, as plain data
 
 machine                                any machine, walked from its parts
 levels                                 how much of a machine is modelled: passes over its description
-own                                    a user's own model beside the kernel: Sample in, SetPoint out
+user_models                                    a user's own model beside the kernel: Sample in, SetPoint out
 assembly, tree                         from a plan to models and couplings; their tree as text
 parts                                  what machines are made of: drives, gauges, slings, brakes; messages
 commander                              carries out the action list
@@ -33,9 +33,9 @@ from .assembly import (
     system,
     together,
 )
-from .own import OwnModel, sample_port
 from .parts.messages import Sample, SetPoint
 from .tree import tree, tree_data
+from .user_models import OwnModel, sample_port
 
 __all__ = [
     "COMMANDER", "KERNEL", "CommanderModel", "NodeModel", "OwnModel", "Sample", "SetPoint", "build",

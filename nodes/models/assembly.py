@@ -18,7 +18,7 @@ from heavylift.nodes.models.commander.commander import Commander
 from heavylift.nodes.models.commander.conditions import concerned, crossed, watched
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.models.parts.drive import DriveActor
-from heavylift.nodes.models.parts.gauges import Gauge
+from heavylift.nodes.models.parts.gauges import ThresholdWatcher
 from heavylift.nodes.models.parts.interlock import fit
 from heavylift.nodes.models.parts.parts import LiveActor, Machine, declared, share
 from heavylift.nodes.plan.actions import Begin
@@ -26,7 +26,7 @@ from heavylift.nodes.plan.plan import ActionList, Mechanism, Plan
 
 from .levels.listing import as_modelled
 from .machine import MachineModel
-from .own import OwnModel, aim_port, sample_port
+from .user_models import OwnModel, aim_port, sample_port
 
 COMMANDER, KERNEL = "commander", "kernel"
 Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, target model, its in port
@@ -232,7 +232,7 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
         raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
     model = MachineModel(as_modelled(plan, machine))
     if thresholds:
-        model.take(Gauge("gauge", thresholds))
+        model.take(ThresholdWatcher("gauge", thresholds))
     for interlock in (interlock for interlock in plan.interlocks if interlock.machine == name):
         fit(model, interlock)
     return model

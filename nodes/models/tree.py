@@ -12,7 +12,7 @@ from heavylift.nodes.plan.plan import Plan
 
 from .assembly import CommanderModel, build
 from .machine import MachineModel
-from .own import OwnModel
+from .user_models import OwnModel
 
 KINDS: dict[type[Model], str] = {
     CommanderModel: "coupled: commander",

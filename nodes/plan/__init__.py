@@ -4,7 +4,7 @@ plan              machines, rig and everything else that node processes are buil
 mechanism         a machine made of parts: its system, hooks, ties, loads, cells, shapes
 bending           the body of a block, rigid or as a beam
 interlock         what stops a machine by itself
-own               models of a user's own: what they hear and lead
+user_models               models of a user's own: what they hear and lead
 actions, verbs    orders, conditions and actions; the verbs, a row each
 places            where in a scene an action or an order stands
 spellings         words that stay as they have always been spelled

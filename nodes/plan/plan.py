@@ -29,7 +29,7 @@ from .mechanism import Mechanism as Mechanism
 from .mechanism import Shape as Shape
 from .mechanism import Tie as Tie
 from .mechanism import driven as driven
-from .own import Own
+from .user_models import Own
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
 LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wrong by a fifth, and steps are no cheaper

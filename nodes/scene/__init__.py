@@ -14,7 +14,7 @@ language                    phrases of the action list
 keys                        every key of a scene file, as frozen pydantic models
 construction                from keys to the plan
 checks                      whether it fits, and whether its orders can be carried out
-beginning                   texts to start from
+templates                   texts to start from
 loading, building           from a path or name to a plan, from its text or as it was kept
 instances                   several scenes side by side in one
 corners                     what limits use at the worst of uncertain inputs
@@ -36,20 +36,29 @@ if TYPE_CHECKING:
     from heavylift.nodes.scene.keys.editors import json_schema
     from heavylift.nodes.scenes import bundled
 
-    from .beginning import begun, begun_with
     from .loaded_scene import LoadedScene
     from .loading import check, load, loaded, parse, restored
-    from .report import Report
+    from .report import SceneReport
+    from .templates import new_scene, new_scene_with
 
 __all__ = [
-    "LoadedScene", "Report", "begun", "begun_with", "bundled", "check", "json_schema", "load", "loaded", "parse",
+    "LoadedScene",
+    "SceneReport",
+    "bundled",
+    "check",
+    "json_schema",
+    "load",
+    "loaded",
+    "new_scene",
+    "new_scene_with",
+    "parse",
     "restored",
 ]  # fmt: skip
 __getattr__ = on_demand(
     __name__,
     dict.fromkeys(__all__, ".loading")
-    | dict.fromkeys(("begun", "begun_with"), ".beginning")
-    | {"LoadedScene": ".loaded_scene", "Report": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"},
+    | dict.fromkeys(("new_scene", "new_scene_with"), ".templates")
+    | {"LoadedScene": ".loaded_scene", "SceneReport": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"},
 )
 
 face(__name__)

@@ -41,22 +41,22 @@ from heavylift.nodes.scene.text.meshes import shaped
 from heavylift.nodes.scene.text.source import Data, Fault, Source, read
 from heavylift.nodes.scene.text.source import Path as InData
 from heavylift.nodes.scene.text.tables import tabled
-from heavylift.nodes.statics.action_preview import first_rest
 from heavylift.nodes.statics.aiming import aimed
 from heavylift.nodes.statics.resting import rigged, settled, standing
 from heavylift.nodes.statics.state import StaticState
+from heavylift.nodes.statics.static_path import first_rest
 from heavylift.nodes.statics.swinging import swing_free
 
 from .corners import cornered, designed, ends_of
 from .instances import several
-from .loaded_scene import Facts, LoadedScene
+from .loaded_scene import LoadedScene, SceneFacts
 
 CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity"}  # keys that say how it is to be run
 
 
-def facts(scene: schema.Scene) -> Facts:
+def facts(scene: schema.Scene) -> SceneFacts:
     """What a run asks of the keys of a scene."""
-    return Facts(
+    return SceneFacts(
         own=scene.ask,
         written=scene.accuracy,
         named=tuple(sorted({*scene.fidelity.model_fields_set, *(scene.model_fields_set & CHOICE)})),

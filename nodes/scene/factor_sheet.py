@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from heavylift.nodes.limits.factors import BASES, NAMES
-from heavylift.nodes.limits.sentences import percent, shown
+from heavylift.nodes.limits.messages import percent, shown
 from heavylift.nodes.plan.limit import Limit, Use
 from heavylift.nodes.plan.plan import Plan
 

@@ -19,11 +19,11 @@ from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, Begun, Wait
 from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape
-from heavylift.nodes.plan.own import Own
 from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
+from heavylift.nodes.plan.user_models import Own
 from heavylift.nodes.scene.construction.resolve import build_actions
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.construction.signals import build_interlocks
-from heavylift.nodes.scene.construction.yard import Yard
 from heavylift.nodes.scene.keys.schema import ORDERED, Scene
 from heavylift.nodes.scene.text.extending import over
 from heavylift.nodes.scene.text.faults import raise_faults
@@ -124,7 +124,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         rested, begun = rests[name]
         states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
         acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
-    yard = Yard(source, scene, [*whole.levelled], limits=whole.limits)
+    yard = SceneBuilder(source, scene, [*whole.levelled], limits=whole.limits)
     hooks = [hook for crane in yard.cranes for hook in crane.hooks]
     yard.hooks = {hook.eye.body.rpartition(".")[0]: _split(hook.rope) for hook in hooks}
     between, listed = build_interlocks(yard, whole.mechanisms), build_actions(yard, whole.mechanisms)

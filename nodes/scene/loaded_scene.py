@@ -13,7 +13,7 @@ from heavylift.kernel.description.findings import Check, Finding
 from heavylift.nodes.limits.checks import Errors, checks_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
-from heavylift.nodes.limits.telling import sorted_findings
+from heavylift.nodes.limits.table_rows import sorted_findings
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import MEANT, OF_TENSIONS, USUAL, Answer, Asked, Question
 from heavylift.nodes.plan.limit import Use
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .keys import schema
 
 
-class Facts(msgspec.Struct, frozen=True):
+class SceneFacts(msgspec.Struct, frozen=True):
     """What a run asks of the keys of a scene besides its plan: what it asks itself, and its accuracy if that is
     `written`; `named`: keys that say how it is to be run, those of its fidelity too, and that are never chosen
     otherwise; `placement`: node -> process, for the nodes that the scene places; `remote`: processes that it places on
@@ -59,7 +59,7 @@ class LoadedScene:
     plan: plan.Plan
     text: str
     path: Path
-    facts: Facts
+    facts: SceneFacts
     merged: str = ""  # text of the whole scene as JSON where it extends another one or has settings laid over it
     typed: str = ""  # its path or the name of a bundled scene, as it was given
     settings: tuple[str, ...] = ()  # laid over it

@@ -19,15 +19,15 @@ import msgspec
 from heavylift.kernel.cache import contents, read_cached, sources, write_cached
 from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.errors import SceneError, path_text
-from heavylift.nodes.limits.telling import sorted_findings
+from heavylift.nodes.limits.table_rows import sorted_findings
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.scene.text.files import named_so_far, scene_file, scene_text
+from heavylift.nodes.scene.text.files import files_read, scene_file, scene_text
 from heavylift.nodes.scenes import bundled
 
-from .loaded_scene import Facts, LoadedScene
+from .loaded_scene import LoadedScene, SceneFacts
 
 if TYPE_CHECKING:
-    from .report import Report
+    from .report import SceneReport
 
 
 def load(
@@ -96,7 +96,7 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
     return LoadedScene(built, text, Path(name), facts(scene), merged=merged, keys=scene, chosen=True)
 
 
-def check(scene: LoadedScene | str | Path, near: Sequence[Finding] = ()) -> Report:
+def check(scene: LoadedScene | str | Path, near: Sequence[Finding] = ()) -> SceneReport:
     """Sizes, static loads, use of limits and findings of a scene; `near`: what comes too near on its path at rest."""
     from .report import report
 
@@ -105,11 +105,11 @@ def check(scene: LoadedScene | str | Path, near: Sequence[Finding] = ()) -> Repo
     return report(scene.plan, scene.statics, scene.uses, found, scene.checked(near))
 
 
-class _Kept(msgspec.Struct):
+class _CachedScene(msgspec.Struct):
     """What is kept of a scene."""
 
     plan: Plan
-    facts: Facts
+    facts: SceneFacts
     merged: str
 
 
@@ -119,14 +119,14 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
     file = f"{hashlib.sha256(sources() + _code() + said).hexdigest()}.scene"
     if data := read_cached(file):
         with suppress(msgspec.MsgspecError):
-            x = msgspec.msgpack.decode(data, type=_Kept)
+            x = msgspec.msgpack.decode(data, type=_CachedScene)
             return LoadedScene(x.plan, text, path, x.facts, x.merged, settings=tuple(overrides))
     from .building import build
 
-    before = named_so_far()
+    before = files_read()
     loaded = build(path, name, text, overrides)
-    if named_so_far() == before and all(machine.levels for machine in loaded.plan.machines) and not loaded.plan.models:
-        kept = _Kept(loaded.plan, loaded.facts, loaded.merged)
+    if files_read() == before and all(machine.levels for machine in loaded.plan.machines) and not loaded.plan.models:
+        kept = _CachedScene(loaded.plan, loaded.facts, loaded.merged)
         write_cached(file, msgspec.msgpack.encode(kept))
     return loaded
 

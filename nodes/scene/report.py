@@ -18,7 +18,7 @@ from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
 from heavylift.nodes.limits.reach import REACH, Reached, reach_rows
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
-from heavylift.nodes.limits.telling import likewise
+from heavylift.nodes.limits.table_rows import likewise
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Turn
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Row:
+class HookLoadRow:
     """The load of one hook in one stage [kg], and what of its capacity it uses."""
 
     stage: str
@@ -50,7 +50,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Report:
+class SceneReport:
     """The size of a scene and its static loads; `str` is the printed page."""
 
     name: str
@@ -61,7 +61,7 @@ class Report:
     models: int
     actions: int
     mobility: Mobility
-    rows: tuple[Row, ...]
+    rows: tuple[HookLoadRow, ...]
     lines: tuple[str, ...]
     uses: tuple[Use, ...] = ()  # of each limit, the worst on the path at rest
     findings: tuple[Finding, ...] = ()  # what is beyond a limit there, or should be reported
@@ -81,7 +81,7 @@ def report(
     uses: Sequence[Use],
     findings: Sequence[Finding],
     checks: Sequence[Check] = (),
-) -> Report:
+) -> SceneReport:
     """The report of a scene whose action list was followed."""
     mobility = _mobility(built)
     every: list[Rope | Reeving] = []
@@ -100,7 +100,7 @@ def report(
         for m in built.machines
         if m.configuration
     ]
-    rows: list[Row] = []
+    rows: list[HookLoadRow] = []
     hooks = [hook for machine in built.machines for hook in machine.hooks]
     loads = any(machine.cargo for machine in built.machines) and not built.lists
     if loads and hooks and all(hook.capacity for hook in hooks):
@@ -117,7 +117,7 @@ def report(
     told = [*table("Design loads:", designed), *(f"  {x}" for x in sources(uses)), *table("Rigger's list:", listed)]
     lines[-2:-2] = told
     judged = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
-    return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged, sheet=designed, gear=listed)
+    return SceneReport(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged, sheet=designed, gear=listed)
 
 
 def _mobility(built: plan.Plan) -> Mobility:
@@ -134,7 +134,7 @@ def _many(n: int, word: str) -> str:
     return word if n != 1 else one.get(word, word[:-1])
 
 
-def _rows(built: plan.Plan, path: Followed) -> list[Row]:
+def _rows(built: plan.Plan, path: Followed) -> list[HookLoadRow]:
     """The hooks at the end of each stage in which the load hangs, in a turn every 30 degrees, too."""
     found = []
     for state, after in zip(path.states, (*path.states[1:], None), strict=True):
@@ -145,7 +145,7 @@ def _rows(built: plan.Plan, path: Followed) -> list[Row]:
             for hook in sorted(machine.hooks, key=lambda hook: hook.rope):
                 on_rope = state.tensions[hook.rope] / built.gravity
                 below, load = on_rope - hook.block_mass, sling_load(built, state, hook)
-                found.append(Row(stage or state.stage, hook.rope, load, below, on_rope, below / hook.capacity))
+                found.append(HookLoadRow(stage or state.stage, hook.rope, load, below, on_rope, below / hook.capacity))
     return found
 
 
@@ -182,7 +182,7 @@ def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
     return total
 
 
-def _page(rows: list[Row]) -> list[str]:
+def _page(rows: list[HookLoadRow]) -> list[str]:
     hooks = list(dict.fromkeys(row.hook for row in rows))
     if not hooks:
         return ["", "Nothing is lifted as far as the action list can be followed without its dynamics."]

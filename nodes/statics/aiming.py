@@ -13,8 +13,8 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.mechanism import lug_places
 
-from .action_preview import at_rest
 from .state import StaticState
+from .static_path import at_rest
 
 LEVEL = 1e-9  # of an axis that is upright, or level
 DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
@@ -41,9 +41,9 @@ def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
 
 def _before(built: plan.Plan, number: int) -> tuple[StaticState | None, str]:
     """The rest in which an action begins; else why there is none."""
-    from .rehearsal import Rehearsal  # compiles
+    from .static_run import StaticRun  # compiles
 
-    r = Rehearsal(msgspec.structs.replace(at_rest(built), actions=built.actions[:number], end=None))
+    r = StaticRun(msgspec.structs.replace(at_rest(built), actions=built.actions[:number], end=None))
     r.walk()
     return (None, r.why) if r.why else (r.states[-1], "")
 

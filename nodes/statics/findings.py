@@ -10,7 +10,7 @@ from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Slings, Turn
 
-from .action_preview import Followed
+from .static_path import Followed
 
 GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instability, not rounding
 

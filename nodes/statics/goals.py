@@ -9,8 +9,8 @@ from heavylift.kernel.description.mechanics import WORLD, Joint, Vector
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
 
-from .action_preview import Followed
 from .state import Pose, StaticState
+from .static_path import Followed
 
 SLACK = 1.0  # [N] of a sling that carries nothing
 

@@ -8,7 +8,7 @@ from heavylift.kernel.analysis.modes import Modes
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Plan
 
-from .rehearsal import Rehearsal
+from .static_run import StaticRun
 
 At = tuple[int, int]  # numbers of an action and of an order in it, from 0
 
@@ -22,7 +22,7 @@ class Heard:
     speed: float = 0.0
 
 
-class Listening(Rehearsal):
+class SignalsOnPath(StaticRun):
     """Looks at the moves with these numbers of an action and an order in it, until the last stops; `heard`: what it
     finds."""
 

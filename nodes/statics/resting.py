@@ -9,8 +9,8 @@ import msgspec
 from heavylift.kernel.description.mechanics import Body, Joint
 from heavylift.nodes.plan import plan
 
-from .action_preview import first_rest
 from .state import Pose, StaticState
+from .static_path import first_rest
 
 SETTLES = 5  # a hundredth of what friction holds after each three
 WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of what is written

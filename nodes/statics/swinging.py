@@ -19,7 +19,7 @@ from heavylift.nodes.plan import plan, pulses
 from heavylift.nodes.plan.actions import Move
 from heavylift.nodes.plan.verbs import VERBS
 
-from .action_preview import at_rest, plan_key
+from .static_path import at_rest, plan_key
 
 if TYPE_CHECKING:
     from heavylift.kernel.analysis.modes import Modes
@@ -34,7 +34,7 @@ STILL = 1e-3  # [kg] of which that is made, or [m] of a way, that is none
 ALONG = {"x": 0, "y": 1}
 
 
-class Choice(msgspec.Struct, frozen=True):
+class RampTiming(msgspec.Struct, frozen=True):
     """For a move: periods as it begins and as it stops [s], seconds between the two; or `why` it has none."""
 
     periods: tuple[float, float] = (0.0, 0.0)
@@ -56,17 +56,17 @@ def swing_free(built: plan.Plan, keep: bool = True) -> tuple[plan.Plan, list[tup
     return _with(built, found), list(wrong.items())
 
 
-def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, Choice]:
+def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, RampTiming]:
     """From the cache if it was found before."""
     whole = at_rest(built)
     if not keep:
         return _sought(whole, moves)
-    return remembered(f"{plan_key(whole)}.swings", dict[tuple[int, int], Choice], lambda: _sought(whole, moves))
+    return remembered(f"{plan_key(whole)}.swings", dict[tuple[int, int], RampTiming], lambda: _sought(whole, moves))
 
 
-def _sought(whole: plan.Plan, moves: Mapping[At, Move]) -> dict[At, Choice]:
+def _sought(whole: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming]:
     """What swings at each move, which follows from when the moves begin, and so from what swings."""
-    found = _listened(_with(whole, dict.fromkeys(moves, Choice((1.0, 1.0)))), moves)
+    found = _listened(_with(whole, dict.fromkeys(moves, RampTiming((1.0, 1.0)))), moves)
     for _ in range(PASSES - 1):
         if any(x.why for x in found.values()) or all(_near(*x.periods) for x in found.values()):
             break
@@ -80,13 +80,13 @@ def _near(a: float, b: float) -> bool:
     return isclose(a, b, rel_tol=SAME)
 
 
-def _with(built: plan.Plan, found: Mapping[At, Choice]) -> plan.Plan:
+def _with(built: plan.Plan, found: Mapping[At, RampTiming]) -> plan.Plan:
     """The plan with the periods that were found."""
     actions = tuple(
         msgspec.structs.replace(
             action,
             orders=tuple(
-                _move(x, found.get((i, k), Choice()), built.gravity) if isinstance(x, Move) and x.pulses else x
+                _move(x, found.get((i, k), RampTiming()), built.gravity) if isinstance(x, Move) and x.pulses else x
                 for k, x in enumerate(action.orders)
             ),
         )
@@ -95,7 +95,7 @@ def _with(built: plan.Plan, found: Mapping[At, Choice]) -> plan.Plan:
     return msgspec.structs.replace(built, actions=actions)
 
 
-def _move(m: Move, x: Choice, gravity: float) -> Move:
+def _move(m: Move, x: RampTiming, gravity: float) -> Move:
     if not x.periods[0]:
         return msgspec.structs.replace(m, pulses=0)
     speed, (first, last) = abs(m.speed), x.periods
@@ -108,11 +108,11 @@ def _move(m: Move, x: Choice, gravity: float) -> Move:
     return msgspec.structs.replace(m, accel=accel, periods=x.periods, left=left)
 
 
-def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, Choice]:
+def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming]:
     """The periods of moves in a list that is followed at rest."""
-    from .listening import Listening  # compiles, which what is kept does not need
+    from .listening import SignalsOnPath  # compiles, which what is kept does not need
 
-    r = Listening(built, frozenset(moves))
+    r = SignalsOnPath(built, frozenset(moves))
     r.walk()
     found, why = {}, r.why or (r.cut if built.end is None else "")
     for at, move in moves.items():
@@ -120,7 +120,7 @@ def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, Choice]:
         if heard is not None:
             found[at] = _choice(heard, _ways(move, r.states, heard.times[0]))
         elif why:
-            found[at] = Choice(why=f"no length is known for this ramp, write an acceleration: {why}")
+            found[at] = RampTiming(why=f"no length is known for this ramp, write an acceleration: {why}")
     return found
 
 
@@ -139,11 +139,11 @@ def _ways(move: Move, states: list[StaticState], begun: int) -> dict[str, list[f
     return {body: [x / longest for x in way] for body, way in ways.items()} if longest else {}
 
 
-def _choice(heard: Heard, ways: Mapping[str, list[float]]) -> Choice:
+def _choice(heard: Heard, ways: Mapping[str, list[float]]) -> RampTiming:
     periods = [_period(modes, ways) for modes in heard.modes]
     if not all(periods):
-        return Choice(why="nothing swings that it moves: write an acceleration behind 'ramp'")
-    return Choice((periods[0], periods[-1]), (heard.times[-1] - heard.times[0]) * 1e-9)
+        return RampTiming(why="nothing swings that it moves: write an acceleration behind 'ramp'")
+    return RampTiming((periods[0], periods[-1]), (heard.times[-1] - heard.times[0]) * 1e-9)
 
 
 def _period(modes: Modes, ways: Mapping[str, list[float]]) -> float:

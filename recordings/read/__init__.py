@@ -8,7 +8,7 @@ notebook          how a signal looks in a notebook
 contents          digest and peaks, computed again from all messages
 verdict           the verdict of a run; where a recording contradicts itself
 info, export      a recording as text; as a table for other programs
-said              what the ports of a DEVS run said, which has no samples
+said              what the ports of a DEVS run port_series, which has no samples
 recover           what a cut-off or damaged file still holds
 log, extended     the log of a real machine; a recording with what was measured beside it
 """

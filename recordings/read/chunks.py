@@ -37,7 +37,7 @@ READERS: dict[int, Callable[[ReadDataStream], object]] = {
 }
 
 
-class Raw(NamedTuple):
+class RawMessage(NamedTuple):
     """A message as it stands in the file."""
 
     channel: int
@@ -47,7 +47,7 @@ class Raw(NamedTuple):
     data: bytes
 
 
-class Table(NamedTuple):
+class MessageTable(NamedTuple):
     """Messages of a channel that have one length: when they were published (n,) [ns], and their bytes (n, length)."""
 
     channel: int
@@ -97,15 +97,15 @@ def numbers_of(data: bytes) -> Iterator[int]:
     return (data[begin] | data[begin + 1] << 8 for opcode, begin, _ in records(data) if opcode == Opcode.MESSAGE)
 
 
-def messages_of(data: bytes, channels: set[int]) -> Iterator[Raw]:
+def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
     """The messages of these channels in an unpacked chunk."""
     for opcode, begin, end in records(data):
         if opcode == Opcode.MESSAGE and data[begin] | data[begin + 1] << 8 in channels:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
-            yield Raw(channel, sequence, log_time, publish_time, data[begin + MESSAGE.size : end])
+            yield RawMessage(channel, sequence, log_time, publish_time, data[begin + MESSAGE.size : end])
 
 
-def tables_of(data: bytes, channels: set[int]) -> Iterator[Table]:
+def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
     """The same by tables: what a sampler writes repeats after a few records, and is then taken as rows of bytes."""
     flat, place = np.frombuffer(data, np.uint8), 0
     while place < len(data):
@@ -133,7 +133,7 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[Table]:
             if channel in channels:
                 stamp = rows[:count, begin + MESSAGE.size - 8 : begin + MESSAGE.size]
                 times = np.ascontiguousarray(stamp).view("<u8").ravel().astype(np.int64)
-                yield Table(channel, times, rows[:count, begin + MESSAGE.size : end])
+                yield MessageTable(channel, times, rows[:count, begin + MESSAGE.size : end])
         place += count * step
 
 

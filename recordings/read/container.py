@@ -31,7 +31,18 @@ from mcap.records import Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 from numpy.typing import NDArray
 
-from .chunks import LIMIT, RATIO, RECORD, Raw, Table, attached, messages_of, numbers_of, tables_of, unpacked
+from .chunks import (
+    LIMIT,
+    RATIO,
+    RECORD,
+    MessageTable,
+    RawMessage,
+    attached,
+    messages_of,
+    numbers_of,
+    tables_of,
+    unpacked,
+)
 
 FOOTER = struct.Struct("<BQQQI")
 HEAD = HEADER + len(GENERATOR)  # bytes from which it is known who has made a file
@@ -39,7 +50,7 @@ INDEX, ENTRY = struct.Struct("<BQHI"), 16  # of the messages of a channel in a c
 SAID = 300  # characters of what a library says of an error
 
 
-class Topic(NamedTuple):
+class FileChannel(NamedTuple):
     """A channel of the file: topic, schema name, message encoding, its metadata, number of messages, the schema."""
 
     name: str
@@ -209,11 +220,11 @@ class Container:
             raise ValueError(f"no {opcode.name.lower()} stands where the index says")
         return self._stream.read(body)
 
-    def topics(self) -> dict[str, Topic]:
+    def topics(self) -> dict[str, FileChannel]:
         """All channels by topic."""
         with self.reading():
             return {
-                shown(x.topic): Topic(
+                shown(x.topic): FileChannel(
                     shown(x.topic),
                     shown(self.summary.schemas[x.schema_id].name),
                     shown(x.message_encoding),
@@ -243,14 +254,14 @@ class Container:
             )
             return {record.name: record.data for record in found}
 
-    def messages(self, channels: set[int]) -> Iterator[Raw]:
+    def messages(self, channels: set[int]) -> Iterator[RawMessage]:
         """The messages of these channels in the order of the file."""
         for index in self._chunks(channels):
             with self.reading():
                 found = list(messages_of(self._unpack(index), channels))
             yield from found
 
-    def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[Table]:
+    def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[MessageTable]:
         """The same, those of a channel that have one length together; `only`: of each channel those of these numbers,
         rising.  Chunks without any of them are not unpacked."""
         before, wanted = dict.fromkeys(channels, 0), np.array([] if only is None else only, np.int64)
@@ -264,7 +275,7 @@ class Container:
                 found = list(tables_of(self._unpack(index), channels))
             for channel, times, data in found:
                 kept = slice(None) if only is None else _between(wanted, before[channel], len(times))
-                yield Table(channel, times[kept], data[kept])
+                yield MessageTable(channel, times[kept], data[kept])
                 before[channel] += len(times)
 
     def _chunks(self, channels: set[int]) -> Iterator[ChunkIndex]:

@@ -13,8 +13,8 @@ from heavylift.recordings.format.template import Template
 from heavylift.recordings.format.viewer_messages import frames_template
 from numpy.typing import NDArray
 
-from .chunks import Table
-from .container import Topic
+from .chunks import MessageTable
+from .container import FileChannel
 from .signal import Signal
 
 BLOCK = 4096  # messages of a channel that are decoded together
@@ -22,9 +22,9 @@ Form = tuple[Template, dict[str, slice]]  # of the messages of a channel, and wh
 Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signals
 
 
-def decoded(tables: Iterable[Table], forms: Mapping[int, Form]) -> Iterator[list[Rows]]:
+def decoded(tables: Iterable[MessageTable], forms: Mapping[int, Form]) -> Iterator[list[Rows]]:
     """Rows of each of these channels, as many of one as of the others while there are any."""
-    waiting: dict[int, list[Table]] = {channel: [] for channel in forms}
+    waiting: dict[int, list[MessageTable]] = {channel: [] for channel in forms}
     counts = dict.fromkeys(forms, 0)
     for table in tables:
         waiting[table.channel].append(table)
@@ -36,13 +36,13 @@ def decoded(tables: Iterable[Table], forms: Mapping[int, Form]) -> Iterator[list
         yield [_rows(waiting[channel], *form) for channel, form in forms.items()]
 
 
-def _rows(waiting: list[Table], form: Template, places: dict[str, slice]) -> Rows:
+def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice]) -> Rows:
     """The first messages that wait."""
     times, rows = list[int](), list[NDArray[np.uint8]]()
     while waiting and len(times) < BLOCK:
         channel, t, data = waiting.pop(0)
         if len(t) > (left := BLOCK - len(times)):
-            waiting.insert(0, Table(channel, t[left:], data[left:]))
+            waiting.insert(0, MessageTable(channel, t[left:], data[left:]))
         times += t[:left].tolist()
         rows.append(data[:left])
     found = form.decode(np.concatenate(rows), *places.values())  # ValueError if their lengths differ
@@ -50,7 +50,7 @@ def _rows(waiting: list[Table], form: Template, places: dict[str, slice]) -> Row
 
 
 def with_own_rows(
-    signal: Signal, topics: Iterable[Topic], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
+    signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
     """Columns of a signal, those of one lift with its own rows among those of all; at one time these come last."""
     for topic in topics:

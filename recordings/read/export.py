@@ -20,8 +20,8 @@ from heavylift.recordings.write.partfile import PartFile
 from numpy.typing import NDArray
 
 from .part import chosen
+from .port_series import log, silent
 from .reader import Recording
-from .said import log, silent
 from .signal import Signal, titles
 
 Tables = Iterator[list[NDArray[np.float64]]]  # times and columns, a few thousand rows at a time

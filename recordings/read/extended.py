@@ -16,7 +16,7 @@ from heavylift.recordings.format.schema import samples_descriptor, samples_templ
 from heavylift.recordings.write.outputs import file_path, output_path
 from heavylift.recordings.write.sink import Sink
 
-from .chunks import Raw
+from .chunks import RawMessage
 from .container import Container
 from .reader import BESIDE
 from .signal import Signal
@@ -45,12 +45,12 @@ def _copied(
 ) -> Path:  # fmt: skip
     old = Container(path)
     metadata, numbers = old.metadata(), dict[int, int]()
-    more: Iterator[Raw] = iter(())
+    more: Iterator[RawMessage] = iter(())
     if signals:
         fields = sample_fields([SampleChannel(s.name, s.names, s.unit, 0, len(s.names)) for s in signals])
         times = np.round(signals[0].t * 1e9).astype(np.int64).tolist()
         rows = samples_template(fields).encode(times, np.hstack([s.values for s in signals]))
-        more = (Raw(-1, 0, t, t, row.tobytes()) for t, row in zip(times, rows, strict=True))
+        more = (RawMessage(-1, 0, t, t, row.tobytes()) for t, row in zip(times, rows, strict=True))
     sink = Sink(out, metadata["run"], {**old.attachments(), **files}, force, old.library)
     try:
         kept = [c for c in old.summary.channels.values() if not (signals and c.topic == BESIDE)]  # of an earlier log

@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Log:
+class LogTable:
     """A table of text with its head, (name, unit) by column; `rows` are the numbers of its rows in the file."""
 
     path: Path
@@ -99,7 +99,7 @@ class Log:
         return t
 
 
-def read_log(path: str | Path) -> Log:
+def read_log(path: str | Path) -> LogTable:
     """The table in a CSV file; RecordingError for one that is missing, empty, no text, or has ragged rows."""
     path = file_path(path)
     if not os.path.isfile(path):  # False also for names that no file can have
@@ -127,7 +127,7 @@ def read_log(path: str | Path) -> Log:
             )
     head = [(match[1], match[2] or "") for cell in names if (match := HEAD.fullmatch(cell))]
     rows, texts = [row for row, _ in below], [cells for _, cells in below]
-    return Log(path, head, rows, texts, "." if separator == "," else ",")
+    return LogTable(path, head, rows, texts, "." if separator == "," else ",")
 
 
 def _date(text: str) -> datetime | None:

@@ -25,7 +25,7 @@ from .signal import Signal, joined, only
 HANGING = "loaders"  # fact: machines that hang on a hook of another one, by its rope
 
 
-class Signals(Protocol):
+class SignalSource(Protocol):
     """What parts ask of their recording (`reader.Recording`)."""
 
     @property
@@ -38,7 +38,7 @@ class Signals(Protocol):
     def events(self, source: str | None = None) -> list[RecordedEvent]: ...
 
 
-def chosen(rec: Signals, pattern: str) -> list[tuple[str, str]]:
+def chosen(rec: SignalSource, pattern: str) -> list[tuple[str, str]]:
     """(signal, column) pairs that are named by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
     every = [(name, column) for name in rec.signals() for column in rec.columns(name)]
     return [(name, column) for name, column in every if name == pattern or fnmatchcase(f"{name}/{column}", pattern)]
@@ -47,7 +47,7 @@ def chosen(rec: Signals, pattern: str) -> list[tuple[str, str]]:
 class Part:
     """Signals by attribute: `part.tension`, `part.pose`; dir(part) and `part.signals` tell which there are."""
 
-    def __init__(self, rec: Signals, name: str, columns: dict[str, list[str]]) -> None:
+    def __init__(self, rec: SignalSource, name: str, columns: dict[str, list[str]]) -> None:
         self._rec, self.name, self._columns = rec, name, columns
         self._words: dict[str, list[str]] = {}
         for signal in columns:
@@ -56,7 +56,7 @@ class Part:
             self._words.setdefault(word, []).append(signal)
 
     @staticmethod
-    def of(rec: Signals, name: str) -> Part:
+    def of(rec: SignalSource, name: str) -> Part:
         """The part of this name; "legs/1" is legs-1."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(HANGING, {}).items() if hung in names}

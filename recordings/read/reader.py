@@ -30,7 +30,7 @@ from heavylift.recordings.format.viewer_messages import Box, Rig, boxes_of, fram
 from heavylift.recordings.write.sink import CHECKPOINT, FORMAT, OLDEST
 from numpy.typing import NDArray
 
-from .chunks import LIMIT, Raw
+from .chunks import LIMIT, RawMessage
 from .container import Container
 from .contents import Contents, sampler_note
 from .decoding import Form, Rows, decoded, with_own_rows
@@ -114,11 +114,11 @@ class Recording:
                 raise ValueError("a checkpoint is beyond the limit")
             return zstandard.decompress(packed)
 
-    def messages(self, *topics: str) -> Iterator[Raw]:
+    def messages(self, *topics: str) -> Iterator[RawMessage]:
         """The undecoded messages of these topics in the order of the file."""
         return self._file.messages({self._channels[topic] for topic in topics if topic in self._channels})
 
-    def stream(self, *topics: str) -> Iterator[tuple[str, Raw]]:
+    def stream(self, *topics: str) -> Iterator[tuple[str, RawMessage]]:
         """The same with the topic of each message."""
         names = {number: topic for topic, number in self._channels.items()}
         return ((names[raw.channel], raw) for raw in self.messages(*topics))

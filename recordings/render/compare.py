@@ -21,9 +21,9 @@ from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import complaints, contents
 from numpy.typing import NDArray
 
-from .apart import ROWED, attachments, channels, circumstances, event, facts, notes, rows
 from .curves import checked, drawn, larger
 from .curves_drawn import Curve, Figure, Panel
+from .differences import ROWED, attachments, channels, circumstances, event, facts, notes, rows
 
 MOST = 12  # panels of an overlay
 ROWS = 24  # signals in the text
@@ -42,7 +42,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class RecordingComparison:
     """What two recordings share; `first` tells the first difference in events and samples ("" if there is none), `rows`
     which of them are in one alone, `others` what else differs; `wrong`: in which a recording contradicts itself;
     `circumstances`: how it was run, which no two runs have in common; `as_recorded`: why no digest can be computed."""
@@ -102,7 +102,7 @@ def _shares(differences: Sequence[Difference]) -> dict[str, float]:
     return {d.name: d.most / scales[d.name.rpartition("/")[0]] for d in differences}
 
 
-def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> Comparison:
+def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> RecordingComparison:
     """Compare two recordings, `but` for facts, topics and attachments of these names; RecordingError if one cannot be
     read."""
     A, B = Recording(a), Recording(b)
@@ -110,7 +110,7 @@ def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> Comparis
         return _compared(A, B, but)
 
 
-def _compared(A: Recording, B: Recording, but: Collection[str]) -> Comparison:
+def _compared(A: Recording, B: Recording, but: Collection[str]) -> RecordingComparison:
     for rec in (A, B):
         rec.load(rec.signals())
     unlike, moved = list[str](), [*notes(A, B)]
@@ -125,7 +125,7 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> Comparison:
     equal = not (first or unlike or others or wrong) and "digest" in A.result and "digest" in B.result
     if not (first or unlike or others or wrong or equal):
         first = "none in events and samples: the recordings tell of equal motions, but are not both complete"
-    return Comparison(
+    return RecordingComparison(
         A.path,
         B.path,
         equal=equal,

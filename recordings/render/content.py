@@ -52,7 +52,7 @@ SWITCHES = {
 FACTS = ("scene", "model", "seed", "samples_hz", "python", "platform")
 
 
-class Shown(NamedTuple):
+class PageColumns(NamedTuple):
     """Columns of a sample row that the page gets: poses of all bodies, then signals by group, name, unit."""
 
     bodies: list[str]
@@ -67,7 +67,7 @@ class Shown(NamedTuple):
         }
 
 
-def shown(layout: SampleLayout) -> Shown:
+def shown(layout: SampleLayout) -> PageColumns:
     """What of a sample row the page gets."""
     poses = [c for c in layout.channels if c.topic.startswith(POSE)]
     columns = [k for c in poses for k in range(c.start, c.stop)]
@@ -79,7 +79,7 @@ def shown(layout: SampleLayout) -> Shown:
             if not (c.topic.startswith("joint/") and name.rpartition(".")[2] in FLOATING):
                 signals.append((c.topic, name, unit_of(c.unit, name)))
                 columns.append(c.start + k)
-    return Shown([c.topic.removeprefix(POSE) for c in poses], signals, np.array(columns, np.intp))
+    return PageColumns([c.topic.removeprefix(POSE) for c in poses], signals, np.array(columns, np.intp))
 
 
 def packed(values: Floats, kind: str = "<f4") -> str:

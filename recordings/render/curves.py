@@ -13,8 +13,8 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.format.settings import settings
 from heavylift.recordings.read.export import matching
+from heavylift.recordings.read.port_series import said, silent
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.said import said, silent
 from heavylift.recordings.read.signal import titles
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written

@@ -19,7 +19,7 @@ from heavylift.recordings.write.sink import texts
 from heavylift.recordings.write.spectator import Spectator
 from numpy.typing import NDArray
 
-from .content import Shown, event_shown, facts_shown, is_inner, load_of, packed, shown, stage_name
+from .content import PageColumns, event_shown, facts_shown, is_inner, load_of, packed, shown, stage_name
 from .server import PageServer
 
 FRAME = 1 / 30  # [s] at least between two messages
@@ -37,7 +37,7 @@ class LivePage(Spectator):
         self.url = self._server.url
         """Where a browser finds it, with the word that lets it in."""
         self._lock = threading.Lock()
-        self._shown: Shown | None = None
+        self._shown: PageColumns | None = None
         self._facts: list[tuple[str, str]] = []
         self._rows: list[tuple[Sequence[int], NDArray[np.float64]]] = []
         self._more: dict[str, list[Any]] = {"events": [], "stages": [], "rig": []}

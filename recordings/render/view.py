@@ -22,7 +22,7 @@ from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
-from .content import Shown, bundled, deflated, event_shown, facts_shown, load_of, packed, shown, stage_name
+from .content import PageColumns, bundled, deflated, event_shown, facts_shown, load_of, packed, shown, stage_name
 
 Floats = NDArray[np.float64]
 BESIDE = "beside/"  # before the group of a signal of a second recording
@@ -71,7 +71,7 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
                 other = _ghost(beside, columns, t)
             rows, boxes = np.hstack([other.poses, rows, other.values]), [*boxes, *other.boxes]
             more_signals = [*columns.signals, *other.signals]
-            head = Shown([*other.bodies, *columns.bodies], more_signals, columns.columns).head()
+            head = PageColumns([*other.bodies, *columns.bodies], more_signals, columns.columns).head()
             head["beside"] = beside.path.name
         seen = thinned([loads[kept]], COARSE // width)
         fine = {"detail": {"t": deflated(t), "x": deflated(rows.T.astype("<f4"))}} if len(seen) < len(kept) else {}
@@ -104,7 +104,7 @@ def content(rec: Recording, verdict: Judged | None = None, beside: Recording | N
         }
 
 
-def _loads(rec: Recording, columns: Shown) -> Floats:
+def _loads(rec: Recording, columns: PageColumns) -> Floats:
     """What the samples are thinned by: the ropes' load at each."""
     names = ["rope/tension"] if "rope/tension" in rec.signals() else list(dict.fromkeys(s[0] for s in columns.signals))
     return np.concatenate([load_of([], np.hstack(values)) for _, values in rec.blocks(names or rec.signals())])
@@ -180,7 +180,7 @@ class _Ghost(NamedTuple):
     values: Floats
 
 
-def _ghost(rec: Recording, like: Shown, t: Floats) -> _Ghost:
+def _ghost(rec: Recording, like: PageColumns, t: Floats) -> _Ghost:
     """What a recording has of the bodies and signals of another one at its times (n,) [s]; where it has ended bodies
     stay where they were, and signals are not a number."""
     known, drawn = rec.signals(), rec.boxes()

@@ -18,7 +18,7 @@ from heavylift.recordings.format.samples import SampleLayout
 from heavylift.recordings.format.viewer_messages import Box, Log, RopeLine, SceneUpdate, boxes_message, log_message
 from numpy.typing import NDArray
 
-from .rows import Rows
+from .rows import RowWriter
 from .spectator import Spectator
 
 AGAIN_s = 1.0  # of the clock, after which what stands still is sent once more
@@ -42,13 +42,13 @@ class Broadcast(Spectator):
 
     def __init__(self, listener: Listener, hz: float) -> None:
         self._listener, self._every_ns, self._due = listener, round(1e9 / hz), 0
-        self._rows: Rows | None = None
+        self._rows: RowWriter | None = None
         self._boxes: bytes = b""
         self._lines: Sequence[RopeLine] = ()
         self._again = 0.0
         self._topics: list[str] = []
         self.mcap = self
-        """Where `Rows` writes."""
+        """Where `RowWriter` writes."""
 
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
@@ -65,7 +65,7 @@ class Broadcast(Spectator):
     def begin(
         self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]
     ) -> None:
-        self._rows, self._lines, self._boxes = Rows(self, layout, 0.0), lines, boxes_message(boxes)
+        self._rows, self._lines, self._boxes = RowWriter(self, layout, 0.0), lines, boxes_message(boxes)
         self._scene, self._log = self.protobuf("/scene", SceneUpdate), self.protobuf("/log", Log)
 
     def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:

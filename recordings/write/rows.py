@@ -24,7 +24,7 @@ class Peak(NamedTuple):
     time: float
 
 
-class Block(NamedTuple):
+class RowBlock(NamedTuple):
     """Rows as they stand in the file: simulation and log times [ns], numbers and poses, messages (n, bytes)."""
 
     times: list[int]
@@ -50,7 +50,7 @@ class Channels(Protocol):
     ) -> int: ...
 
 
-class Rows:
+class RowWriter:
     """Writes the rows of one layout into the sink and keeps the peak of each rope."""
 
     def __init__(self, sink: Channels, layout: SampleLayout, lines_every: float, lift: str = "") -> None:
@@ -85,15 +85,15 @@ class Rows:
         """Draw these ropes from the next row on."""
         self._ropes, self._lines_due = ropes, 0
 
-    def encode(self, times: list[int], log_ns: list[int], rows: NDArray[np.float64]) -> Block:
+    def encode(self, times: list[int], log_ns: list[int], rows: NDArray[np.float64]) -> RowBlock:
         """Rows (n, width) of these simulation and log times [ns] made ready for `write`."""
         columns = self._columns(rows)
         numbers, poses = np.split(columns, [self._columns.numbers], axis=1)
         samples = self._form.encode(times, numbers)
         frames = self._frames.encode(times, poses) if self.bodies else samples[:, :0]
-        return Block(times, log_ns, columns, samples, frames)
+        return RowBlock(times, log_ns, columns, samples, frames)
 
-    def write(self, block: Block, first: int, end: int) -> None:
+    def write(self, block: RowBlock, first: int, end: int) -> None:
         """Write the messages of these rows of a block, one row after the other."""
         drawn, write = self._drawn(block, first, end), self._sink.mcap.write
         for i in range(first, end):
@@ -104,7 +104,7 @@ class Rows:
             if i in drawn:
                 write(self._lines, log_ns, t_ns, drawn[i])
 
-    def _drawn(self, block: Block, first: int, end: int) -> dict[int, bytes]:
+    def _drawn(self, block: RowBlock, first: int, end: int) -> dict[int, bytes]:
         """The messages of the rows with which the ropes are drawn anew."""
         if self._ropes is None:
             return {}

@@ -26,7 +26,7 @@ from heavylift.recordings.format.samples import SAMPLER, Batch, Note, SampleLayo
 from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, RecordedEvent, event_schema
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
 
-from .rows import Block, Peak, Rows, note_peaks
+from .rows import Peak, RowBlock, RowWriter, note_peaks
 from .sink import Sink
 
 EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken after them
@@ -35,8 +35,8 @@ EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken afte
 class Waiting(NamedTuple):
     """The rows of a block of some rows, from `first` on."""
 
-    rows: Rows
-    block: Block
+    rows: RowWriter
+    block: RowBlock
     first: int = 0
 
 
@@ -44,7 +44,7 @@ class Waiting(NamedTuple):
 class _Apart:
     """Rows of one lift alone, and the number of the next one."""
 
-    rows: Rows
+    rows: RowWriter
     next: int = 0
 
 
@@ -69,7 +69,7 @@ class Recorder:
         self._sink = Sink(path, run, attachments or {}, force)
         self._log = self._sink.protobuf("/log", Log)
         self._ports: dict[tuple[str, str], int] = {}
-        self._rows: Rows | None = None
+        self._rows: RowWriter | None = None
         self._lifts: dict[str, _Apart] = {}
         self._lines_every = lines_every
         self._next_sample = 0
@@ -109,8 +109,8 @@ class Recorder:
 
     def layout(self, layout: SampleLayout) -> None:
         """Announce the columns of the sample rows; once."""
-        self._rows = Rows(self._sink, layout, self._lines_every)
-        self._lifts = {name: _Apart(Rows(self._sink, own, 0.0, name)) for name, own in layout.lifts.items()}
+        self._rows = RowWriter(self._sink, layout, self._lines_every)
+        self._lifts = {name: _Apart(RowWriter(self._sink, own, 0.0, name)) for name, own in layout.lifts.items()}
 
     def boxes(self, boxes: Sequence[Box]) -> None:
         """Draw these boxes on their bodies, from time 0 on; once, before the first message."""
@@ -244,7 +244,7 @@ class Recorder:
 
     # in which order it is written
 
-    def _announced(self) -> Rows:
+    def _announced(self) -> RowWriter:
         if self._rows is None:
             raise RecordingError("samples came before their layout; announce the layout first")
         return self._rows

@@ -19,7 +19,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from heavylift import run_models
-from heavylift.coordinator.run import Watch, conversation, run
+from heavylift.coordinator.run import RunObserver, conversation, run
 from heavylift.kernel import Stopped
 from heavylift.nodes.scene import bundled, parse
 from shared.processes import Told, family, lost
@@ -99,7 +99,7 @@ def granted(span):
             sizes.append(len(data))
         return data
 
-    class Counted(Watch):
+    class Counted(RunObserver):
         def event(self, event):
             nonlocal events
             events += 1

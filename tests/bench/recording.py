@@ -18,7 +18,7 @@ from pathlib import Path
 from statistics import median
 
 import msgspec
-from heavylift.coordinator.record import tape
+from heavylift.coordinator.record import run_record
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import Digest, Recorder, Recording
@@ -46,7 +46,7 @@ class Nothing:
 def child(what, folder):
     """One run in this process: `recorded`, `bare`, or `told` at 20 Hz."""
     if what == "bare":
-        tape.Recorder = Nothing
+        run_record.Recorder = Nothing
     scene = load(SCENE, ["samples=20 Hz", *LONG] if what == "told" else [])
     began = time.perf_counter()
     run(scene, Path(folder) / "run.mcap", watch=Told() if what == "told" else None)
@@ -79,9 +79,9 @@ def captured(rate, folder):
             batches.append(payload)
             super().samples(payload)
 
-    tape.Recorder, path = Capturing, folder / f"{rate}.mcap"
+    run_record.Recorder, path = Capturing, folder / f"{rate}.mcap"
     run(load(SCENE, [f"samples={rate} Hz"]), path, in_process=True)
-    tape.Recorder = Recorder
+    run_record.Recorder = Recorder
     return layouts[0], batches, path
 
 

@@ -22,7 +22,7 @@ from heavylift import simulate
 from heavylift.coordinator import verdict
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
-from heavylift.nodes.statics import Rehearsal
+from heavylift.nodes.statics import StaticRun
 from shared.rows import SHORT, options, row
 
 HEAVYLIFT = [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()"]
@@ -80,7 +80,7 @@ def again() -> float:
 
 def path() -> float:
     """Seconds of the walk along the equilibrium path."""
-    rehearsal = Rehearsal(load(LIFT, END).plan)
+    rehearsal = StaticRun(load(LIFT, END).plan)
     began = time.perf_counter()
     rehearsal.walk()
     assert rehearsal.states

@@ -8,7 +8,7 @@ import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import Body, Joint, JointSpring, Line, Lock, Point, Rope, Stop, System
 from heavylift.kernel.simulation import Simulation
-from heavylift.kernel.simulation.safeguards import CROWD, Patience, fastest
+from heavylift.kernel.simulation.safeguards import CROWD, StepBudget, fastest
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Z, column, hand_over, hung, slider, started, times
 
 STEP = {"method": "rk4", "step": 0.5}  # [s] far too long for the rope's 1.3 Hz
@@ -137,7 +137,7 @@ def test_too_many_steps_for_a_second_end_a_run():
 
 
 def test_events_without_end_are_refused():
-    patience = Patience(50_000)
+    patience = StepBudget(50_000)
     assert not any(patience.crowded(t) for t in range(0, CROWD * 50_000, 50_000))
     assert not patience.crowded(CROWD * 50_000 + 60_000), "a pause, and the count begins anew"
     assert [patience.crowded(CROWD * 50_000 + 60_001 + t) for t in range(CROWD + 1)][-1]

@@ -9,7 +9,7 @@ from random import Random
 from typing import Any
 
 import msgspec
-from heavylift.coordinator.hosts import Answer, Ask
+from heavylift.coordinator.hosts import JoinReply, JoinRequest
 from heavylift.coordinator.live import Notice, Order, Reply, journaled
 from heavylift.coordinator.participants import Participant, built, couplings, parts, transitions
 from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
@@ -18,7 +18,7 @@ from heavylift.coordinator.record import MERGED, RESOLVED
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import Beginning, run
 from heavylift.coordinator.supervision import Journal
-from heavylift.coordinator.transport import Reader, Topic, Writer
+from heavylift.coordinator.transport import FrameReader, FrameTopic, Writer
 from heavylift.kernel import UNREADABLE, HeavyliftError
 from heavylift.nodes.devs import Simulator, Tag
 from heavylift.nodes.scene import load, parse, spoken
@@ -181,14 +181,14 @@ def frames(folder: Path) -> Any:
         for decode in (m.decode, parts.decode, transitions.read, lambda x: decode_batch(x, two)):
             with suppress(HeavyliftError, *UNREADABLE):
                 decode(data)
-        for kind in (Ask, Answer, Order, Reply, Notice, m.Alive):
+        for kind in (JoinRequest, JoinReply, Order, Reply, Notice, m.Alive):
             _decoded(data, kind)
         m.kind(data)
-        topic = list(Topic)[where % len(Topic)]
+        topic = list(FrameTopic)[where % len(FrameTopic)]
         frame = Writer("run", "node", topic, 0).frame(data)
         for framed in (data, frame, bytes_of(frame, Random(where))):
             with suppress(HeavyliftError):
-                Reader("run", "node", topic, 0).open(framed)
+                FrameReader("run", "node", topic, 0).open(framed)
         with suppress(HeavyliftError):
             _participant(model, data, where)
         with suppress(HeavyliftError):

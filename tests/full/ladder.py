@@ -30,7 +30,7 @@ LONGEST = 120.0  # seconds of a run
 def one(seed, deadline):
     """What became of a lift at each accuracy, or why nothing did; None after the deadline."""
     import msgspec
-    from heavylift.coordinator.ladder import Ladder, Measuring, Rung, at_level, choose, play
+    from heavylift.coordinator.ladder import Ladder, Measuring, ModelLevel, at_level, choose, play
     from heavylift.kernel import HeavyliftError
     from heavylift.nodes.plan import MEANT, Question
     from heavylift.nodes.scene import parse
@@ -48,12 +48,12 @@ def one(seed, deadline):
         finest = ladder.rungs(ladder.full[-1])[0].plan
         for accuracy in ACCURACIES:
             answer = choose(ladder, Question(MEANT, accuracy), measuring)
-            rung = Rung(
+            rung = ModelLevel(
                 msgspec.structs.replace(
                     at_level(plan, answer.fidelity), method=answer.method, tolerance=answer.tolerance
                 )
             )
-            true = Rung(msgspec.structs.replace(finest, tolerance=min(TRUE, 0.1 * answer.tolerance)))
+            true = ModelLevel(msgspec.structs.replace(finest, tolerance=min(TRUE, 0.1 * answer.tolerance)))
             errors = measuring.apart(rung, true)
             name = max(errors, key=errors.get, default="")
             said = max(answer.errors.values(), default=0.0)

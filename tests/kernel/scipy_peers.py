@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel import KernelError
-from heavylift.kernel.methods import METHODS, Code, Stepless
+from heavylift.kernel.methods import METHODS, StepCode, Stepless
 from heavylift.kernel.simulation.native import BREAK, EVENT, RUNNING, STILL
 
 PEERS = {"scipy-dop853": "DOP853", "scipy-radau": "Radau", "scipy-bdf": "BDF", "scipy-lsoda": "LSODA"}
@@ -38,7 +38,7 @@ class Peer(Stepless):
     def implicit(self) -> bool:
         return self.solver != "DOP853"
 
-    def run(self, code: Code, at: Mapping[str, Any], sizes: Mapping[str, int]) -> Code:
+    def run(self, code: StepCode, at: Mapping[str, Any], sizes: Mapping[str, int]) -> StepCode:
         return PeerCode(code, self, at, sizes)
 
     def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
@@ -56,7 +56,7 @@ class Peer(Stepless):
 class PeerCode:
     """Stands in for `machine_code.Library`: `advance` and `step` here, all else in `native`."""
 
-    def __init__(self, native: Code, method: Peer, at: Mapping[str, Any], sizes: Mapping[str, int]) -> None:
+    def __init__(self, native: StepCode, method: Peer, at: Mapping[str, Any], sizes: Mapping[str, int]) -> None:
         self._native, self._method, self._at, self._sizes = native, method, at, sizes
         self._solver: Any = None
         self._seen = np.zeros(0), np.zeros((0, 0))  # times (13,) and tensions (13, n_ropes) of the tentative step [N]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from heavylift.coordinator.run import Result
+from heavylift.coordinator.run import RunResult
 from stock_reader import Array
 
 
@@ -14,7 +14,7 @@ class Lift:
     """The recording, how the run ended, and the folder of the machine code, which was empty before."""
 
     path: Path
-    result: Result
+    result: RunResult
     code: Path
 
 

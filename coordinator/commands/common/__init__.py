@@ -3,7 +3,7 @@
 app          the command line as a whole
 options      arguments and options that several commands have
 completing   what a shell may complete
-paying       how many processes are worth starting
+process_count       how many processes are worth starting
 helping      how help looks
 ending       exit codes, and one sentence where something is wrong
 """

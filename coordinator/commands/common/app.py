@@ -13,7 +13,7 @@ import typer
 from heavylift.kernel.trust import allowed
 from typer.main import get_command_name
 
-from .helping import Command, Commands
+from .helping import Command, CommandList
 
 CODE = {"scene", "scenes", "verify", "strict", "connect"}  # parameters of commands that hear of Python code of others
 AllowCode = Annotated[
@@ -75,7 +75,7 @@ def _with_allow_code(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 app = App(
-    cls=Commands,
+    cls=CommandList,
     add_completion=True,
     no_args_is_help=True,
     context_settings={"color": True},  # whatever steers a terminal is shown, not cut out

@@ -70,7 +70,7 @@ class Command(Spared, TyperCommand):
         super().format_epilog(ctx, formatter)
 
 
-class Commands(Spared, TyperGroup):
+class CommandList(Spared, TyperGroup):
     """All commands, by heading."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:

@@ -12,7 +12,7 @@ from heavylift.kernel.errors import SceneError
 from . import completing
 
 if TYPE_CHECKING:
-    from heavylift.coordinator.run.watch import Watch
+    from heavylift.coordinator.run.watch import RunObserver
     from heavylift.nodes.scene import LoadedScene
     from heavylift.nodes.scene.text.units import Dimension
 
@@ -31,14 +31,14 @@ def process_count(text: str | int) -> int:
 
 
 def paying_processes(
-    asked: int, models: int, run: Callable[[int, Watch], object], elsewhere: Collection[str] | None = None
+    asked: int, models: int, run: Callable[[int, RunObserver], object], elsewhere: Collection[str] | None = None
 ) -> int:
     """The number `asked` for; where that is AUTO, as many as pay where `run(count, watch)` is tried, which is told."""
     if asked != AUTO:
         return asked
     if elsewhere:
         raise typer.BadParameter("--processes auto tries processes on this machine; leave out --remote and --external")
-    from .paying import paying
+    from .process_count import paying
 
     count, found = paying(run, models)
     typer.echo(f"--processes auto: {count}, for {found}", err=True)

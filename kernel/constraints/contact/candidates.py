@@ -40,7 +40,7 @@ SIGNS = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
 TINY = 1e-300  # keeps the length of a vanishing cross product from being zero
 
 
-class Box:
+class OrientedBox:
     """Centre, axes (rows) and half edges in world axes."""
 
     def __init__(self, p: Array, body: Array) -> None:
@@ -92,7 +92,7 @@ def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
     """A ball of A against the nearest face, edge or corner of a box of B."""
-    a, b = Side(A), Box(box, B)
+    a, b = Side(A), OrientedBox(box, B)
     c = a.place(ball[:3])
     d = b.axes @ (c - b.c)
     beyond = [select(e > h, e - h, select(-e > h, e + h, 0.0)) for e, h in zip(d, b.h, strict=True)]
@@ -105,7 +105,7 @@ def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
 
 def box_plane(box: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
     """Vertices of a box of A above a plane of B."""
-    return [w for x in Box(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
+    return [w for x in OrientedBox(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
 
 
 def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
@@ -115,7 +115,7 @@ def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
 
 def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
     """Vertices of A in B, vertices of B in A, then pairs of edges: (a_i, b_j, edge of A, of B)."""
-    a, b = Box(first, A), Box(second, B)
+    a, b = OrientedBox(first, A), OrientedBox(second, B)
     C = a.axes @ b.axes.T
     d = a.c - b.c
     apart = [abs(a.axes[i] @ d) - a.h[i] - sum(abs(C[i, j]) * b.h[j] for j in range(3)) for i in range(3)]
@@ -147,12 +147,12 @@ class Direction:
     separation: Scalar
 
 
-def crossings(a: Box, b: Box) -> list[Direction]:
+def crossings(a: OrientedBox, b: OrientedBox) -> list[Direction]:
     """The nine directions across an edge of each box."""
     return [_crossing(a, b, i, j) for i in range(3) for j in range(3)]
 
 
-def _crossing(a: Box, b: Box, i: int, j: int) -> Direction:
+def _crossing(a: OrientedBox, b: OrientedBox, i: int, j: int) -> Direction:
     m, d = cross(a.axes[i], b.axes[j]), a.c - b.c
     size = sqrt(m @ m + TINY)
     n = m * (1.0 / size)
@@ -161,13 +161,13 @@ def _crossing(a: Box, b: Box, i: int, j: int) -> Direction:
     return Direction(i, j, n, size, select(size > CROSSING, n @ d - reach, -APART))
 
 
-def edge(box: Box, i: int, signs: tuple[float, float]) -> Any:
+def edge(box: OrientedBox, i: int, signs: tuple[float, float]) -> Any:
     """Midpoint of an edge along axis i, in world axes."""
     k, l = (i + 1) % 3, (i + 2) % 3
     return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
 
 
-def _edges(a: Box, b: Box, x: Direction, most: Scalar) -> list[Witness]:
+def _edges(a: OrientedBox, b: OrientedBox, x: Direction, most: Scalar) -> list[Witness]:
     """Gap of each pair of edges, if they cross within both and no other direction separates the boxes further.
 
     All is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n.

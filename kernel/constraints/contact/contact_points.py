@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
-from heavylift.kernel.constraints.held_rows import Numbers, Row
+from heavylift.kernel.constraints.held_rows import ConstraintRow, Numbers
 from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.force_law import BODY
@@ -24,7 +24,7 @@ from heavylift.kernel.forces.friction import SLIP_BLEND
 from heavylift.kernel.multibody.graph import Graph
 
 from . import frames
-from .pairs import HELD, Pair, pair_of, shape_numbers
+from .pairs import HELD, ContactPair, pair_of, shape_numbers
 from .reach import passes, reach
 
 SLOT = HELD + 12
@@ -54,7 +54,7 @@ class Site:
     step, if the shapes could pass through each other."""
 
     contact: Contact
-    pair: Pair
+    pair: ContactPair
     first: int
     bodies: tuple[int, int]
     per_slot: int
@@ -106,7 +106,7 @@ class ContactRows:
                 out.append(x)
         return out
 
-    def rows(self, slots: list[SimpleNamespace]) -> list[Row]:
+    def rows(self, slots: list[SimpleNamespace]) -> list[ConstraintRow]:
         """Normal and, with friction, two tangents of each slot."""
         out = []
         for x in slots:
@@ -115,7 +115,7 @@ class ContactRows:
                 six = slice(6 * i, 6 * i + 6)
                 push = [(a, x.pa), (b, -x.pb)] if i == 0 and x.site.per_slot > 1 else None
                 sense, soft = [(a, x.wa[six]), (b, -x.wb[six])], x.soft[i - 1] if i else 1.0
-                out.append(Row(sense, x.gap[i], x.rate[i], x.bias[i], push=push, soft=soft, prior=x.prior[i]))
+                out.append(ConstraintRow(sense, x.gap[i], x.rate[i], x.bias[i], push=push, soft=soft, prior=x.prior[i]))
         return out
 
     def watched(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[Scalar]:
@@ -172,7 +172,7 @@ def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, F
     return Site(c, pair, n, bodies, 3 if c.mu > 0.0 else 1, *kinds[kind])
 
 
-def _functions(c: Contact, pair: Pair, kind: str, n: int) -> tuple[Function, Function, Function | None]:
+def _functions(c: Contact, pair: ContactPair, kind: str, n: int) -> tuple[Function, Function, Function | None]:
     """Guards of the candidates, one slot, and the reach of a step; n numbers are of the first shape."""
 
     def watch(p: Array, held: Array, A: Array, B: Array) -> Outputs:
@@ -197,7 +197,7 @@ def _touch(gap: Scalar, rate: Scalar) -> Any:
     return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
 
 
-def _slot(pair: Pair, h: Array, mu: Scalar, A: Array, B: Array) -> Outputs:
+def _slot(pair: ContactPair, h: Array, mu: Scalar, A: Array, B: Array) -> Outputs:
     """One slot: its rows as they are sensed (wa, wb) and the push of the normal one (pa, pb), all zero if it is open.
 
     `sliding`: speed against friction; `onward`: along the direction in which sliding began.

@@ -26,7 +26,7 @@ TINY = 1e-300  # keeps what is computed of an empty slot finite
 
 
 @dataclass(frozen=True)
-class Frame:
+class ContactFrame:
     """gap [m]; x (3,) in the world with its rate; F (3, 3) rows n, t1, t2 with theirs; along: coordinates of x within
     the face (from its point) or along the edges of A and B (from their points) [m]."""
 
@@ -52,17 +52,17 @@ class Side:
         return self.v + cross(self.w, x - self.o)
 
 
-def face(p: Array, A: Array, B: Array) -> Frame:
+def face(p: Array, A: Array, B: Array) -> ContactFrame:
     """A ball of A on a plane fixed in B."""
     a, b = Side(A), Side(B)
     c, r, q = a.place(p[:3]), p[3], b.place(p[4:7])
     F = np.array([b.R @ e for e in np.reshape(p[7:16], (3, 3))])
     dF = np.array([cross(b.w, e) for e in F])
     x = c - r * F[0]
-    return Frame(F[0] @ (c - q) - r, x, a.velocity(c) - r * dF[0], F, dF, F[1:] @ (x - q))
+    return ContactFrame(F[0] @ (c - q) - r, x, a.velocity(c) - r * dF[0], F, dF, F[1:] @ (x - q))
 
 
-def balls(p: Array, A: Array, B: Array) -> Frame:
+def balls(p: Array, A: Array, B: Array) -> ContactFrame:
     """Two balls; the tangents are a direction of B seen along the normal, and the one across."""
     a, b = Side(A), Side(B)
     c_a, c_b, e = a.place(p[:3]), b.place(p[4:7]), b.R @ p[8:11]
@@ -70,10 +70,10 @@ def balls(p: Array, A: Array, B: Array) -> Frame:
     t, dt, _ = _unit(cross(n, e), cross(dn, e) + cross(n, cross(b.w, e)))
     F = np.array([n, t, cross(n, t)])
     dF = np.array([dn, dt, cross(dn, t) + cross(n, dt)])
-    return Frame(distance - p[3] - p[7], c_b + p[7] * n, b.velocity(c_b) + p[7] * dn, F, dF, np.zeros(2))
+    return ContactFrame(distance - p[3] - p[7], c_b + p[7] * n, b.velocity(c_b) + p[7] * dn, F, dF, np.zeros(2))
 
 
-def edges(p: Array, A: Array, B: Array) -> Frame:
+def edges(p: Array, A: Array, B: Array) -> ContactFrame:
     """Two edges that cross; the first tangent runs along that of A."""
     a, b = Side(A), Side(B)
     p_a, p_b, d, e = a.place(p[:3]), b.place(p[6:9]), a.R @ p[3:6], b.R @ p[9:12]
@@ -88,10 +88,10 @@ def edges(p: Array, A: Array, B: Array) -> Frame:
     x = p_a + s * d
     v_a, v_b = a.velocity(x), b.velocity(x)
     ds = ((v_b - v_a) @ on_a) * per_a
-    return Frame(n @ (p_a - p_b), x, v_a + ds * d, F, dF, np.array([s, t]))
+    return ContactFrame(n @ (p_a - p_b), x, v_a + ds * d, F, dF, np.array([s, t]))
 
 
-def edge(p: Array, A: Array, B: Array) -> Frame:
+def edge(p: Array, A: Array, B: Array) -> ContactFrame:
     """A ball of A on an edge of B; `along`: along the edge, and 1 where the ball comes onto a face beside it."""
     a, b = Side(A), Side(B)
     c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
@@ -100,16 +100,16 @@ def edge(p: Array, A: Array, B: Array) -> Frame:
     n, dn, distance = _unit(d - s * e, dd - ds * e - s * de)
     F = np.array([n, e, cross(n, e)])
     dF = np.array([dn, de, cross(dn, e) + cross(n, de)])
-    return Frame(distance - p[3], c - p[3] * n, a.velocity(c) - p[3] * dn, F, dF, np.array([s, n @ across]))
+    return ContactFrame(distance - p[3], c - p[3] * n, a.velocity(c) - p[3] * dn, F, dF, np.array([s, n @ across]))
 
 
-def corner(p: Array, A: Array, B: Array) -> Frame:
+def corner(p: Array, A: Array, B: Array) -> ContactFrame:
     """A ball of A on a corner of B; `along`: more than 1 where the ball comes onto an edge."""
     axes = np.reshape(p[7:16], (3, 3))
     f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
     outward = [f.F[0] @ (Side(B).R @ e) for e in axes]
     least = minimum(minimum(outward[0], outward[1]), outward[2])
-    return Frame(f.gap, f.x, f.dx, f.F, f.dF, np.array([1.0 - least, 0.0]))
+    return ContactFrame(f.gap, f.x, f.dx, f.F, f.dF, np.array([1.0 - least, 0.0]))
 
 
 def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
@@ -119,7 +119,7 @@ def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
     return u, du - u * (u @ du), size
 
 
-def rows(f: Frame, A: Array, B: Array) -> Outputs:
+def rows(f: ContactFrame, A: Array, B: Array) -> Outputs:
     """rate and bias (3,), wrenches wa and wb (3, 6) on A and B about their trees' points, rate = wa V_A - wb V_B."""
     a, b = Side(A), Side(B)
     v = a.velocity(f.x) - b.velocity(f.x)

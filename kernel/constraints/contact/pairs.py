@@ -19,8 +19,8 @@ from heavylift.kernel.errors import KernelError
 
 from . import candidates, frames
 from .candidates import SIGNS, VERTICES, Witness, edge
-from .candidates import Box as BoxAt
-from .frames import BALLS, CORNER, EDGE, EDGES, FACE, Frame, Side
+from .candidates import OrientedBox as BoxAt
+from .frames import BALLS, CORNER, EDGE, EDGES, FACE, ContactFrame, Side
 
 HELD = 19  # numbers of what a slot holds: kind, those of its frame, half widths of the face or edges
 UNIT = 1e-6  # how far a rotation may be off by rounding
@@ -33,13 +33,13 @@ NEAREST = 1e-12  # [m] beyond a face where a ball lies at its edge
 
 
 @dataclass(frozen=True)
-class Pair:
+class ContactPair:
     """`watch(a, b, A, B)` -> witnesses; `frame(h, A, B)` of a slot; `hold(candidate, a, b, A, B)` -> (19,) numbers."""
 
     candidates: int
     slots: int
     watch: Callable[[Array, Array, Array, Array], list[Witness]]
-    frame: Callable[[Array, Array, Array], Frame]
+    frame: Callable[[Array, Array, Array], ContactFrame]
     hold: Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], list[float]]
 
 
@@ -111,7 +111,7 @@ def _ball_on_box(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndar
     return _held(ON_EDGE, [*a[:4], *q, *axes[along], *across], (float(at.h[along]), 1.0))
 
 
-def _frame_of_ball_on_box(h: Array, A: Array, B: Array) -> Frame:
+def _frame_of_ball_on_box(h: Array, A: Array, B: Array) -> ContactFrame:
     """On a face, an edge or a corner."""
     g = h[1:]
     kinds = frames.face(g[:FACE], A, B), frames.edge(g[:EDGE], A, B), frames.corner(g[:CORNER], A, B)
@@ -135,7 +135,7 @@ def _two_boxes(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarra
     return _held(CROSSING, numbers, (float(at_a.h[x.i]), float(at_b.h[x.j])))
 
 
-def _frame_of_boxes(h: Array, A: Array, B: Array) -> Frame:
+def _frame_of_boxes(h: Array, A: Array, B: Array) -> ContactFrame:
     """Whichever of the three kinds the slot holds."""
     g = h[1:]
     on_b, on_a = frames.face(g[:FACE], A, B), _turned(frames.face(g[:FACE], B, A))
@@ -143,37 +143,39 @@ def _frame_of_boxes(h: Array, A: Array, B: Array) -> Frame:
     return _chosen(h[0], (on_b, on_a, crossed))
 
 
-def _chosen(kind: Scalar, found: tuple[Frame, Frame, Frame]) -> Frame:
+def _chosen(kind: Scalar, found: tuple[ContactFrame, ContactFrame, ContactFrame]) -> ContactFrame:
     def choose(name: str) -> Any:
         x, y, z = (getattr(f, name) for f in found)
         return select(kind > 1.5, z, select(kind > 0.5, y, x))
 
-    return Frame(*(choose(name) for name in ("gap", "x", "dx", "F", "dF", "along")))
+    return ContactFrame(*(choose(name) for name in ("gap", "x", "dx", "F", "dF", "along")))
 
 
-def _turned(f: Frame) -> Frame:
+def _turned(f: ContactFrame) -> ContactFrame:
     """The same contact with the normal from A to B instead."""
-    return Frame(f.gap, f.x, f.dx, -f.F, -f.dF, f.along)
+    return ContactFrame(f.gap, f.x, f.dx, -f.F, -f.dF, f.along)
 
 
-PAIRS: dict[tuple[type, type], Pair] = {
-    (Ball, Plane): Pair(
+PAIRS: dict[tuple[type, type], ContactPair] = {
+    (Ball, Plane): ContactPair(
         1, 1, candidates.ball_plane,
         lambda h, A, B: frames.face(h[1 : 1 + FACE], A, B),
         lambda i, a, b, A, B: _on_plane(a[:3], a[3], b),
     ),
-    (Ball, Ball): Pair(1, 1, candidates.ball_ball, lambda h, A, B: frames.balls(h[1 : 1 + BALLS], A, B), _two_balls),
-    (Ball, Box): Pair(1, 1, candidates.ball_box, _frame_of_ball_on_box, _ball_on_box),
-    (Box, Plane): Pair(
+    (Ball, Ball): ContactPair(
+        1, 1, candidates.ball_ball, lambda h, A, B: frames.balls(h[1 : 1 + BALLS], A, B), _two_balls
+    ),
+    (Ball, Box): ContactPair(1, 1, candidates.ball_box, _frame_of_ball_on_box, _ball_on_box),
+    (Box, Plane): ContactPair(
         8, 4, candidates.box_plane,
         lambda h, A, B: frames.face(h[1 : 1 + FACE], A, B),
         lambda i, a, b, A, B: _on_plane(_vertex(i, a), 0.0, b),
     ),
-    (Box, Box): Pair(160, 4, candidates.box_box, _frame_of_boxes, _two_boxes),
+    (Box, Box): ContactPair(160, 4, candidates.box_box, _frame_of_boxes, _two_boxes),
 }  # fmt: skip
 
 
-def pair_of(c: Contact) -> Pair:
+def pair_of(c: Contact) -> ContactPair:
     """The entry of a contact's shapes; raises KernelError if there is none."""
     pair = PAIRS.get((type(c.a), type(c.b)))
     if pair is None:

@@ -15,7 +15,7 @@ from itertools import pairwise
 from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
 
-from .sheaves import Node, Part, Way
+from .sheaves import RopeSegment, SheavePoint, Way
 
 
 class Unrolled:
@@ -23,7 +23,7 @@ class Unrolled:
 
     def __init__(
         self,
-        nodes: Sequence[Node],
+        nodes: Sequence[SheavePoint],
         turning: Sequence[bool],
         on: Sequence[Scalar | None],
         counted: Array | None = None,
@@ -61,7 +61,7 @@ class Unrolled:
         """Of each part the rate of its material line less that of its length [m/s]."""
         self.spans: list[tuple[Scalar, Scalar]] = []
         """Of each edge, from its point, where along its axis the rope comes and where it goes [m]."""
-        self.parts: list[Part] = []
+        self.parts: list[RopeSegment] = []
         begin, end = heights[0], heights[0]
         for i, part in enumerate(plane.parts):
             here = on[i]

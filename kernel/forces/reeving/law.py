@@ -22,7 +22,7 @@ import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
 from heavylift.kernel.description.forces import Reeving
-from heavylift.kernel.forces.force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
+from heavylift.kernel.forces.force_law import ForceLaw, LawBreakdown, LawOutput, Poses, SampledQuantity, wrench
 from msgspec import structs
 
 from .edges import Unrolled
@@ -100,7 +100,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         joint: Scalars,
         t: Scalar,
         counted: Array | None = None,
-    ) -> Answer:
+    ) -> LawOutput:
         n = len(f.sheaves)
         EA, c, on = p[ReevingAt.EA], p[ReevingAt.C], p[ReevingAt.TAUT] > 0.0
         modes, own, limp, lies = p[3 : 3 + n], p[3 + n : 3 + 2 * n], p[3 + 2 * n : 4 + 3 * n], p[4 + 3 * n : 4 + 4 * n]
@@ -136,7 +136,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         held = [select(on, g, 1.0) for g in rope.grips()]
         grips = [g if on_ is None else select(on_, g, 1.0) for g, on_ in zip(held, rubbing, strict=True)]
         eased = [select(on, select(x > 0.0, -k, k), 1.0) for x, k in zip(limp, trial, strict=True)]
-        return Answer(
+        return LawOutput(
             [wrenches[0], *inner, back[-1]],
             heat=select(on, sum(rubbed) + sum(damped) + slid if f.edges else sum(rubbed) + sum(damped), 0.0),
             work=select(on, -carried[0] * signal[1], 0.0),
@@ -188,7 +188,7 @@ class ReevingLaw(ForceLaw[Reeving]):
             who = f"edge '{f.sheaves[i].edge}'" if f.edges else f"sheave {number}"
             why = f"meets {who} from its other side, where it cannot turn; keep its ends apart"
             why = f"runs off the end of {who}; make it longer, or keep the rope along it" if what == "end" else why
-            raise Ended(f"reeving '{f.name}'", why)
+            raise LawBreakdown(f"reeving '{f.name}'", why)
         if what == "wrap":
             lies[i] = 1.0 - lies[i]
             own[:], limp[i : i + 2] = kept[1:], 0.0
@@ -225,13 +225,13 @@ class ReevingLaw(ForceLaw[Reeving]):
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0
 
-    def shows(self, f: Reeving) -> list[Shown]:
+    def shows(self, f: Reeving) -> list[SampledQuantity]:
         names = [f"{f.name}.{i + 1}" for i in range(len(f.sheaves) + 1)]
         topics = (("reeving/tension", "N"), ("reeving/length", "m"), ("reeving/unstretched", "m"))
-        wraps = [Shown("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in leavable(f)]
+        wraps = [SampledQuantity("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in leavable(f)]
         on_edge = (("edge/force", "N"), ("edge/place", "m"))
-        told = [Shown(topic, f"{f.name}.{s.edge}", unit) for s in f.edges for topic, unit in on_edge]
-        return [Shown(topic, name, unit) for topic, unit in topics for name in names] + wraps + told
+        told = [SampledQuantity(topic, f"{f.name}.{s.edge}", unit) for s in f.edges for topic, unit in on_edge]
+        return [SampledQuantity(topic, name, unit) for topic, unit in topics for name in names] + wraps + told
 
 
 def _rubs(f: Reeving) -> list[bool]:

@@ -15,7 +15,7 @@ from heavylift.kernel.description.forces import Reeving, Sheave
 from heavylift.kernel.forces.force_law import Poses, attachment
 
 from .edges import Unrolled
-from .sheaves import Node, Part, Way
+from .sheaves import RopeSegment, SheavePoint, Way
 
 NODE = 14  # numbers of a node: centre, axis, dividing direction, radius, friction, 1/efficiency, ends of an edge
 MOST_WRAP = 1.5 * pi  # a larger one means that the axis points the wrong way
@@ -43,17 +43,17 @@ def turning(f: Reeving) -> list[bool]:
     return [False, *(s.friction > 0.0 or s.radius > 0.0 for s in f.sheaves), False]
 
 
-def node_of(s: Sheave, q: Array, body: Array, label: str = "a") -> Node:
+def node_of(s: Sheave, q: Array, body: Array, label: str = "a") -> SheavePoint:
     """The node of a sheave, or of an end of the rope, from its numbers q (NODE,)."""
     x, c, v = attachment(body, q[:3], label)
     R = np.reshape(body[:9], (3, 3))
     needed = s.radius > 0.0 or s.friction > 0.0
     axis, divide = (R @ q[3:6], R @ q[6:9]) if needed else (None, None)
-    return Node(x, c, v, body[15:18], axis, divide, q[9] if s.radius > 0.0 else None)
+    return SheavePoint(x, c, v, body[15:18], axis, divide, q[9] if s.radius > 0.0 else None)
 
 
 def way_over(
-    f: Reeving, nodes: Sequence[Node], on: Sequence[Scalar | None], counted: Array | None = None
+    f: Reeving, nodes: Sequence[SheavePoint], on: Sequence[Scalar | None], counted: Array | None = None
 ) -> Way | Unrolled:
     """Over sheaves in a plane each, or along edges."""
     if f.edges:
@@ -61,7 +61,7 @@ def way_over(
     return Way(nodes, turning(f), on, counted)
 
 
-def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], list[Node]]:
+def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], list[SheavePoint]]:
     """Numbers, bodies and nodes in a pose, undivided."""
     given = [[*s.at.p, *s.axis, 1.0, 0.0, 0.0, s.radius, s.friction, 1.0 / s.efficiency, *s.span] for s in all_nodes(f)]
     bodies = [_body(*poses(p.body)) for p in f.points]
@@ -115,7 +115,7 @@ def lost(f: Reeving, poses: Poses, wraps: Sequence[float]) -> str:
     return ""
 
 
-def _check_places(f: Reeving, nodes: list[Node], demand: Demand) -> None:
+def _check_places(f: Reeving, nodes: list[SheavePoint], demand: Demand) -> None:
     for i, (a, b) in enumerate(pairwise(nodes), 1):
         bias = float((a.radius or 0.0) - (b.radius or 0.0))
         D = b.c - a.c
@@ -134,7 +134,7 @@ def _check_places(f: Reeving, nodes: list[Node], demand: Demand) -> None:
                 demand(f"part {i}", sine < ALIGNED, "joins edges that are not parallel; name parallel ones only")
 
 
-def _divide(node: Node, before: Part, after: Part) -> tuple[Array, float]:
+def _divide(node: SheavePoint, before: RopeSegment, after: RopeSegment) -> tuple[Array, float]:
     """The middle of an arc, in world axes, and the wrap [rad] at the start."""
     first, last = (cross(x.plane, node.axis) for x in (before, after))
     wrap = float(atan2(float(node.axis @ cross(first, last)), float(first @ last))) % (2.0 * pi)

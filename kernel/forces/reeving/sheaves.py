@@ -30,7 +30,7 @@ NEAR = 1e-9  # rad, and part of a radius: what lies between leaving a sheave and
 
 
 @dataclass(frozen=True)
-class Node:
+class SheavePoint:
     """A point or sheave of a rope: centre from its tree's point, in the world, velocity, angular velocity of the body,
     axis and dividing direction in world axes; radius None for a point."""
 
@@ -44,7 +44,7 @@ class Node:
 
 
 @dataclass(frozen=True)
-class Part:
+class RopeSegment:
     """A straight part: length [m], its rate (with that of the arcs beside it), direction u, arms from the trees' points
     at both ends, and where it begins."""
 
@@ -62,7 +62,7 @@ def _blend(on: Scalar, a: Any, b: Any) -> Any:
     """a where `on`, else b; of numbers, arrays, nodes and parts."""
     if a is None or b is None:
         return b if a is None else a
-    if isinstance(a, Node | Part):
+    if isinstance(a, SheavePoint | RopeSegment):
         return replace(a, **{k: _blend(on, x, getattr(b, k)) for k, x in vars(a).items()})
     if isinstance(a, tuple):
         return tuple(_blend(on, x, y) for x, y in zip(a, b, strict=True))
@@ -76,7 +76,11 @@ class Way:
     whether the rope lies on it (None: it cannot leave); `counted`: integrals of the angles of nodes that turn."""
 
     def __init__(
-        self, nodes: Sequence[Node], turning: Sequence[bool], on: Sequence[Scalar | None], counted: Array | None = None
+        self,
+        nodes: Sequence[SheavePoint],
+        turning: Sequence[bool],
+        on: Sequence[Scalar | None],
+        counted: Array | None = None,
     ) -> None:
         self._nodes, self._on = nodes, on
         ends = [nodes[-1]]
@@ -142,16 +146,16 @@ class Way:
         return out
 
 
-def _as_circle(x: Node) -> Node:
+def _as_circle(x: SheavePoint) -> SheavePoint:
     return x if x.radius is not None else replace(x, radius=0.0)
 
 
-def _part(a: Node, b: Node, turning: bool) -> Part:
+def _part(a: SheavePoint, b: SheavePoint, turning: bool) -> RopeSegment:
     D, dD = b.c - a.c, b.v - a.v
     if not turning and a.radius is None and b.radius is None:
         length = sqrt(D @ D)
         u = D * (1.0 / length)
-        return Part(length, u @ dD, u, (a.x, b.x))
+        return RopeSegment(length, u @ dD, u, (a.x, b.x))
     n = b.axis if a.axis is None else a.axis
     r_a, r_b = (0.0 if x.radius is None else x.radius * (x.axis @ n) for x in (a, b))  # < 0: turns the other way
     h = D @ n
@@ -172,10 +176,10 @@ def _part(a: Node, b: Node, turning: bool) -> Part:
         rate = rate - sign * (u @ cross(x.w, arm))
         arms.append(x.x + arm)
     about = ((cross(n, plane) @ dD) * (1.0 / flat)) * n
-    return Part(straight, rate, u, (arms[0], arms[1]), a.c + r_a * w, flat, plane, about)
+    return RopeSegment(straight, rate, u, (arms[0], arms[1]), a.c + r_a * w, flat, plane, about)
 
 
-def turn(x: Node, plane: Array) -> Any:
+def turn(x: SheavePoint, plane: Array) -> Any:
     """[rad] from the dividing direction of a node to where a part of this direction touches, within half a turn."""
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from heavylift.kernel.algebra.dense import dot, norm, solve
 from heavylift.kernel.algebra.spatial import cross
-from heavylift.kernel.constraints.held_rows import Row
+from heavylift.kernel.constraints.held_rows import ConstraintRow
 from heavylift.kernel.description.mechanics import Joint
 from heavylift.kernel.forces.force_law import attachment
 
-from .jacobian import NOISE, Group, Pose
+from .jacobian import NOISE, Pose, RowGroup
 
 COMPONENTS = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 TOUCHED = 1e-5  # part of the largest of a pattern from which a component belongs to it
@@ -70,7 +70,7 @@ def indeterminacies(pose: Pose) -> list[Indeterminacy]:
     return found
 
 
-def _carried(pose: Pose, group: Group, multipliers: Mapping[int, float]) -> dict[Key, float]:
+def _carried(pose: Pose, group: RowGroup, multipliers: Mapping[int, float]) -> dict[Key, float]:
     """What joints, ropes and contacts carry under scaled multipliers alone [N, N m]."""
     least, by = NOISE * max(map(abs, multipliers.values())), dict(zip(group.rows, group.rows_by, strict=True))
     values = {r: m / by[r] for r, m in sorted(multipliers.items()) if abs(m) > least}
@@ -104,7 +104,7 @@ def _between(pose: Pose, values: Mapping[int, float], found: dict[Key, float]) -
     c = pose.program.constraints
     loops: dict[str, tuple[Joint, np.ndarray]] = {}
     for r, x in values.items():
-        row: Row = pose.rows[r]
+        row: ConstraintRow = pose.rows[r]
         if r < len(c.of):
             j = c.of[r][0]
             before = loops[j.name][1] if j.name in loops else np.zeros(6, dtype=object)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.dense import combinations, decomposed, dot, norm, product, solve
 from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.constraints.held_rows import Row, held_rows
+from heavylift.kernel.constraints.held_rows import ConstraintRow, held_rows
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
@@ -34,7 +34,7 @@ State = tuple[float, list[float], list[float]]  # local time [s], y, P
 
 
 @dataclass(frozen=True)
-class Group:
+class RowGroup:
     """Rows that hang together by what they hold: numbers of rows, free columns (tree, dof), the scaled matrix.
 
     `rows_by` and `columns_by`: what a residual and a velocity component are divided by [m, or 1].
@@ -104,7 +104,7 @@ class Pose:
         x = evaluate(program, self.t, np.array(self.y, dtype=object), np.array(self.P, dtype=object), forces=False)
         self.q, self.v, self.ends = x.q, x.v, x.ends
         lengths = {r.name: x.length_of(r) for r in program.constraints.ropes}
-        self.rows: list[Row] = held_rows(program, x.ends, x.numbers, lengths)
+        self.rows: list[ConstraintRow] = held_rows(program, x.ends, x.numbers, lengths)
         if running:
             self.rows += program.constraints.contacts.rows(program.constraints.contacts.slots(x.numbers, x.ends))
         names, units = program.constraints.names, program.constraints.units
@@ -151,7 +151,7 @@ class Pose:
         return r in starts
 
     @property
-    def groups(self) -> list[Group]:
+    def groups(self) -> list[RowGroup]:
         """The rows that are there, by what couples them."""
         out = []
         for rows, trees in self.program.constraints.groups:
@@ -160,7 +160,7 @@ class Pose:
                 out.append(self._group(there, trees))
         return out
 
-    def _group(self, rows: list[int], trees: list[int]) -> Group:
+    def _group(self, rows: list[int], trees: list[int]) -> RowGroup:
         columns = [(i, k) for i in trees for k in self.tree(i).free_dofs]
         entries = [self.row(r) for r in rows]
         G = [[e.get(c, 0.0) for c in columns] for e in entries]
@@ -178,7 +178,7 @@ class Pose:
                 columns_by[n] /= size
                 for row in G:
                     row[n] /= size
-        return Group(rows, columns, G, rows_by, columns_by, L)
+        return RowGroup(rows, columns, G, rows_by, columns_by, L)
 
     def row(self, r: int) -> dict[tuple[int, int], float]:
         """What a unit velocity in each degree of freedom, free or not, does to a row."""
@@ -219,7 +219,7 @@ class Pose:
         """Residual of every row [m or rad]; of a rope that is not taut, 0."""
         return [float(row.gap) if self.holds(r) else 0.0 for r, row in enumerate(self.rows)]
 
-    def moved(self, steps: Sequence[tuple[Group, Sequence[float]]]) -> Pose:
+    def moved(self, steps: Sequence[tuple[RowGroup, Sequence[float]]]) -> Pose:
         """The pose that scaled steps lead to."""
         p = self.program
         change: dict[tuple[int, int], float] = {}

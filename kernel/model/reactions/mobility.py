@@ -17,7 +17,7 @@ from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import Link
 
-from .jacobian import Group, Pose, pose_of
+from .jacobian import Pose, RowGroup, pose_of
 
 CLOSED = 1e-9  # scaled residual of a pose whose loops are closed
 ITERATIONS = 40
@@ -166,12 +166,12 @@ def mobility(program: Program, y: Array | None = None, P: Array | None = None, t
     )
 
 
-def _names(pose: Pose, g: Group) -> tuple[str, ...]:
+def _names(pose: Pose, g: RowGroup) -> tuple[str, ...]:
     """Whose conditions repeat others: joints and ropes."""
     return tuple(dict.fromkeys(pose.names[r] for r in g.repeated))
 
 
-def _residual(pose: Pose, g: Group) -> list[float]:
+def _residual(pose: Pose, g: RowGroup) -> list[float]:
     gaps = pose.gaps
     return [gaps[r] / by for r, by in zip(g.rows, g.rows_by, strict=True)]
 
@@ -191,7 +191,7 @@ def _closed(pose: Pose) -> Pose | None:
     return None
 
 
-def _generic(pose: Pose, n: int, g: Group, rank: int) -> int:
+def _generic(pose: Pose, n: int, g: RowGroup, rank: int) -> int:
     """Rank of a group of rows in the motion that starts from a pose: at the poses near by, not at this one."""
     if rank == len(g.rows) or rank == len(g.columns):
         return rank  # a regular pose: the rank cannot be less, and near by it cannot be more
@@ -213,7 +213,7 @@ def _generic(pose: Pose, n: int, g: Group, rank: int) -> int:
     return min(found, default=len(g.columns))
 
 
-def _distance(a: Pose, b: Pose, g: Group) -> float:
+def _distance(a: Pose, b: Pose, g: RowGroup) -> float:
     """How far apart two poses are in the scaled coordinates of a group."""
     squares = []
     by = dict(zip(g.columns, g.columns_by, strict=True))

@@ -18,7 +18,7 @@ from heavylift.kernel.description.flexible import Beam
 
 from .beam import BENDING_Y, BENDING_Z
 from .rounding import rounded
-from .small_deflections import Shapes
+from .small_deflections import ModeShapes
 
 SHAPES = 8  # buckling modes, those of both planes
 SLIGHT = 0.02  # of the buckling load: less is not looked at
@@ -28,10 +28,10 @@ DEPENDENT = 1e-10  # part of the largest stiffness below which a shape of the ba
 SAME = 1e-9  # part of the length between nodes of one section
 
 
-class Column:
+class FlexibleColumn:
     """A flexible body under axial loads; `softens`: whether its own equations know of them."""
 
-    def __init__(self, modes: Shapes, K: np.ndarray, held: list[int]) -> None:
+    def __init__(self, modes: ModeShapes, K: np.ndarray, held: list[int]) -> None:
         self.softens = modes.flexible.beam is not None
         nodes = modes.nodes
         self.axis, sections = (np.array([1.0, 0.0, 0.0]), [[j] for j in range(len(nodes))])
@@ -100,7 +100,7 @@ def _definite(G: np.ndarray) -> bool:
     return True
 
 
-def _basis(modes: Shapes, K: np.ndarray, held: list[int], G: np.ndarray) -> np.ndarray:
+def _basis(modes: ModeShapes, K: np.ndarray, held: list[int], G: np.ndarray) -> np.ndarray:
     """(6n, m) shapes with K = 1."""
     loose = set(held)
     free = [d for d in range(len(K)) if d not in loose]
@@ -156,7 +156,7 @@ def _between_sections(
     return out
 
 
-def _root(modes: Shapes, along: np.ndarray) -> float:
+def _root(modes: ModeShapes, along: np.ndarray) -> float:
     """Where the frame of a body given by matrices holds it: of the nodes most held, the one nearest to its origin."""
     nodal = modes.flexible.nodal
     assert nodal is not None, "of matrices"

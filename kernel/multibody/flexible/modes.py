@@ -23,7 +23,7 @@ from heavylift.kernel.description.flexible import Beam, Flexible, Modal
 from heavylift.kernel.errors import KernelError
 
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
-from .buckling import Column
+from .buckling import FlexibleColumn
 from .rounding import moves_freely, rigid_motions, rounded, rounded_each
 from .small_deflections import Smallness, smallness
 
@@ -35,7 +35,7 @@ NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class FlexibleModes:
     """Shapes of a body's modes over the degrees of freedom of its model; mass, stiffness and damping of each."""
 
     name: str
@@ -90,8 +90,8 @@ class Modes:
         return smallness(self)
 
     def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Whether that is seen without `column`, which costs some linear algebra; arguments as of `Column.part`, for
-        any number of instants (n, ...)."""
+        """Whether that is seen without `column`, which costs some linear algebra; arguments as of
+        `FlexibleColumn.part`, for any number of instants (n, ...)."""
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)
@@ -106,9 +106,9 @@ class Modes:
         return float((np.abs(own).max(axis=0) / self.stiffness).max())
 
     @cached_property
-    def column(self) -> Column:
+    def column(self) -> FlexibleColumn:
         """What its axial loads are to it."""
-        return Column(self, *_model(self.flexible)[2:])
+        return FlexibleColumn(self, *_model(self.flexible)[2:])
 
     @cached_property
     def nodal_shortening(self) -> np.ndarray:
@@ -134,7 +134,7 @@ class Modes:
         return out
 
 
-_last: dict[tuple[str, str], Modes] = {}  # by what was asked for, the oldest first
+_last: dict[tuple[str, str], FlexibleModes] = {}  # by what was asked for, the oldest first
 
 
 def _key(flexible: Flexible) -> str:
@@ -142,7 +142,7 @@ def _key(flexible: Flexible) -> str:
     return hashlib.sha256(sources() + repr(flexible).encode()).hexdigest()
 
 
-def modes_of(name: str, flexible: Flexible) -> Modes:
+def modes_of(name: str, flexible: Flexible) -> FlexibleModes:
     """Eigenmodes (lowest first) and attachment modes, or the given ones; those of the last bodies are known.
 
     Raises KernelError if there are too few or something can move without mass or stiffness.
@@ -155,7 +155,7 @@ def modes_of(name: str, flexible: Flexible) -> Modes:
     return found
 
 
-def _modes_of(name: str, flexible: Flexible) -> Modes:
+def _modes_of(name: str, flexible: Flexible) -> FlexibleModes:
     if flexible.modal:
         return _given(name, flexible, flexible.modal)
     nodes, M, K, held = _model(flexible)
@@ -168,7 +168,7 @@ def _modes_of(name: str, flexible: Flexible) -> Modes:
     if flexible.start and len(flexible.start) != len(mass):
         raise KernelError(f"body '{name}': {len(flexible.start)} coordinates at the start for {len(mass)} modes")
     damping = 2.0 * flexible.damping * np.sqrt(mass * stiffness)
-    return Modes(name, flexible, nodes, M, shapes, *(rounded_each(x) for x in (mass, stiffness, damping)))
+    return FlexibleModes(name, flexible, nodes, M, shapes, *(rounded_each(x) for x in (mass, stiffness, damping)))
 
 
 def _shapes(
@@ -237,7 +237,7 @@ def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
     return out.reshape(6 * n, m)
 
 
-def _given(name: str, flexible: Flexible, modal: Modal) -> Modes:
+def _given(name: str, flexible: Flexible, modal: Modal) -> FlexibleModes:
     """Modes of a table, scaled to a largest displacement of 1, at its places and one that moves with the frame."""
     nodes = np.array([*modal.nodes, (0.0, 0.0, 0.0)])
     given = np.array(modal.shapes, float).reshape(len(modal.shapes), -1).T
@@ -246,7 +246,7 @@ def _given(name: str, flexible: Flexible, modal: Modal) -> Modes:
     omega, mass = 2.0 * pi * np.array(modal.frequency), np.array(modal.mass) / (scale * scale)
     damping = 2.0 * np.array(modal.damping) * mass * omega
     numbers = (rounded_each(x) for x in (mass, mass * omega * omega, damping))
-    return Modes(name, flexible, nodes, np.zeros((6 * len(nodes),) * 2), shapes, *numbers)
+    return FlexibleModes(name, flexible, nodes, np.zeros((6 * len(nodes),) * 2), shapes, *numbers)
 
 
 def _static(flexible: Flexible, M: np.ndarray, K: np.ndarray, free: list[int], rigid: np.ndarray) -> np.ndarray:

@@ -26,12 +26,12 @@ import numpy as np
 from heavylift.kernel.algebra.arrays import times
 from heavylift.kernel.algebra.spatial import skew
 
-from .modes import Modes
+from .modes import FlexibleModes
 from .rounding import rigid_motions, rounded
 
 
 @dataclass(frozen=True)
-class Elastic:
+class ReducedBody:
     """The constants of equations (4)."""
 
     J0: np.ndarray  # (6, 6)
@@ -43,7 +43,7 @@ class Elastic:
 
 
 @lru_cache(maxsize=64)
-def reduced(modes: Modes) -> Elastic:
+def reduced(modes: FlexibleModes) -> ReducedBody:
     """The constants (5) of a body."""
     n, m = modes.shapes.shape
     B0 = rigid_motions(modes.nodes)
@@ -78,7 +78,7 @@ def reduced(modes: Modes) -> Elastic:
             J2[k, l, :3, :3] += cut + cut.T
             J2[k, l, :3, 3:], J2[k, l, 3:, :3] = skew(G1[k, l, 3:]), -skew(G1[k, l, 3:])
     J2[:, :, :3, :3] = rounded(J2[:, :, :3, :3])
-    return Elastic(J0, J1, J2, G0, G1, modes.mass)
+    return ReducedBody(J0, J1, J2, G0, G1, modes.mass)
 
 
 def _turning(u: np.ndarray) -> np.ndarray:

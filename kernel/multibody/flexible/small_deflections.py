@@ -67,7 +67,7 @@ class Smallness:
         return sqrt(float(use[first])), self.turns[first]
 
 
-class Shapes(Protocol):
+class ModeShapes(Protocol):
     """Part of `modes.Modes`: shapes (6n, m) and masses (m,) of m modes at n nodes (n, 3) [m]; M (6n, 6n)."""
 
     @property
@@ -83,7 +83,7 @@ class Shapes(Protocol):
     def at(self, station: int | float) -> np.ndarray: ...
 
 
-def smallness(modes: Shapes) -> Smallness:
+def smallness(modes: ModeShapes) -> Smallness:
     """The rows (13) of a body: at equal distances along a beam, else at the nodes that a mode moves or turns most."""
     found: list[tuple[np.ndarray | None, np.ndarray | None]] = []
     if beam := modes.flexible.beam:

@@ -12,10 +12,10 @@ from typing import Any
 from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from msgspec import Struct, structs
 
-from .modes import Modes, modes_of
+from .modes import FlexibleModes, modes_of
 
 
-def with_stations(system: System) -> tuple[System, dict[str, Modes]]:
+def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
     """The system with stations and every point on one of them, and the modes of its flexible bodies by name."""
     modes = {b.name: modes_of(b.name, b.flexible) for b in system.bodies if b.flexible}
     if not modes:

@@ -10,14 +10,14 @@ from heavylift.kernel.algebra.polynomials import derivative, integral, polynomia
 from heavylift.kernel.errors import KernelError
 
 from .attachment import Track
-from .modes import Modes
+from .modes import FlexibleModes
 from .rounding import rounded
 
 SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials, sought and refused; shapes are 1 at most
 
 
 @lru_cache(maxsize=64)
-def track(modes: Modes, joint: str) -> Track:
+def track(modes: FlexibleModes, joint: str) -> Track:
     """Displacements and rotations (slopes) of every mode as polynomials of the place along the beam.
 
     Raises KernelError naming the joint that slides if this is no beam or a mode is not smooth.

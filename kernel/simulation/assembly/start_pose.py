@@ -20,7 +20,7 @@ from heavylift.kernel.constraints.loop_closures import closed_coordinates, close
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Joint
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.reactions.jacobian import RANK, Group, Pose, pose_of
+from heavylift.kernel.model.reactions.jacobian import RANK, Pose, RowGroup, pose_of
 
 if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
@@ -71,7 +71,7 @@ def _asked(program: Program, given: Sequence[bool]) -> dict[tuple[int, int], boo
     return found
 
 
-def _residual(pose: Pose, g: Group) -> list[float]:
+def _residual(pose: Pose, g: RowGroup) -> list[float]:
     return [float(pose.rows[r].gap) / by for r, by in zip(g.rows, g.rows_by, strict=True)]
 
 
@@ -79,7 +79,7 @@ def _size(pose: Pose) -> float:
     return max((norm(_residual(pose, g)) for g in pose.groups), default=0.0)
 
 
-def _step(g: Group, residual: Sequence[float], weights: Columns) -> list[float]:
+def _step(g: RowGroup, residual: Sequence[float], weights: Columns) -> list[float]:
     """Of least weighted length among those that lessen the residual most."""
     G = [[x * w for x, w in zip(row, weights, strict=True)] for row in g.G]
     least = RANK * max(singular_values(G), default=0.0)
@@ -100,7 +100,7 @@ def _followed(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
     return best
 
 
-def _aside(g: Group, free: Sequence[bool], n: int) -> list[float]:
+def _aside(g: RowGroup, free: Sequence[bool], n: int) -> list[float]:
     """The n-th start of what follows: its angles elsewhere."""
     angles = (may and by == 1.0 for may, by in zip(free, g.columns_by, strict=True))
     return [ASIDE * n * (k + 1) % 3.0 if angle else 0.0 for k, angle in enumerate(angles)]

@@ -23,7 +23,7 @@ from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.switching import StateEvent
 
 from .condensed import Condensed, part
-from .coulomb import Contacts, Friction, settle
+from .coulomb import ContactProblem, FrictionSolution, settle
 from .slip import mobile
 from .touching import check_start, touch
 from .unilateral import Unilateral, first_guard, ropes_of, slots_of
@@ -50,7 +50,7 @@ class Act:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ImpactResult:
     """What happened at an event, what goes to the accounts (heat, work; by name) [J], impulses by name [N s]."""
 
     events: list[StateEvent]
@@ -79,7 +79,7 @@ class ContactSets:
         ends = evaluate(self._program, 0.0, y, self._P, forces=False).ends
         check_start(self._program.contacts.sites, self._numbers, ends)
 
-    def resolve(self, fallen: list[int], t: float, local: float, y: np.ndarray, act: Act) -> Outcome:
+    def resolve(self, fallen: list[int], t: float, local: float, y: np.ndarray, act: Act) -> ImpactResult:
         """Impulses and new states at time t [s] of the run, where these guards have fallen.
 
         Raises KernelError where nothing fits.
@@ -110,13 +110,13 @@ class ContactSets:
     def _sliding(self) -> set[str]:
         return {x.name for x in self._slots if x.on and x.slips}
 
-    def _impact(self, t: float, act: Act, reeling: dict[str, float]) -> Outcome:
+    def _impact(self, t: float, act: Act, reeling: dict[str, float]) -> ImpactResult:
         """Apply the impulses of what approaches; let go what flies off.  `reeling`: rates of the ropes' lengths."""
         on = self._on()
         A, speed, _ = act.survey()
         rows = _rows(on)
         u = part(speed, rows)
-        out = Outcome([], {}, {})
+        out = ImpactResult([], {}, {})
         jerked = bool(np.abs(speed[self._loops]).max(initial=0.0) > RESTING)  # by a lock
         if u[::3].min(initial=0.0) < -RESTING or jerked:
             problem = Condensed(A, speed, rows, self._loops)
@@ -163,7 +163,7 @@ class ContactSets:
     def _impulses(self, problem: Condensed, on: list[Unilateral], bounce: np.ndarray, t: float) -> np.ndarray:
         b = problem.b.copy()
         b[::3] -= bounce
-        return self._settled(Contacts(problem.A, b, _friction(on), np.zeros((len(on), 2))), on, t).x
+        return self._settled(ContactProblem(problem.A, b, _friction(on), np.zeros((len(on), 2))), on, t).x
 
     def _held(self, problem: Condensed, on: list[Unilateral], x: np.ndarray, slow: set[int]) -> np.ndarray:
         """Impulses that end the motion of `slow` contacts together with those that push and stick."""
@@ -206,16 +206,18 @@ class ContactSets:
             else:
                 x.let_go()
 
-    def _forces(self, A: np.ndarray, speed: np.ndarray, free: np.ndarray, on: list[Unilateral], t: float) -> Friction:
+    def _forces(
+        self, A: np.ndarray, speed: np.ndarray, free: np.ndarray, on: list[Unilateral], t: float
+    ) -> FrictionSolution:
         rows = _rows(on)
         v = part(speed, rows).reshape(-1, 3)[:, 1:]
         size = _length(v[:, 0], v[:, 1])
         moving = np.where(size[:, None] > RESTING, v / np.maximum(size, RESTING)[:, None], 0.0)
         problem = Condensed(A, free, rows, self._loops)
         size = np.diag(A) + MU_SHARED / MU * float(np.diag(A).sum()) / len(A)
-        return self._settled(Contacts(problem.A, problem.b, _friction(on), moving, part(size, rows)), on, t)
+        return self._settled(ContactProblem(problem.A, problem.b, _friction(on), moving, part(size, rows)), on, t)
 
-    def _settled(self, c: Contacts, on: list[Unilateral], t: float) -> Friction:
+    def _settled(self, c: ContactProblem, on: list[Unilateral], t: float) -> FrictionSolution:
         for i, x in enumerate(on):
             if not c.A[3 * i, 3 * i] > 0.0 and not c.b[3 * i] > 0.0:
                 raise KernelError(
@@ -233,7 +235,12 @@ class ContactSets:
 
 
 def _holds(
-    A: np.ndarray, free: np.ndarray, on: list[Unilateral], others: list[Unilateral], f: Friction, loops: list[int]
+    A: np.ndarray,
+    free: np.ndarray,
+    on: list[Unilateral],
+    others: list[Unilateral],
+    f: FrictionSolution,
+    loops: list[int],
 ) -> bool:
     """Whether what is let go does not fall back under the forces f of the others."""
     problem, x = Condensed(A, free, _rows(on), loops), np.zeros(3 * len(on))

@@ -33,7 +33,7 @@ CREEP = 1e-6  # relative size of an acceleration against a slip that begins
 
 
 @dataclass(frozen=True)
-class Contacts:
+class ContactProblem:
     """m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of the rows (normal, tangent,
     tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero."""
 
@@ -46,7 +46,7 @@ class Contacts:
 
 
 @dataclass(frozen=True)
-class Friction:
+class FrictionSolution:
     """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding;
     share (m, 2): by its square, what each tangent should hold of the friction where that is not unique;
     prior (3m,): forces next to which those are that are not unique.
@@ -64,7 +64,7 @@ class Friction:
     found: bool
 
 
-def settle(c: Contacts) -> Friction:
+def settle(c: ContactProblem) -> FrictionSolution:
     """The set of contacts that push, stick and slide."""
     m = len(c.mu)
     given = np.abs(c.moving).sum(axis=1) > 0.0
@@ -94,7 +94,9 @@ def settle(c: Contacts) -> Friction:
     return _swept(c)
 
 
-def _begin(c: Contacts, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[int, float]]:
+def _begin(
+    c: ContactProblem, given: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[int, float]]:
     """What sticks, directions of what slides, shares, and the sides of the last solution, to begin with."""
     stick, u, share = ~given & (c.mu > 0.0), c.moving.copy(), np.ones((len(c.mu), 2))
     prior = np.zeros(3 * len(c.mu))
@@ -113,7 +115,7 @@ def _begin(c: Contacts, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
     return stick & ~slides, u, share, prior if slides.any() else x, side
 
 
-def _swept(c: Contacts) -> Friction:
+def _swept(c: ContactProblem) -> FrictionSolution:
     """The set that sweeps find, for contacts whose forces are not unique."""
     m = len(c.mu)
     x, found = sweep(c.A, c.b, c.mu, c.moving)
@@ -125,7 +127,7 @@ def _swept(c: Contacts) -> Friction:
     speed = np.sqrt(w[1::3] * w[1::3] + w[2::3] * w[2::3])
     u = np.where(speed[:, None] > size, w.reshape(m, 3)[:, 1:] / np.maximum(speed, size)[:, None], 0.0)
     u = np.where(c.moving != 0.0, c.moving, u)
-    return Friction(
+    return FrictionSolution(
         x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, _share(x), np.zeros(3 * m), found
     )
 
@@ -137,7 +139,7 @@ def _share(x: np.ndarray) -> np.ndarray:
     return np.stack([share, share], axis=1)
 
 
-def _velocities(c: Contacts, x: np.ndarray) -> np.ndarray:
+def _velocities(c: ContactProblem, x: np.ndarray) -> np.ndarray:
     """w = A x + b, summed column by column."""
     w = c.b.copy()
     for k in range(len(x)):
@@ -145,13 +147,13 @@ def _velocities(c: Contacts, x: np.ndarray) -> np.ndarray:
     return w
 
 
-def _across(c: Contacts, i: int, u: np.ndarray) -> np.ndarray:
+def _across(c: ContactProblem, i: int, u: np.ndarray) -> np.ndarray:
     """What a unit of friction of contact i along u does to all rows."""
     out: np.ndarray = c.A[:, 3 * i + 1] * u[0] + c.A[:, 3 * i + 2] * u[1]
     return out
 
 
-def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
+def _turn(c: ContactProblem, f: FrictionSolution, turns: np.ndarray, u: np.ndarray) -> float:
     """One Newton step for the directions of contacts that begin to slide, u x w_t = 0; returns the largest angle.
 
     The normal forces and the held tangents follow: rows w_n = 0, w_t = 0 against columns x_n, x_t, and the angles.
@@ -185,7 +187,7 @@ def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
     return float(np.abs(angle).max())
 
 
-def _size(c: Contacts) -> np.ndarray:
+def _size(c: ContactProblem) -> np.ndarray:
     """(3m,) softness of each row; a joint may not let a tangent move at all."""
     size = np.diag(c.A) if c.size is None else c.size
     out: np.ndarray = np.maximum(size, SMALL * size.max(initial=0.0))
@@ -193,8 +195,8 @@ def _size(c: Contacts) -> np.ndarray:
 
 
 def _inner(
-    c: Contacts, stick: np.ndarray, u: np.ndarray, share: np.ndarray, prior: np.ndarray, side: dict[int, float]
-) -> tuple[Friction, dict[int, float]]:
+    c: ContactProblem, stick: np.ndarray, u: np.ndarray, share: np.ndarray, prior: np.ndarray, side: dict[int, float]
+) -> tuple[FrictionSolution, dict[int, float]]:
     """Normals against each other for given sticking contacts and directions of sliding."""
     m = len(c.mu)
     rows = [k for i in range(m) for k in (3 * i, 3 * i + 1, 3 * i + 2)[: 3 if stick[i] else 1]]
@@ -216,4 +218,6 @@ def _inner(
     for i in np.flatnonzero(~stick):
         x[3 * i + 1 : 3 * i + 3] = -c.mu[i] * x[3 * i] * u[i]
     w = _velocities(c, x)
-    return Friction(x, w, push, stick.copy(), u.copy(), share, prior, s.found), dict(zip(rows, s.side, strict=True))
+    return FrictionSolution(x, w, push, stick.copy(), u.copy(), share, prior, s.found), dict(
+        zip(rows, s.side, strict=True)
+    )

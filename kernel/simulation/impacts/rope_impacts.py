@@ -27,7 +27,7 @@ LEFT = 1e-4  # part of the energy of impulses that may be lost in loops by such 
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RopeImpactResult:
     """After an event: velocities (n_v,), and per rigid rope whether it may pull, whether it is taut, its impulse [N s],
     heat and work of that [J]."""
 
@@ -39,7 +39,7 @@ class Outcome:
     work: list[float]
 
 
-def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarray) -> Outcome:
+def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarray) -> RopeImpactResult:
     """Impulses and taut ropes that follow from a state; ropes that are taut in P stay unless they would push.
 
     Raises KernelError if no set of taut ropes fits the forces.
@@ -85,7 +85,9 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
     heat = [-float(x[first + i] * mean[first + i]) for i in range(len(ropes))]
     work = [-float(x[first + i]) * speeds[i] for i in range(len(ropes))]
     taut = [bool(f > 0.0) for f in tension[first:]]
-    return Outcome(moved()[program.nq : program.nq + program.nv], may.tolist(), taut, x[first:].tolist(), heat, work)
+    return RopeImpactResult(
+        moved()[program.nq : program.nq + program.nv], may.tolist(), taut, x[first:].tolist(), heat, work
+    )
 
 
 def _ended(A: np.ndarray, speed: np.ndarray, first: int, still: np.ndarray) -> np.ndarray:

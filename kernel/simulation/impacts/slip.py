@@ -10,14 +10,14 @@ from __future__ import annotations
 import numpy as np
 from heavylift.kernel.constraints.complementarity.block_pivoting import eliminate
 
-from .coulomb import Friction
+from .coulomb import FrictionSolution
 
 SOFT = 1e-11  # regularisation of redundant rows, relative
 HELD = 1e-6  # part of its own mobility below which a place is held by others
 REST = 1e-2  # part of the largest acceleration of what slides below which a place is at rest beside it
 
 
-def mobile(A: np.ndarray, f: Friction) -> np.ndarray:
+def mobile(A: np.ndarray, f: FrictionSolution) -> np.ndarray:
     """(m,) whether a place at the limit of friction is free to move along f.u; A: (3m, 3m) Delassus matrix of all."""
     m = len(f.push)
     rows = [3 * i + k for i in range(m) if f.push[i] for k in range(3 if f.stick[i] else 1) if A[3 * i + k, 3 * i + k]]

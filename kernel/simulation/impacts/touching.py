@@ -10,7 +10,7 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.contact.contact_points import LEAVE, RESTING, Site
-from heavylift.kernel.constraints.contact.frames import Frame
+from heavylift.kernel.constraints.contact.frames import ContactFrame
 from heavylift.kernel.constraints.contact.pairs import HELD
 from heavylift.kernel.errors import KernelError
 
@@ -43,7 +43,7 @@ def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fe
     first = 0
     for s in sites:
         shapes, own = _shapes(s, numbers, ends), [x for x in slots if x.site is s]
-        places: list[tuple[Frame, Slot]] = []
+        places: list[tuple[ContactFrame, Slot]] = []
         for x in own:
             if x.on and _within(f := _frame(s, x.state, ends), x.state):
                 places.append((f, x))
@@ -76,28 +76,28 @@ def _shapes(s: Site, numbers: Numbers, ends: Ends) -> tuple[np.ndarray, np.ndarr
     return exact(p[: s.first]), exact(p[s.first :]), A, B
 
 
-def _frame(s: Site, h: np.ndarray, ends: Ends) -> Frame:
+def _frame(s: Site, h: np.ndarray, ends: Ends) -> ContactFrame:
     A, B = (exact(ends[i]) for i in s.bodies)
     return s.pair.frame(exact(h[:HELD]), A, B)
 
 
-def _within(f: Frame, h: np.ndarray) -> bool:
+def _within(f: ContactFrame, h: np.ndarray) -> bool:
     """Whether a slot's place lies on its face or edges."""
     return bool((np.abs(f.along) <= h[HELD - 2 : HELD] + LEAVE).all())
 
 
-def _adds(f: Frame, places: list[tuple[Frame, Slot]]) -> bool:
+def _adds(f: ContactFrame, places: list[tuple[ContactFrame, Slot]]) -> bool:
     """Whether a candidate holds what others do not hold: where a corner meets an edge, many candidates are one place,
     and two directions hold it."""
     here = [g for g, _ in places if _near(f, g)]
     return len(here) < 2 and all(np.abs(f.F[0] - g.F[0]).max() > SAME for g in here)
 
 
-def _second(places: list[tuple[Frame, Slot]]) -> Slot | None:
+def _second(places: list[tuple[ContactFrame, Slot]]) -> Slot | None:
     """The slot of a second direction at some place, which what approaches elsewhere needs more."""
     found = (x for k, (f, x) in enumerate(places) if any(_near(f, g) for g, _ in places[:k]))
     return next(found, None)
 
 
-def _near(f: Frame, g: Frame) -> bool:
+def _near(f: ContactFrame, g: ContactFrame) -> bool:
     return bool(np.abs(f.x - g.x).max() < SAME)

@@ -121,7 +121,7 @@ class Slot(Unilateral):
 
 
 @dataclass(frozen=True)
-class Rope(Unilateral):
+class UnilateralRope(Unilateral):
     """A rigid rope."""
 
     label = "rope"
@@ -146,11 +146,13 @@ class Rope(Unilateral):
         """It is taut already."""
 
 
-def ropes_of(program: Program, numbers: Numbers) -> list[Rope]:
+def ropes_of(program: Program, numbers: Numbers) -> list[UnilateralRope]:
     """All rigid ropes, in order."""
     row = len(program.constraints.of)
     guard = first_guard(program, "rigid")
-    return [Rope(r.name, numbers, [row + i, -1, -1], guard + i) for i, r in enumerate(program.system.rigid_ropes)]
+    return [
+        UnilateralRope(r.name, numbers, [row + i, -1, -1], guard + i) for i, r in enumerate(program.system.rigid_ropes)
+    ]
 
 
 def slots_of(program: Program, numbers: Numbers) -> list[Slot]:

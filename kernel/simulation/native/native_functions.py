@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from heavylift.kernel.compiler.emit import Parts, Sequence, While, module
+from heavylift.kernel.compiler.emit import EmittedParts, Sequence, While, module
 from heavylift.kernel.compiler.function import OPAQUE, Function, flatten
 from heavylift.kernel.compiler.layout import Layout
 from heavylift.kernel.compiler.symbol import Value
@@ -87,7 +87,7 @@ class Stepping:
 
         self.f_row = Function("row", row, state, ["values"], rare=True)
         matrices = bool(method.matrices)
-        self.functions: dict[str, Function | Parts] = {
+        self.functions: dict[str, Function | EmittedParts] = {
             "step": self._on_block("step", take, matrices=matrices),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate, method)),
             "commit": self._projecting(
@@ -119,7 +119,7 @@ class Stepping:
         if method.completes:
             f["complete"] = self._on_block("complete", lambda s, rate, row: complete(s, rate, method))
             ready = (While("completing", at["coarse"], (f["complete"],)),)
-        peaks: tuple[Function | Parts, ...] = ()
+        peaks: tuple[Function | EmittedParts, ...] = ()
         if climbs:
             f["slope"] = self._on_block("slope", lambda s, rate, row: slope(s, rate))
             f["climb"] = self._on_block("climb", lambda s, rate, row: climb(s, rate, method))
@@ -132,7 +132,7 @@ class Stepping:
             f["dive"] = self._on_block("dive", lambda s, rate, row: dive(s, rate, method))
             searching = (While("diving", at["dip"], (*ready, f["dive"])),)
         looking = *searching, locating
-        self.advance: Parts = While("advance", at["run"], (f["commit"], *peaks, sampling, f["step"], *looking))
+        self.advance: EmittedParts = While("advance", at["run"], (f["commit"], *peaks, sampling, f["step"], *looking))
         if not method.native:
             del f["step"]
             f |= {"sampling": sampling, "locating": locating}

@@ -18,11 +18,11 @@ from heavylift.kernel.compiler.machine_code import Library
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.methods.at_rest import AtRest
 from heavylift.kernel.methods.choice import choose, control_of
-from heavylift.kernel.methods.method import LONGEST, Code, Method
-from heavylift.kernel.methods.small_motions import FINEST
+from heavylift.kernel.methods.method import LONGEST, Method, StepCode
+from heavylift.kernel.methods.null_method import AtRest
 from heavylift.kernel.methods.stability import jacobian
+from heavylift.kernel.methods.tolerance_scale import FINEST
 from heavylift.kernel.model.checks import check_options
 from heavylift.kernel.model.code_structure import structure
 from heavylift.kernel.model.evaluation import Evaluation, evaluate
@@ -36,7 +36,7 @@ FOREVER_NS = 2**63 - 1
 ROWS = 512  # rows of the table that native code fills, besides those that one step may add
 NEVER = 1e15  # [s] local time that does not come
 
-Variant = tuple[Program, Stepping, Code]
+Variant = tuple[Program, Stepping, StepCode]
 MOST_LOADED = 64  # structures whose machine code stays loaded
 _loaded: dict[tuple[str, int], tuple[Stepping, Library]] = {}  # by structure and LLVM's level, the oldest first
 
@@ -49,7 +49,7 @@ class NativeState:
 
     program: Program
     method: Stepping
-    code: Code
+    code: StepCode
 
     def __init__(self, system: System, options: Options) -> None:
         o = options
@@ -100,7 +100,7 @@ class NativeState:
             m.program, m.method, m.control = program, found, control_of(found, o.step, program)
             return program, m, found.run(library, m.layout.at, m.rate_sizes)
         m = Stepping(program, found, control_of(found, o.step, program))
-        code: Code = Oracle(m)
+        code: StepCode = Oracle(m)
         if o.native:
             code = library = Library(key[0], partial(m.ir, o.fused), o.opt, o.cache)
             _loaded.update({key: (m, library)} if o.cache else {})

@@ -6,7 +6,7 @@ It exists to check the tracer and the compiler: both must agree to 1e-12.
 from __future__ import annotations
 
 import numpy as np
-from heavylift.kernel.compiler.emit import Parts, While
+from heavylift.kernel.compiler.emit import EmittedParts, While
 from heavylift.kernel.compiler.emit import blocks as names
 from heavylift.kernel.compiler.function import Function, Primitive, flatten
 
@@ -17,19 +17,19 @@ class Oracle:
     """Stands in for `machine_code.Library`."""
 
     def __init__(self, method: Stepping) -> None:
-        self._functions: dict[str, Function | Parts] = {**method.functions, "advance": method.advance}
+        self._functions: dict[str, Function | EmittedParts] = {**method.functions, "advance": method.advance}
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
         """Run a function on its blocks, in the order of its native arguments."""
         f = self._functions[name]
         self._run(f, dict(zip(names(f), blocks, strict=True)))
 
-    def _run(self, f: Function | Parts, memory: dict[str, np.ndarray]) -> None:
+    def _run(self, f: Function | EmittedParts, memory: dict[str, np.ndarray]) -> None:
         if isinstance(f, While):
             while memory[f.block][f.flag] > 0.0:
                 for part in f.parts:
                     self._run(part, memory)
-        elif isinstance(f, Parts):
+        elif isinstance(f, EmittedParts):
             for part in f.parts:
                 self._run(part, memory)
         elif isinstance(f, Primitive):

@@ -39,7 +39,7 @@ class Instant:
 
 
 @dataclass(frozen=True)
-class Columns:
+class ColumnGroup:
     """A group of columns: its unit, the frame that it is measured in, whose each of them is, and where it is read.
 
     Without `read` it is a part of X that the steps keep.
@@ -69,9 +69,11 @@ def _velocities(p: Program) -> list[str]:
     return [k.body.name for k in links for _ in range(k.v.start, k.v_modes.stop)]
 
 
-def _law(group: str, unit: str, frame: str) -> Columns:
+def _law(group: str, unit: str, frame: str) -> ColumnGroup:
     """Of what laws show in this group (see `Shown`)."""
-    return Columns(group, unit, frame, lambda p: [x for (_, x), _, _ in p.columns[group]], lambda i: i.x.column(group))
+    return ColumnGroup(
+        group, unit, frame, lambda p: [x for (_, x), _, _ in p.columns[group]], lambda i: i.x.column(group)
+    )
 
 
 def _signals(i: int) -> Callable[[Instant], list[Value]]:
@@ -88,33 +90,35 @@ def _one(p: Program) -> list[str]:
 
 
 ROW = (
-    Columns("q", "m or rad", "joint", _coordinates, lambda i: i.x.q),
-    Columns("v", "m/s or rad/s", "joint", _velocities, lambda i: i.x.v),
-    Columns("accounts", "J", "", lambda p: [f"{what} {x}" for what, x in p.accounts], lambda i: i.x.accounts),
-    Columns("turned", "rad", "joint", _angles, lambda i: [i.x.turned[label] for label in i.program.angles]),
+    ColumnGroup("q", "m or rad", "joint", _coordinates, lambda i: i.x.q),
+    ColumnGroup("v", "m/s or rad/s", "joint", _velocities, lambda i: i.x.v),
+    ColumnGroup("accounts", "J", "", lambda p: [f"{what} {x}" for what, x in p.accounts], lambda i: i.x.accounts),
+    ColumnGroup("turned", "rad", "joint", _angles, lambda i: [i.x.turned[label] for label in i.program.angles]),
     _law("tension", "N", "rope"),
-    Columns("length", "m", "rope", _names("ropes"), _signals(0)),
-    Columns("length_rate", "m/s", "rope", _names("ropes"), _signals(1)),
+    ColumnGroup("length", "m", "rope", _names("ropes"), _signals(0)),
+    ColumnGroup("length_rate", "m/s", "rope", _names("ropes"), _signals(1)),
     _law("elongation", "m", "rope"),
     _law("normal", "N", "world"),
     _law("place", "m or rad", "world, joint"),
     _law("velocity", "m/s or rad/s", "world, joint"),
-    Columns("stored", "J", "", lambda p: [x for _, x in p.stores], lambda i: [i.x.stored[k] for k in i.program.stores]),
+    ColumnGroup("stored", "J", "", lambda p: [x for _, x in p.stores],
+            lambda i: [i.x.stored[k] for k in i.program.stores]),
     _law("shown", "of the law", "of the law"),
-    Columns("poses", "m, 1", "world", lambda p: [k.body.name for k in p.graph.links for _ in range(12)],
+    ColumnGroup("poses", "m, 1", "world", lambda p: [k.body.name for k in p.graph.links for _ in range(12)],
             lambda i: i.energies[0]),
-    Columns("kinetic", "J", "", _one, lambda i: i.energies[1], single=True),
-    Columns("potential", "J", "", _one, lambda i: i.energies[2], single=True),
-    Columns("loop", "N, N m", "world", lambda p: [j.name for j in p.graph.loops for _ in range(6)],
+    ColumnGroup("kinetic", "J", "", _one, lambda i: i.energies[1], single=True),
+    ColumnGroup("potential", "J", "", _one, lambda i: i.energies[2], single=True),
+    ColumnGroup("loop", "N, N m", "world", lambda p: [j.name for j in p.graph.loops for _ in range(6)],
             lambda i: i.loads[0]),
-    Columns("pull", "N", "rope", _names("rigid_ropes"), lambda i: i.loads[1]),
-    Columns("slack", "m", "rope", _names("rigid_ropes"), lambda i: i.loads[2]),
-    Columns("span", "m", "rope", _names("rigid_ropes"), lambda i: i.loads[3]),
-    Columns("pressing", "N", "contact", _names("contacts"), lambda i: i.x.pressing),
-    Columns("axial", "N, N m", "body", lambda p: [p.graph.links[i].body.name for i in p.axial], lambda i: i.x.axial),
-    Columns("peak", "N", "rope", _names("straight_ropes"), kept="peak"),  # since the last row, and when
-    Columns("peak_time", "s", "", _names("straight_ropes"), kept="peak_time"),
-    Columns("steps", "1", "", _one, kept="accepted", single=True),
+    ColumnGroup("pull", "N", "rope", _names("rigid_ropes"), lambda i: i.loads[1]),
+    ColumnGroup("slack", "m", "rope", _names("rigid_ropes"), lambda i: i.loads[2]),
+    ColumnGroup("span", "m", "rope", _names("rigid_ropes"), lambda i: i.loads[3]),
+    ColumnGroup("pressing", "N", "contact", _names("contacts"), lambda i: i.x.pressing),
+    ColumnGroup("axial", "N, N m", "body", lambda p: [p.graph.links[i].body.name for i in p.axial],
+            lambda i: i.x.axial),
+    ColumnGroup("peak", "N", "rope", _names("straight_ropes"), kept="peak"),  # since the last row, and when
+    ColumnGroup("peak_time", "s", "", _names("straight_ropes"), kept="peak_time"),
+    ColumnGroup("steps", "1", "", _one, kept="accepted", single=True),
 )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ UNITS = {c.name: c.unit for c in ROW}
 
 
 @dataclass(frozen=True)
-class Channel:
+class SampleChannel:
     """Columns start to stop of a sample under one topic."""
 
     topic: str
@@ -35,7 +35,7 @@ class Channel:
     stop: int
 
 
-class Raw:
+class RawRows:
     """(n, columns) raw rows, by group of columns: (n, columns of it)."""
 
     def __init__(self, method: Stepping, rows: np.ndarray) -> None:
@@ -63,7 +63,7 @@ class Raw:
         return np.concatenate([frames[:, :, :3], turns.reshape(n, -1, 4)], axis=2).reshape(n, -1)
 
 
-Read = Callable[[Raw], np.ndarray]
+Read = Callable[[RawRows], np.ndarray]
 Topic = tuple[str, Sequence[str], str, Read]  # topic, names, unit, where its columns are read
 
 
@@ -81,7 +81,7 @@ def _topics(p: Program) -> list[Topic]:
         """The columns of some groups as they are."""
         return topic, names, UNITS[groups[0]], lambda raw: np.concatenate([raw[g] for g in groups], axis=1)
 
-    def energies(raw: Raw) -> np.ndarray:
+    def energies(raw: RawRows) -> np.ndarray:
         sums = [raw.sum("stored"), raw.sum("accounts", works), raw.sum("accounts", heats)]
         return np.concatenate([raw["kinetic"], raw["potential"], *sums], axis=1)
 
@@ -125,7 +125,7 @@ def _gauges(link: Link) -> tuple[list[str], slice, np.ndarray]:
     return names, link.q_modes, np.array(rows)
 
 
-def _bent(raw: Raw, gauges: list[tuple[list[str], slice, np.ndarray]]) -> np.ndarray:
+def _bent(raw: RawRows, gauges: list[tuple[list[str], slice, np.ndarray]]) -> np.ndarray:
     """Displacements of places within flexible bodies."""
     return np.concatenate([times(raw["q"][:, modes], shapes.T) for _, modes, shapes in gauges], axis=1)
 
@@ -146,17 +146,17 @@ def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
     return groups
 
 
-def channels(method: Stepping) -> list[Channel]:
+def channels(method: Stepping) -> list[SampleChannel]:
     """The channels of a scene in the order of `published`'s columns."""
     out, at = [], 0
     for topic, names, unit, _ in _topics(method.program):
-        out.append(Channel(topic, tuple(names), unit, at, at + len(names)))
+        out.append(SampleChannel(topic, tuple(names), unit, at, at + len(names)))
         at += len(names)
     return out
 
 
 def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     """(n, columns) samples from (n, method.columns) raw rows."""
-    raw = Raw(method, rows)
+    raw = RawRows(method, rows)
     parts = [read(raw) for *_, read in _topics(method.program)]
     return np.ascontiguousarray(np.concatenate(parts, axis=1))

@@ -11,7 +11,7 @@ CROWD = 2000  # events in a row, each so close to the last that no rope or suppo
 SPELL_NS = 10_000_000  # of the scene
 
 
-class Patience:
+class StepBudget:
     """`since`: attempts and time [s] at which the present second began; `crowd`: events in a row, time of the last;
     `spell`: events in it, when it began [ns]."""
 

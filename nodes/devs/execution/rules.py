@@ -13,7 +13,7 @@ LONGER = ", or allow more microsteps (a scene's key microsteps, heavylift devs -
 TAIL = 32  # microsteps before the limit whose models are named as the loop
 
 
-class Patience:
+class MicrostepLimit:
     """Ends zero-time loops: from `start` on it notes who keeps time from advancing, and names them at the limit."""
 
     def __init__(self, microsteps: int) -> None:

@@ -27,11 +27,11 @@ from .bags import deliver, entry, fitting, received, sorted_bag, spoken
 from .flatten import Wire, flatten
 from .lookahead import Border, Observed, leaving
 from .purity import Witness
-from .rules import LIMIT, Patience, fail
+from .rules import LIMIT, MicrostepLimit, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
 from .speaking import results_of, speak
-from .transitions import Log, Trace, Transition
+from .transitions import Trace, Transition, TransitionLog
 
 SILENT = 256  # tags, and messages between its models, that a node works ahead of an `advance`
 
@@ -53,8 +53,8 @@ class Simulator:
         of the models of a node, with each other and with others."""
         self.models = [models] if isinstance(models, Model) else list(models)
         self._wires = None if wires is None else list(wires)
-        self._patience, self._watched = Patience(microsteps), watched
-        self.trace = Log(log) if log is not None else trace
+        self._patience, self._watched = MicrostepLimit(microsteps), watched
+        self.trace = TransitionLog(log) if log is not None else trace
         self._present, self._observed = Present(live=True, node=wires is not None), Observed()
         self._due: Tag | None = None  # the next tag, once it is looked for
         self._adopt()

@@ -69,7 +69,7 @@ class Trace:
         return len(self._lines)
 
 
-class Log(Trace):
+class TransitionLog(Trace):
     """Hands each transition on when its tag is done."""
 
     def __init__(self, tell: Callable[[Transition], None]) -> None:

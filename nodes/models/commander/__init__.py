@@ -6,7 +6,7 @@ jobs, order_checks    orders in progress; orders that cannot be carried out
 actuator_registry     which machine owns which actuator, and the state at the start
 observed_state        the state of the lift as reported so far
 turn_law              what trolleys and winches follow while the block turns
-refused               the refusal of an order or a condition
+order_rejected               the refusal of an order or a condition
 """
 
 from heavylift.kernel.on_demand import face

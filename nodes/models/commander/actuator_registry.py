@@ -12,7 +12,7 @@ from heavylift.nodes.plan.interlock import Interlock
 from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
 
-from .observed_state import OFF, Picture
+from .observed_state import OFF, ObservedState
 
 TURN = "turn"  # the Master of a turn-over, and the commander's own actor that moves it
 
@@ -48,9 +48,9 @@ def owners(machines: Sequence[Mechanism], interlocks: Sequence[Interlock] = ()) 
     return found | {interlock.name: interlock.machine for interlock in interlocks}
 
 
-def first_picture(machines: Sequence[Mechanism]) -> Picture:
+def first_picture(machines: Sequence[Mechanism]) -> ObservedState:
     """What is known at the start."""
-    picture = Picture()
+    picture = ObservedState()
     for machine in machines:
         for rope in machine.system.all_ropes:
             state = "taut" if rope.name in machine.taut else "slack"

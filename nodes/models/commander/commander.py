@@ -16,10 +16,10 @@ from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.places import ASIDE, WHEN, located, place
 from heavylift.nodes.plan.plan import driven
 
-from .conditions import Moment, next_time, words
+from .conditions import EvaluationContext, next_time, words
 from .jobs import addressed, clock, still_open
+from .order_rejected import OrderRejected
 from .orders import Orders
-from .refused import Refused
 
 
 class Commander(Orders):
@@ -55,7 +55,7 @@ class Commander(Orders):
 
     def waiting_for(self) -> str:
         """What the action list still waits for, as a sentence; "" when it is done."""
-        moment = Moment(self.now.t, self.since, still_open(self.jobs, self.index - 1))
+        moment = EvaluationContext(self.now.t, self.since, still_open(self.jobs, self.index - 1))
         if self.index == self.end:
             if all(job.ends_ns is not None for job in self.jobs):
                 return ""  # a last `wait` that the end of the scene cuts short
@@ -75,10 +75,10 @@ class Commander(Orders):
             pass
         times = [job.ends_ns for job in self.jobs if job.ends_ns is not None]
         for job in self.jobs:
-            times += next_time(job.until, Moment(self.now.t, job.since_ns))
+            times += next_time(job.until, EvaluationContext(self.now.t, job.since_ns))
         if self.index < self.end and not self.outbox:
             action = self.plan.action(self.index)
-            times += next_time(action.when, Moment(self.now.t, self.since))
+            times += next_time(action.when, EvaluationContext(self.now.t, self.since))
             if action.timeout is not None:
                 times.append(self.since + seconds(action.timeout))
         if self.outbox:
@@ -135,7 +135,7 @@ class Commander(Orders):
             at = self.index - 1, i
             try:
                 self._give(order, at)
-            except Refused as error:
+            except OrderRejected as error:
                 raise ModelError(f"{place(plan, at)}: {located(plan, str(error), error.by)}") from None
         self._expect()
         return True
@@ -155,12 +155,12 @@ class Commander(Orders):
         try:
             if self.plan.lists and (self.over or not {*asked} <= {*self.own}):
                 many = "it orders machines of several lifts, which are ordered one by one"
-                raise Refused("the action list of this lift is over" if self.over else many)
+                raise OrderRejected("the action list of this lift is over" if self.over else many)
             if fall := self.known.lets_fall(orders, self.picture, self.lugs):
-                raise Refused(fall)
+                raise OrderRejected(fall)
             for i, order in enumerate(orders):
                 self._give(order, (ASIDE, i))
-        except Refused as error:
+        except OrderRejected as error:
             self.jobs, self.outbox, self.ids = before
             answer = m.OperatorAnswer(command.text, self.now.t, str(error), error.by)
         self.outbox.append((self.answer, answer))

@@ -14,12 +14,12 @@ from heavylift.nodes.devs import seconds
 from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.plan import Plan, driven
 
-from .observed_state import OFF, Picture
-from .refused import Refused
+from .observed_state import OFF, ObservedState
+from .order_rejected import OrderRejected
 
 
 @dataclass(frozen=True)
-class Moment:
+class EvaluationContext:
     """When a condition is evaluated: now, since when it counts, the open orders that `moves done` means."""
 
     now_ns: int
@@ -69,24 +69,24 @@ def concerned(plan: Plan) -> set[str]:
     return found
 
 
-def holds(condition: scene.Condition, picture: Picture, moment: Moment) -> bool:
+def holds(condition: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> bool:
     """Whether the condition is true at this moment."""
     return all(_true(term, picture, moment) for term in terms(condition))
 
 
-def next_time(condition: scene.Condition | None, moment: Moment) -> list[int]:
+def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> list[int]:
     """The times to come [ns] at which the condition can become true by itself."""
     times = [moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.After)]
     return [t for t in times if t > moment.now_ns]
 
 
-def words(condition: scene.Condition, picture: Picture, moment: Moment) -> str:
+def words(condition: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> str:
     """What is still missing, for a sentence: "all slings taut (legs.sling-2 is slack)"."""
     missing = [term for term in terms(condition) if not _true(term, picture, moment)]
     return " and ".join(_words(term, picture, moment) for term in missing)
 
 
-def _true(term: scene.Condition, picture: Picture, moment: Moment) -> bool:
+def _true(term: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> bool:
     match term:
         case scene.Slings():
             states = [picture.ropes[name] == term.state for name in _hooked(term, picture)]
@@ -110,7 +110,7 @@ def _true(term: scene.Condition, picture: Picture, moment: Moment) -> bool:
             return holds(term, picture, moment)
 
 
-def _words(term: scene.Condition, picture: Picture, moment: Moment) -> str:
+def _words(term: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> str:
     match term:
         case scene.Slings():
             wrong = [name for name in _hooked(term, picture) if picture.ropes[name] != term.state]
@@ -134,11 +134,11 @@ def _words(term: scene.Condition, picture: Picture, moment: Moment) -> str:
             return words(term, picture, moment)
 
 
-def _hooked(term: scene.Slings, picture: Picture) -> list[str]:
+def _hooked(term: scene.Slings, picture: ObservedState) -> list[str]:
     names = [name for name in term.names if picture.ropes.get(name, OFF) != OFF]
     if not names:
         what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))
-        raise Refused(f"`{what}` refers to no sling, none of {whom} is hooked")
+        raise OrderRejected(f"`{what}` refers to no sling, none of {whom} is hooked")
     return names
 
 
@@ -146,7 +146,7 @@ def _told(verb: str, actor: str) -> str:
     return f"{verb} until {actor}" if verb == "wait" else f"{verb} of {driven(actor)}"
 
 
-def _open(term: scene.MovesDone, moment: Moment) -> list[tuple[str, str]]:
+def _open(term: scene.MovesDone, moment: EvaluationContext) -> list[tuple[str, str]]:
     found = (x for x in moment.open if not term.verbs or x[0] in term.verbs)
     return [(verb, actor) for verb, actor, stopped in found if not (stopped and term.stopped)]
 

@@ -9,7 +9,7 @@ from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.interlock import Stopped
 from heavylift.nodes.plan.places import numbered
 
-from .refused import Refused
+from .order_rejected import OrderRejected
 
 
 @dataclass
@@ -73,14 +73,14 @@ def make_way(jobs: list[Job], actor: str) -> None:
         if job.actor == actor and job.limit:
             jobs.remove(job)
         elif actor == job.actor and not job.halting:
-            raise Refused(
+            raise OrderRejected(
                 f"{actor} gets an order while its {job.verb} ({numbered(job.at)}) is not done, wait for "
                 f"`moves done` or end that order with `until`",
                 job.at,
             )
         elif any(actor == f.actuator for f in job.followers):
             what = "the turn" if job.verb == "turn" else job.actor
-            raise Refused(f"{actor} gets an order while it follows {what}, wait until it is done")
+            raise OrderRejected(f"{actor} gets an order while it follows {what}, wait until it is done")
 
 
 def clock(t_ns: int) -> str:

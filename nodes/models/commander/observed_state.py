@@ -10,7 +10,7 @@ OFF = "unhooked"
 
 
 @dataclass
-class Picture:
+class ObservedState:
     """What the commander knows of ropes (taut, slack, unhooked), bodies on supports, and thresholds."""
 
     ropes: dict[str, str] = field(default_factory=dict)

@@ -16,8 +16,8 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
 
 from .actuator_registry import TURN, owners
-from .observed_state import OFF, Picture
-from .refused import Refused
+from .observed_state import OFF, ObservedState
+from .order_rejected import OrderRejected
 from .turn_law import followers
 
 
@@ -32,23 +32,23 @@ class Machines:
         drives = (drive for machine in self.parts for drive in machine.system.drives if drive.joint in joints)
         self.joints = {drive.name: joints[drive.joint] for drive in drives}
 
-    def check(self, order: Order, picture: Picture, lugs: Mapping[str, str]) -> None:
+    def check(self, order: Order, picture: ObservedState, lugs: Mapping[str, str]) -> None:
         """Raise Refused for an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
         plan = self.plan
         for joint in self.moved(order, lugs):
             if joint.name in plan.fidelity.locked:
-                raise Refused(held_by(plan.fidelity, joint))
+                raise OrderRejected(held_by(plan.fidelity, joint))
         match order:
             case Move() | Stop():
                 if self.owners.get(order.actuator) != order.model:
-                    raise Refused(f"{order.model} has no hook or drive {order.actuator}")
+                    raise OrderRejected(f"{order.model} has no hook or drive {order.actuator}")
                 if isinstance(order, Move) and VERBS[order.verb].along:
                     self._check_ground(order, picture, lugs)
             case Hookup() | Unhook():
                 self._check_sling(order, picture, lugs)
             case Brake():
                 if self.owners.get(order.brake) != order.model:
-                    raise Refused(f"{order.model} has no brake {order.brake}")
+                    raise OrderRejected(f"{order.model} has no brake {order.brake}")
 
     def check_led(self, order: Order, lugs: Mapping[str, str]) -> None:
         """Raise Refused for an order to an actuator that a model leads."""
@@ -61,7 +61,7 @@ class Machines:
                 asked = []
         for actuator in asked:
             if who := self.plan.leader(actuator):
-                raise Refused(f"{actuator} is led by the model {who} and takes no other orders")
+                raise OrderRejected(f"{actuator} is led by the model {who} and takes no other orders")
 
     def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
         """What follows a turn; raises Refused for one that no hook can follow."""
@@ -78,7 +78,7 @@ class Machines:
                 asked = []
         return [self.joints[actuator] for actuator in asked if actuator in self.joints]
 
-    def lets_fall(self, orders: Sequence[Order], picture: Picture, lugs: Mapping[str, str]) -> str:
+    def lets_fall(self, orders: Sequence[Order], picture: ObservedState, lugs: Mapping[str, str]) -> str:
         """What would fall if these orders unhook all taut slings of a load that stands on nothing; "" if nothing."""
         off = {order.sling for order in orders if isinstance(order, Unhook) and not order.parted}
         held: dict[str, set[str]] = {}
@@ -90,26 +90,26 @@ class Machines:
         fall = next((body for body, slings in held.items() if body in cargo and slings <= off), "")
         return f"{fall} hangs in what is unhooked and would fall: land it or slacken the slings first" if fall else ""
 
-    def _check_ground(self, order: Move, picture: Picture, lugs: Mapping[str, str]) -> None:
+    def _check_ground(self, order: Move, picture: ObservedState, lugs: Mapping[str, str]) -> None:
         """A crane does not travel while what hangs on it stands on its supports."""
         hooks = [hook for machine in self.parts if machine.name == order.model for hook in machine.hooks]
         for tie in (tie for hook in hooks for tie in ties_on(self.parts, hook)):
             held = tie.lower or self.lugs.get(lugs.get(tie.rope, ""))
             if held and picture.ropes[tie.rope] == "taut" and picture.on_ground(held.body):
-                raise Refused(
+                raise OrderRejected(
                     f"{order.model} cannot {order.verb} while {held.body} stands on its supports and "
                     f"{tie.rope} is taut, wait until it is lifted or slacken the slings"
                 )
 
-    def _check_sling(self, order: Hookup | Unhook, picture: Picture, lugs: Mapping[str, str]) -> None:
+    def _check_sling(self, order: Hookup | Unhook, picture: ObservedState, lugs: Mapping[str, str]) -> None:
         """A sling that exists is hooked once, to a lug that exists, and unhooked where it hangs."""
         if isinstance(order, Hookup) and order.sling not in picture.ropes:
-            raise Refused(f"there is no sling {order.sling}")
+            raise OrderRejected(f"there is no sling {order.sling}")
         hooked = {name for name, state in picture.ropes.items() if state != OFF}
         if fault := sling_fault(order, hooked, lugs, picture.parted):
-            raise Refused(fault)
+            raise OrderRejected(fault)
         if isinstance(order, Hookup) and order.lug and order.lug not in self.lugs:
-            raise Refused(f"there is no lug {order.lug}")
+            raise OrderRejected(f"there is no lug {order.lug}")
 
 
 def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], parted: Container[str]) -> str:

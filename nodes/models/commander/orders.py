@@ -10,18 +10,18 @@ from typing import Any
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, In, Message, Out, OutPort, seconds
-from heavylift.nodes.models.own import aim_port
 from heavylift.nodes.models.parts import messages as m
+from heavylift.nodes.models.user_models import aim_port
 from heavylift.nodes.plan import actions as scene
-from heavylift.nodes.plan.own import Led
 from heavylift.nodes.plan.places import ASIDE, LED, numbered
 from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.user_models import Led
 
 from .actuator_registry import first_lugs, first_picture, machines, turn_of, turns
-from .conditions import Moment, crossings, holds, watched
+from .conditions import EvaluationContext, crossings, holds, watched
 from .jobs import Job, barred, make_way, partners, still_open
 from .order_checks import Machines
-from .refused import Refused
+from .order_rejected import OrderRejected
 
 ROUNDING = 1e-9  # of a speed
 
@@ -75,7 +75,7 @@ class Orders(Atomic):
             )
         try:
             self.known.check(move, self.picture, self.lugs)
-        except Refused as error:
+        except OrderRejected as error:
             raise ModelError(f"{who}: {error}") from None
         if speed != self.led.get(move.actuator, 0.0):
             self.led[move.actuator] = speed
@@ -237,8 +237,10 @@ class Orders(Atomic):
 
     def _holds(self, condition: scene.Condition, action: int, since_ns: int) -> bool:
         try:
-            return holds(condition, self.picture, Moment(self.now.t, since_ns, still_open(self.jobs, action - 1)))
-        except Refused as error:
+            return holds(
+                condition, self.picture, EvaluationContext(self.now.t, since_ns, still_open(self.jobs, action - 1))
+            )
+        except OrderRejected as error:
             if action == ASIDE:
                 raise
             raise ModelError(f"{condition.where or numbered((action,))}: {error}") from None

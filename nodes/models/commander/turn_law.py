@@ -14,7 +14,7 @@ from heavylift.nodes.plan.actions import Follow
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism, ties_on
 
 from .actuator_registry import TURN
-from .refused import Refused
+from .order_rejected import OrderRejected
 
 SAME = 1e-9  # [m]
 ACROSS = (0.0, 1.0, 0.0)  # the way of what follows a turn
@@ -35,17 +35,17 @@ def followers(
         v, w = (sum(p[i] for p in places) / len(places) - cargo.com[i] for i in (1, 2))
         drive = traversing(machine, hook)
         if not drive:
-            raise Refused(f"the block cannot turn, nothing moves {hook.on} of {machine.name} across")
+            raise OrderRejected(f"the block cannot turn, nothing moves {hook.on} of {machine.name} across")
         trolley = Follow(model=machine.name, actuator=drive, master=master, law=(0.0, v, w))
         _, kc, ks = found.setdefault(drive, trolley).law
         if abs(kc - v) > SAME or abs(ks - w) > SAME:
-            raise Refused(
+            raise OrderRejected(
                 f"the hooks on {hook.on} carry lugs at different places, v, w = {kc:g}, {ks:g} m and "
                 f"{v:g}, {w:g} m, and one trolley cannot follow both in a turn"
             )
         found[hook.rope] = Follow(model=machine.name, actuator=hook.rope, master=master, law=(0.0, -w, v))
     if not found:
-        raise Refused("the block cannot turn, no sling is hooked")
+        raise OrderRejected("the block cannot turn, no sling is hooked")
     return list(found.values())
 
 

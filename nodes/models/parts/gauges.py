@@ -72,7 +72,7 @@ class Inclinometer(LiveActor):
         self.say(Watch(self.up, MARK * (self.mark + 1), True), Watch(self.down, MARK * self.mark - FLUTTER, False))
 
 
-class Gauge(LiveActor):
+class ThresholdWatcher(LiveActor):
     """Watches thresholds for the commander's conditions, each of them once per order."""
 
     def __init__(self, name: str, thresholds: tuple[Threshold, ...]) -> None:

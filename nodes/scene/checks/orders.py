@@ -21,9 +21,9 @@ from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.verbs import MOTIONS, VERBS
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.statics.action_preview import Followed
 from heavylift.nodes.statics.goals import SLACK, world
 from heavylift.nodes.statics.state import Acted, StaticState
+from heavylift.nodes.statics.static_path import Followed
 
 from .findings import Findings, Violations
 from .geometry import goal_checks, reach
@@ -33,7 +33,7 @@ LOADED = 10e3  # [N] of a sling: what taking up its slack leaves in it is no loa
 TIPS = radians(10.0)  # of a block that leans as it is lifted
 
 
-class Order:
+class CheckedOrder:
     """One action with the state in which it begins, and the states that it leads through.
 
     `hooked`, `lugs`: slings and their lugs once the orders before it, and its own, are carried out, and other ropes
@@ -100,7 +100,9 @@ def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[
     hooked |= first_lugs(machines.parts)
     for number, acted in enumerate(path.acted, 1):
         action = built.actions[number - 1]
-        order = Order(scene, machines, action, acted, [x for x in path.states if x.action == number], hooked, parted)
+        order = CheckedOrder(
+            scene, machines, action, acted, [x for x in path.states if x.action == number], hooked, parted
+        )
         hooked = order.lugs
         parted = parted | {o.sling for o in action.orders if isinstance(o, actions.Unhook) and o.parted}
         for check in CHECKS:
@@ -153,7 +155,7 @@ def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> li
 # ---- checks ---------------------------------------------------------------------------------------------------
 
 
-def _spoken(x: Order) -> Violations:
+def _spoken(x: CheckedOrder) -> Violations:
     """A condition on slings needs a hooked one."""
     untils = [(o.until, x.lugs) for o in x.action.orders if isinstance(o, actions.Move | actions.Turn)]
     slings = {tie.rope for machine in x.machines.parts for tie in machine.ties}
@@ -164,7 +166,7 @@ def _spoken(x: Order) -> Violations:
                 yield term.text, term.where, message
 
 
-def _reaches(x: Order) -> Violations:
+def _reaches(x: CheckedOrder) -> Violations:
     """A sling is hooked only if it reaches."""
     ties = {tie.rope: (tie, machine.name) for machine in x.machines.parts for tie in machine.ties}
     lengths = {rope.name: rope.L0 for machine in x.machines.parts for rope in machine.system.straight_ropes}
@@ -179,7 +181,7 @@ def _reaches(x: Order) -> Violations:
                 yield machine, order.where, message
 
 
-def _hangs(x: Order) -> Violations:
+def _hangs(x: CheckedOrder) -> Violations:
     """A sling is hooked once, and unhooked where it hangs."""
     for order in x.action.orders:
         if not isinstance(order, actions.Hookup | actions.Unhook):
@@ -188,7 +190,7 @@ def _hangs(x: Order) -> Violations:
             yield order.sling, order.where, fault
 
 
-def _lets_fall(x: Order) -> Violations:
+def _lets_fall(x: CheckedOrder) -> Violations:
     """Something holds a load while it hangs."""
     unhooked = {o.sling for o in x.action.orders if isinstance(o, actions.Unhook) and not o.parted}
     taut = {rope for rope, tension in x.before.tensions.items() if tension > SLACK}
@@ -205,7 +207,7 @@ def _load(body: str) -> str:
     return body if body == "block" else f"block {body}"
 
 
-def _turns(x: Order) -> Violations:
+def _turns(x: CheckedOrder) -> Violations:
     """A block that turns hangs, from hooks that can follow."""
     for order in x.action.orders:
         if not isinstance(order, actions.Turn):
@@ -219,7 +221,7 @@ def _turns(x: Order) -> Violations:
             yield order.block, order.where, str(error)
 
 
-def _drags(x: Order) -> Violations:
+def _drags(x: CheckedOrder) -> Violations:
     """No crane moves sideways with slings that hold on to a load on its supports."""
     for m in _moves(x, [verb.name for verb in VERBS.values() if verb.along]):
         tied = [(rope, end) for rope, end in x.tied(x.hooks(m), x.taut) if x.grounded(end.body, x.before)]
@@ -229,7 +231,7 @@ def _drags(x: Order) -> Violations:
             yield m.actuator, m.where, f"{message}: slacken or unhook the slings first"
 
 
-def _fast(x: Order) -> Violations:
+def _fast(x: CheckedOrder) -> Violations:
     """No actuator is faster than it can, with or without a load."""
     for m in (m for m in _moves(x, MOTIONS) if m.model in x.scene.cranes):
         crane, verb = x.scene.cranes[m.model], VERBS[m.verb]
@@ -242,7 +244,7 @@ def _fast(x: Order) -> Violations:
             yield m.actuator, m.where, f"{message}: {limit * 60:g} m/min"
 
 
-def _follows(x: Order) -> Violations:
+def _follows(x: CheckedOrder) -> Violations:
     """No winch and no trolley has to follow a turn faster than it can."""
     for order in x.action.orders:
         if not isinstance(order, actions.Turn):
@@ -264,7 +266,7 @@ def _follows(x: Order) -> Violations:
                     yield name, order.where, f"{message}, it can {limit * 60:g} m/min"
 
 
-def _tips(x: Order) -> Violations:
+def _tips(x: CheckedOrder) -> Violations:
     """A load that is lifted stays as it was: its centre of mass is inside the lugs that carry."""
     if any(isinstance(o, actions.Turn) for o in x.action.orders):
         return
@@ -284,12 +286,12 @@ def _lean(x: StaticState, body: str) -> float:
     return float(atan2(sqrt(1.0 - upright * upright), upright))
 
 
-def _moves(x: Order, verbs: Iterable[str]) -> Iterator[actions.Move]:
+def _moves(x: CheckedOrder, verbs: Iterable[str]) -> Iterator[actions.Move]:
     for order in x.action.orders:
         if isinstance(order, actions.Move) and order.verb in verbs:
             yield order
 
 
-CHECKS: tuple[Callable[[Order], Violations], ...] = (
+CHECKS: tuple[Callable[[CheckedOrder], Violations], ...] = (
     _spoken, _hangs, _reaches, _lets_fall, _turns, _drags, _fast, _follows, _tips,
 )  # fmt: skip

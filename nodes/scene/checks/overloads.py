@@ -11,7 +11,7 @@ from math import inf
 
 import msgspec
 from heavylift.nodes.limits.judging import ELSEWHERE, judge, uses_on_path
-from heavylift.nodes.limits.sentences import WORDS
+from heavylift.nodes.limits.messages import WORDS
 from heavylift.nodes.limits.slings import FERRULE
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import parts

@@ -1,6 +1,6 @@
 """From the keys of a scene file to its plan.
 
-yard                         what the builders share
+scene_builder                         what the builders share
 signals                      what is measured: in conditions, by interlocks, by models of a user's own
 machines, beams, stools      cranes on rails, what hangs on their hooks, blocks; the fidelity of the scene
 limiting                     the table of limits

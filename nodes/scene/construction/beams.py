@@ -36,7 +36,7 @@ from .limiting import reeving, rope_factor
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
 from .rigging.slings import key_of, lugs_of, rated
-from .yard import UPPER, Yard, by_beam, parts_of, ramp_of
+from .scene_builder import UPPER, SceneBuilder, by_beam, parts_of, ramp_of
 
 Edges = tuple[Sheave, ...]
 
@@ -53,7 +53,7 @@ class OnHook:
     beam: plan.Mechanism
 
 
-def on_hook(yard: Yard, rig: schema.Rig, name: str, given: schema.Beam) -> OnHook:
+def on_hook(yard: SceneBuilder, rig: schema.Rig, name: str, given: schema.Beam) -> OnHook:
     """What hangs on the hook of a beam, which is there."""
     path: Path = ("rig", BEAMS, name)
     crane_name, hook = yard.hooks[name]
@@ -116,7 +116,7 @@ def on_hook(yard: Yard, rig: schema.Rig, name: str, given: schema.Beam) -> OnHoo
     return OnHook(hook, rope, heavy, winch, hoist, _slung(yard, rig, name, given, frame, lugs, over))
 
 
-def _frame(yard: Yard, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
+def _frame(yard: SceneBuilder, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
     """Its bodies and joints with the hook block, the origin of whose body hangs at that of the world."""
     base, eye = ("rig", BEAMS, name, "parts"), parts.eye.body
     ends: dict[Path, str] = {("slings", i): end.body for i, end in enumerate(parts.slings)}
@@ -139,7 +139,7 @@ def _frame(yard: Yard, name: str, parts: FrameParts, block: float) -> plan.Mecha
 
 
 def _slung(
-    yard: Yard, rig: schema.Rig, name: str, given: schema.Beam, frame: plan.Mechanism, lugs: list[str],
+    yard: SceneBuilder, rig: schema.Rig, name: str, given: schema.Beam, frame: plan.Mechanism, lugs: list[str],
     over: list[Edges],
 ) -> plan.Mechanism:  # fmt: skip
     """A frame with its slings, which lock brakes of it while none is hooked."""
@@ -176,7 +176,7 @@ def _slung(
 
 
 def _over(
-    yard: Yard, rig: schema.Rig, name: str, given: schema.Beam, own: kinematics.Poses, lugs: list[Point],
+    yard: SceneBuilder, rig: schema.Rig, name: str, given: schema.Beam, own: kinematics.Poses, lugs: list[Point],
     exit_: Vector, hangs: float,
 ) -> tuple[list[Edges], float]:  # fmt: skip
     """The edges of each sling, and how far below its trolley the beam hangs, for which `hangs` is a guess [m]; `own`:
@@ -215,7 +215,7 @@ def _over(
         return over, hangs
 
 
-def _rope(yard: Yard, name: str, given: schema.Beam, carried: float, L0: float) -> Rope:
+def _rope(yard: SceneBuilder, name: str, given: schema.Beam, carried: float, L0: float) -> Rope:
     """The falls of a hook as two lines that are apart."""
     crane_name, hook = yard.hooks[name]
     crane, blocks = yard.scene.cranes[crane_name], yard.scene.all_blocks
@@ -230,7 +230,7 @@ def _rope(yard: Yard, name: str, given: schema.Beam, carried: float, L0: float) 
     return Rope(f"{crane_name}.{hook}", lines, EA, L0, damping, winch=True)
 
 
-def trolley_start(yard: Yard, name: str, crane: schema.Crane, trolley: str) -> float:
+def trolley_start(yard: SceneBuilder, name: str, crane: schema.Crane, trolley: str) -> float:
     """y of a trolley at the start: as written, or above the mean of the lugs its beams carry [m]."""
     written = crane.upper_trolley if trolley == UPPER else crane.lower_trolley
     rig, known = yard.scene.rig, lugs_of(yard.scene)
@@ -245,7 +245,7 @@ def trolley_start(yard: Yard, name: str, crane: schema.Crane, trolley: str) -> f
     return y + sum(lug.p[1] + (blocks[lug.body].at[1] - y) for lug in lugs) / len(lugs)
 
 
-def spare_hooks(yard: Yard, crane: str = "") -> dict[str, Hook]:
+def spare_hooks(yard: SceneBuilder, crane: str = "") -> dict[str, Hook]:
     """Hooks of cranes on rails, or of one of them, on which no beam hangs: rigging may."""
     found, taken = dict[str, Hook](), {f"{owner}.{hook}" for owner, hook in yard.hooks.values()}
     for name, given in yard.scene.cranes.items():
@@ -262,7 +262,7 @@ def spare_hooks(yard: Yard, crane: str = "") -> dict[str, Hook]:
     return found
 
 
-def with_hooks(yard: Yard, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
+def with_hooks(yard: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
     """A crane with the hooks of rigging, too, which its load cells weigh."""
     hooks, cells = hung.hooks, []
     for cell in crane.cells:

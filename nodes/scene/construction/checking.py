@@ -20,7 +20,7 @@ from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-from .yard import box
+from .scene_builder import box
 
 Made = TypeVar("Made")
 NONE: Mapping[str, Edge] = MappingProxyType({})

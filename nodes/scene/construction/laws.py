@@ -22,7 +22,7 @@ from heavylift.nodes.scene.text.source import Path
 from heavylift.nodes.scene.text.units import Dimension
 
 from .checking import Checking
-from .yard import ramp_of
+from .scene_builder import ramp_of
 
 KINDS = {"springs": k.JointSpring, "stops": k.Stop, "brakes": k.Brake, "locks": k.Lock, "drives": k.Drive}
 

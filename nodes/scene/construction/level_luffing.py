@@ -20,14 +20,14 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Follow, Move
 from heavylift.nodes.scene.keys.parts.kinematics import Array, Poses, place, poses
 
+from .scene_builder import SceneBuilder
 from .targets import targets
-from .yard import Yard
 
 NODES = tuple(float(cos(pi * (2 * i + 1) / 8)) for i in range(4))  # of Chebyshev, in -1 to 1
 LEVEL = 1e-9  # of an axis that is level
 
 
-def measuring(yard: Yard, mechanisms: tuple[plan.Mechanism, ...]) -> tuple[plan.Mechanism, ...]:
+def measuring(yard: SceneBuilder, mechanisms: tuple[plan.Mechanism, ...]) -> tuple[plan.Mechanism, ...]:
     """The machines, with the angles of booms measured above hooks that the action list tells to hold their height."""
     asked = [t for action in yard.scene.actions for t, phrase in action.orders.items() if phrase.height]
     known = targets(yard, mechanisms) if asked else {}

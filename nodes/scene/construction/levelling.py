@@ -21,9 +21,9 @@ from heavylift.nodes.scene.language.phrases import OrderPhrase
 from heavylift.nodes.scene.text.source import Path
 
 from .rigging.slings import lugs_of, slings_of
+from .scene_builder import SceneBuilder
 from .signals import Conditions
-from .targets import Actor
-from .yard import Yard
+from .targets import OrderTarget
 
 Pair = tuple[actions.Order, ...]
 APART = 1e-3  # [m], level, of two places that one can be hoisted about the other
@@ -37,7 +37,7 @@ class Levelling:
     that are hooked as the list is read; `turned`: the angle of each block [rad].
     """
 
-    def __init__(self, yard: Yard, conditions: Conditions) -> None:
+    def __init__(self, yard: SceneBuilder, conditions: Conditions) -> None:
         self.yard, self.conditions, self.turned = yard, conditions, dict[str, float]()
         scene, lugs = yard.scene, lugs_of(yard.scene)
         self.lugs = lug_places(yard.machines)
@@ -84,7 +84,7 @@ class Levelling:
         shares = least_norm(rows, [1.0, on.p[0], on.p[1]], IN_LINE) if above else []
         return sum(share * self._rises(x, hooks) for share, (x, _) in zip(shares, above, strict=True))
 
-    def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[Actor]) -> list[Pair]:
+    def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[OrderTarget]) -> list[Pair]:
         """What the hooks hoist, then what they lower; a fault if they hold nothing, or everything."""
         actors = {actor.name: actor for actor in found}
         holds = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == block]

@@ -28,10 +28,10 @@ from .rigging.ratings import (
     sling_limits,
     tandem_limits,
 )
-from .yard import LEVELS, LOWER, UPPER, Yard
+from .scene_builder import LEVELS, LOWER, UPPER, SceneBuilder
 
 
-def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
+def rated_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
     rows += [row for crane in yard.cranes for row in rigging_limits(yard, crane)]
@@ -46,7 +46,7 @@ def rated_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limi
     return (*rows, *_ropes(yard, mechanisms))
 
 
-def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+def scene_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """What counts for everything that is lifted."""
     limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
     where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
@@ -69,7 +69,7 @@ def scene_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[L
         yield from standing_limits(yard, machine)
 
 
-def _supports(yard: Yard, lifting: bool) -> Iterator[Limit]:
+def _supports(yard: SceneBuilder, lifting: bool) -> Iterator[Limit]:
     """What supports carry: each of them, and all of a block together as it lands; how fast it may lift off and land."""
     limits = yard.scene.limits
     most, by = limits.impact, "the scene" if "impact" in limits.model_fields_set else "assumed"
@@ -88,7 +88,7 @@ def _supports(yard: Yard, lifting: bool) -> Iterator[Limit]:
         yield Limit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
 
 
-def _ropes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+def _ropes(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """Ropes that the scene itself limits; those of a mechanism without a limit are unknown."""
     rigged = {sling for m in mechanisms for slings in m.rigged.values() for sling in slings}
     hooks = {hook.rope for m in mechanisms for hook in m.hooks}
@@ -129,7 +129,7 @@ def rope_factor(crane: schema.Crane) -> tuple[float, str]:
     return ROPE_FACTORS[crane.mechanism_group], f"{ISO_4308}, {crane.mechanism_group}{assumed}"
 
 
-def _crane(yard: Yard, crane: plan.Mechanism, given: schema.Crane) -> Iterator[Limit]:
+def _crane(yard: SceneBuilder, crane: plan.Mechanism, given: schema.Crane) -> Iterator[Limit]:
     path: Path = ("cranes", crane.name)
     hooks, slides = sorted(crane.hooks, key=lambda hook: hook.rope), crane.actuators[1:3]
     trolleys = [
@@ -196,7 +196,7 @@ def _hoist(hook: plan.Hoist, given: schema.Crane, row: Callable[..., Limit]) -> 
     yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, **pull})
 
 
-def _off_lead(yard: Yard, crane: plan.Mechanism, hook: plan.Hoist, given: schema.Crane, way: str) -> Limit:
+def _off_lead(yard: SceneBuilder, crane: plan.Mechanism, hook: plan.Hoist, given: schema.Crane, way: str) -> Limit:
     """How far a hook rope may lead off the vertical: its crane's own limit, or that of the scene."""
     limits, key = yard.scene.limits, f"off_lead_{way}"
     own, scene = getattr(given, key), getattr(limits, key)
@@ -235,7 +235,7 @@ def _pushes(
         )  # fmt: skip
 
 
-def _rig(yard: Yard) -> Iterator[Limit]:
+def _rig(yard: SceneBuilder) -> Iterator[Limit]:
     """Slings and the beams that they hang on."""
     rig = yard.scene.rig
     if rig is None:

@@ -11,7 +11,7 @@ from typing import get_args
 
 import msgspec
 from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, RemovedMethod, System, Vector
-from heavylift.nodes.limits.sentences import past_the_end
+from heavylift.nodes.limits.messages import past_the_end
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Cell, Girder
 from heavylift.nodes.plan.planar import groups_of, planar
@@ -24,8 +24,8 @@ from heavylift.nodes.scene.text.source import Path, Source
 from .beams import OnHook, on_hook, trolley_start
 from .environment.footings import footing_of
 from .rigging.slings import lugs_of
+from .scene_builder import LEVELS, LOWER, UPPER, SceneBuilder, box, parts_of, ramp_of
 from .stools import block_machine
-from .yard import LEVELS, LOWER, UPPER, Yard, box, parts_of, ramp_of
 
 LEG, GIRDER = 4.0, 8.0  # widths of a portal's legs and of its girder [m]
 DECK = 2.0  # from the exits of the ropes to the girder, which lies between their two levels [m]
@@ -33,9 +33,9 @@ TOUCH = 1e-6  # [m]
 TROLLEY = 4.0  # height of a trolley [m]
 
 
-def build_machines(source: Source, scene: schema.Scene) -> Yard:
+def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
     """All machines of the scene; what is wrong is added to the faults of the source."""
-    yard = Yard(source, scene)
+    yard = SceneBuilder(source, scene)
     blocks = [block_machine(yard, ("block",))] if scene.block else []
     blocks += [block_machine(yard, ("blocks", name)) for name in scene.blocks] if scene.cranes else []
     if scene.rig:
@@ -86,7 +86,7 @@ def _check_ends(source: Source, scene: schema.Scene) -> None:
         source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
 
 
-def _hang(yard: Yard, rig: schema.Rig) -> None:
+def _hang(yard: SceneBuilder, rig: schema.Rig) -> None:
     """Which beam hangs on which hook."""
     known = [f"{crane} {hook}" for crane, given in yard.scene.cranes.items() for hook in parts_of(given).hooks]
     taken: dict[str, str] = {}
@@ -117,7 +117,9 @@ def _hang(yard: Yard, rig: schema.Rig) -> None:
             yard.source.fault(("rig", BEAMS, name, "lugs"), "the slings of one hook hang on one block")
 
 
-def _crane(yard: Yard, name: str, crane: schema.Crane, hung: Sequence[OnHook], *, tandem: bool) -> plan.Mechanism:
+def _crane(
+    yard: SceneBuilder, name: str, crane: schema.Crane, hung: Sequence[OnHook], *, tandem: bool
+) -> plan.Mechanism:
     """A main body on rails with two trolleys on servos, from which its hook ropes hang."""
     parts, (accel, pulses) = parts_of(crane), ramp_of(crane.ramp)
     starts = {"gantry": crane.at} | {f"{of}-slide": trolley_start(yard, name, crane, of) for of in LEVELS}
@@ -180,7 +182,9 @@ def _body(name: str, given: PortalBody) -> Body:
     return Body(name, given.mass, given.com, ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z)))
 
 
-def _cells(yard: Yard, name: str, crane: schema.Crane, capacity: float, hung: Sequence[OnHook]) -> Iterator[Cell]:
+def _cells(
+    yard: SceneBuilder, name: str, crane: schema.Crane, capacity: float, hung: Sequence[OnHook]
+) -> Iterator[Cell]:
     """Load cells of all hooks together, and of those of a trolley that has several; rated for the blocks, too."""
     groups: dict[str, tuple[float, list[OnHook]]] = {"main": (capacity, [*hung])} if hung else {}
     for of, most in ((UPPER, crane.upper_capacity), (LOWER, crane.lower_capacity)):
@@ -218,7 +222,7 @@ def _trolleys(name: str, parts: PortalParts) -> Iterator[plan.Shape]:
         yield plan.Shape(body=f"{name}.{of}", centre=body.com, size=size, thing=f"{of} trolley of {name}")
 
 
-def _groups(yard: Yard, rig: schema.Rig) -> None:
+def _groups(yard: SceneBuilder, rig: schema.Rig) -> None:
     on_hook = {" ".join(yard.hooks[beam]): beam for beam in yard.hooks}
     for name, members in rig.groups.items():
         found = []
@@ -232,14 +236,14 @@ def _groups(yard: Yard, rig: schema.Rig) -> None:
         yard.groups[name] = tuple(dict.fromkeys(found))
 
 
-def build_fidelity(yard: Yard, machines: Sequence[plan.Mechanism]) -> plan.Fidelity:
+def build_fidelity(yard: SceneBuilder, machines: Sequence[plan.Mechanism]) -> plan.Fidelity:
     """How much is modelled of these machines, groups of joints as names of joints."""
     given, groups = yard.scene.fidelity, groups_of(machines)
     locked = [joint for name in given.locked for joint in groups.get(name, [name])]
     return planar(msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity), machines)
 
 
-def check_locked(yard: Yard, machines: Sequence[plan.Mechanism]) -> None:
+def check_locked(yard: SceneBuilder, machines: Sequence[plan.Mechanism]) -> None:
     """What is to be locked exists; what is wrong is added to the faults of the scene."""
     known = [*groups_of(machines), *(joint.name for machine in machines for joint in machine.system.joints)]
     for i, name in enumerate(yard.scene.fidelity.locked):

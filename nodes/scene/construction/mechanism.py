@@ -33,7 +33,7 @@ from .checking import NONE, Checking, moments
 from .environment.footings import footing_of
 from .laws import actuators, check_curve, check_laws, laws_of
 from .rigging.hooks import Hung, hang
-from .rigging.tree import Tree
+from .rigging.tree import RiggingTree
 from .ropes import reeving_of, rope_of, span
 
 TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
@@ -50,7 +50,7 @@ def build_mechanism(
     gravity: float,
     lift: k.System = NO_LIFT,
     base: Path = ("mechanism",),
-    tree: Tree | None = None,
+    tree: RiggingTree | None = None,
     edges: Mapping[str, Edge] = NONE,
 ) -> plan.Mechanism:
     """The mechanism of the plan, which may act on a lift; what is wrong is added to the faults of the source.
@@ -61,7 +61,7 @@ def build_mechanism(
 
 
 class _Assembly(Checking):
-    def build(self, gravity: float, tree: Tree | None) -> plan.Mechanism:
+    def build(self, gravity: float, tree: RiggingTree | None) -> plan.Mechanism:
         given, called = self.given, str(self.base[-1]) if len(self.base) > 1 else self.given.name
         for key in ("bodies", "joints"):
             if not (getattr(given, key) or self.carried):

@@ -12,20 +12,20 @@ from heavylift.nodes.scene.keys.parts.mechanics import Mechanism, Parts
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source
-from heavylift.nodes.statics.action_preview import at_rest
+from heavylift.nodes.statics.static_path import at_rest
 
 from .beams import spare_hooks, with_hooks
 from .environment.obstacles import obstacles_machine
 from .environment.vessels import afloat, check_decks, vessel_machine
 from .mechanism import build_mechanism
-from .rigging.tree import Tree
+from .rigging.tree import RiggingTree
+from .scene_builder import SceneBuilder
 from .stools import block_machine
-from .yard import Yard
 
 WIND = "wind"
 
 
-def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
+def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     """Each is built about the bodies and joints that the lift, at rest as well as in a run, and those before it have;
     what is wrong is added to the faults of the scene."""
     source, scene = yard.source, yard.scene
@@ -50,7 +50,7 @@ def build_mechanisms(yard: Yard, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
         around = merge([around, built[-1].system], scene.gravity)
     if source.faults:
         return tuple(built)
-    tree = Tree(source, scene, around, spare_hooks(yard)) if scene.rigging else None
+    tree = RiggingTree(source, scene, around, spare_hooks(yard)) if scene.rigging else None
     for crane in yard.cranes if tree else ():
         if own := {name: hook for name, hook in spare_hooks(yard, crane.name).items() if tree and tree.of_any(name)}:
             keys = Mechanism.model_construct(name=crane.name, hooks=own)

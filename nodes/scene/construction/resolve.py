@@ -21,22 +21,22 @@ from .environment.touching import landings, touches
 from .level_luffing import follow
 from .levelling import Levelling
 from .rigging.slings import Sling, key_of, lugs_of, slings_of
+from .scene_builder import SceneBuilder, by_beam, ramp_of
 from .signals import Conditions, wrong_units
-from .targets import Actor, targets
-from .yard import Yard, by_beam, ramp_of
+from .targets import OrderTarget, targets
 
 ROUNDING = 1e-9  # relative, of a speed
 TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
 
-def build_actions(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[plan.Action, ...]:
+def build_actions(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[plan.Action, ...]:
     """The action list of the plan; what is wrong is added to the faults of the scene."""
     resolver = _Resolver(yard, mechanisms)
     return tuple(x for i, action in enumerate(yard.scene.actions) for x in resolver.listed(i, action))
 
 
 def build_orders(
-    yard: Yard, mechanisms: Sequence[plan.Mechanism], path: Path, target: str, phrase: phrases.OrderPhrase
+    yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism], path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
     """One order to a target; what is wrong is added to the faults of the yard's source."""
     resolver = _Resolver(yard, mechanisms)
@@ -47,7 +47,7 @@ def build_orders(
 class _Resolver:
     """Walks through the action list once."""
 
-    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
+    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source = yard, yard.source
         self.targets = targets(yard, mechanisms)
         self.lugs = lugs_of(yard.scene)
@@ -76,7 +76,7 @@ class _Resolver:
         self.levelling.follow(first.orders)
         return [first, *(plan.Action(orders=orders, where=first.where) for orders in after if orders)]
 
-    def _brakes(self, path: Path, found: tuple[Actor, ...]) -> tuple[actions.Order, ...]:
+    def _brakes(self, path: Path, found: tuple[OrderTarget, ...]) -> tuple[actions.Order, ...]:
         """The brakes of what is to be held, as they are engaged once it stands."""
         systems = [(machine.name, machine.system) for machine in self.conditions.mechanisms]
         names = {actor.name for actor in found}
@@ -85,7 +85,7 @@ class _Resolver:
         where = self.source.where(path)
         return tuple(actions.Brake(model=m, brake=b, engaged=True, where=where) for m, b in brakes)
 
-    def _keeps(self, path: Path, found: tuple[Actor, ...], action: plan.Action) -> plan.Action:
+    def _keeps(self, path: Path, found: tuple[OrderTarget, ...], action: plan.Action) -> plan.Action:
         """Winches follow what luffs in their action."""
         luffs = [x for x in action.orders if isinstance(x, actions.Move) and x.verb == "luff"]
         for actor in found:
@@ -127,7 +127,7 @@ class _Resolver:
     def orders(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> list[actions.Order]:
         return self._orders(path, self._actors(path, target, phrase), phrase)
 
-    def _actors(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> tuple[Actor, ...]:
+    def _actors(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> tuple[OrderTarget, ...]:
         words = " ".join(target.split())
         found = self.targets.get(words)
         machines = tuple(dict.fromkeys(actor.model for actor in found or ()))
@@ -144,12 +144,12 @@ class _Resolver:
             self.source.fault(path, f"'{target}' cannot {phrase.verb}", f"it can: {', '.join(fitting)}")
         return obeying
 
-    def of_machine(self, machine: str) -> tuple[Actor, ...]:
+    def of_machine(self, machine: str) -> tuple[OrderTarget, ...]:
         """All that moves in a machine."""
         found = (actor for actors in self.targets.values() for actor in actors if actor.model == machine)
         return tuple({actor.name: actor for actor in found if actor.obeys(VERBS["stop"])}.values())
 
-    def _orders(self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase) -> list[actions.Order]:
+    def _orders(self, path: Path, found: tuple[OrderTarget, ...], phrase: phrases.OrderPhrase) -> list[actions.Order]:
         if not found:
             return []
         where, verb = self.source.where(path), VERBS[phrase.verb]
@@ -198,7 +198,7 @@ class _Resolver:
                 return [*(self._together(path, moves) if phrase.together else moves)]
 
     def _move(
-        self, path: Path, actor: Actor, phrase: phrases.OrderPhrase, until: actions.Condition | None, where: str
+        self, path: Path, actor: OrderTarget, phrase: phrases.OrderPhrase, until: actions.Condition | None, where: str
     ) -> actions.Move:
         winding = actor.kind in {"hook", "winch"}
         if phrase.to is not None and winding != phrase.of_rope:
@@ -258,7 +258,7 @@ class _Resolver:
         return [actions.Hookup(sling=rope, where=where) for rope in asked]
 
     def _stops(
-        self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str
+        self, path: Path, found: tuple[OrderTarget, ...], phrase: phrases.OrderPhrase, where: str
     ) -> list[actions.Order]:
         given = phrase.ramp if isinstance(phrase.ramp, float) else None
         for actor in found if given else ():
@@ -275,7 +275,7 @@ class _Resolver:
         return [msgspec.structs.replace(move, together=names, accel=accel) for move in moves]
 
     def _hookups(
-        self, path: Path, found: tuple[Actor, ...], phrase: phrases.OrderPhrase, where: str
+        self, path: Path, found: tuple[OrderTarget, ...], phrase: phrases.OrderPhrase, where: str
     ) -> list[actions.Order]:
         slings = [s for actor in found for s in self._slings_of(actor)]
         held = {rope.name: rope.lines[-1].b.body for machine in self.yard.machines for rope in machine.system.ropes}
@@ -307,7 +307,7 @@ class _Resolver:
                 orders.append(actions.Hookup(sling=sling, lug=key_of(lug, self.lugs[lug]), where=where))
         return orders
 
-    def _slings_of(self, actor: Actor) -> list[str]:
+    def _slings_of(self, actor: OrderTarget) -> list[str]:
         if actor.kind in ("sling", "rope"):
             return [actor.name]
         return [tie.rope for tie in self.yard.slings(actor.beam)]

@@ -27,14 +27,14 @@ from heavylift.nodes.scene.keys.parts.flexible import Hull
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
-from .yard import LOWER, UPPER, Yard, box
+from .scene_builder import LOWER, UPPER, SceneBuilder, box
 
 SAME = 1e-9  # relative, of masses that are equal
 TOUCH = 1e-6  # [m]
 SINGULAR = 1e-12  # singular value, relative, of stools in one line
 
 
-def block_machine(yard: Yard, base: Path) -> plan.Mechanism:
+def block_machine(yard: SceneBuilder, base: Path) -> plan.Mechanism:
     """A block as a machine made of parts: a body on a free joint above its stools; the one of a scene, or one that its
     list turns, can be set onto its other face.  `base`: where it stands in the scene, its name last."""
     name, alone, where = str(base[-1]), len(base) == 1, yard.source.where(base)
@@ -151,7 +151,9 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
     return (x, y, z - a, d * i - s * j, d * j + s * i, s * w, d * w)
 
 
-def flexible_of(yard: Yard, block: schema.Block, body: Body, stools: list[Support], base: Path) -> Flexible | None:
+def flexible_of(
+    yard: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
+) -> Flexible | None:
     """What bends of a block with its mass properties and pads, if anything does; what is wrong is a fault."""
     if block.beam is None and not block.modes:
         return None
@@ -171,7 +173,7 @@ def flexible_of(yard: Yard, block: schema.Block, body: Body, stools: list[Suppor
     return made
 
 
-def _beam(yard: Yard, block: schema.Block, hull: Hull, body: Body, key: Path) -> Flexible | None:
+def _beam(yard: SceneBuilder, block: schema.Block, hull: Hull, body: Body, key: Path) -> Flexible | None:
     length, bends = block.size[0], hull.mass or block.mass
     if bends > block.mass * (1.0 + SAME):
         told = f"the block has {block.mass / 1e3:g} t, of which no {bends / 1e3:g} t can bend"
@@ -192,7 +194,7 @@ def _beam(yard: Yard, block: schema.Block, hull: Hull, body: Body, key: Path) ->
     return Flexible(hull.modes, beam, frame="free", damping=hull.damping, loads=tuple(hull.loads), gauges=gauges)
 
 
-def _modes(yard: Yard, block: schema.Block, stools: list[Support], base: Path) -> Flexible | None:
+def _modes(yard: SceneBuilder, block: schema.Block, stools: list[Support], base: Path) -> Flexible | None:
     places = {**block.lugs, **{s.name.partition(".")[2]: s.point.p for s in stools}}
     named = dict.fromkeys(word for mode in block.modes.values() for word in mode.shape)
     for name, mode in block.modes.items():

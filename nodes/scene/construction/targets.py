@@ -13,11 +13,11 @@ from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.verbs import Kind, Verb
 
-from .yard import LOWER, UPPER, Yard
+from .scene_builder import LOWER, UPPER, SceneBuilder
 
 
 @dataclass(frozen=True)
-class Actor:
+class OrderTarget:
     """What an order can address: the model that has it, its name there, its ramp [m/s2 or rad/s2], how many pulses a
     ramp without swing has, whether it turns; `verb`: the one that is its own, `speed`: its highest, if it has one;
     `emergency`: the deceleration of what stops it."""
@@ -40,11 +40,11 @@ class Actor:
         return self.kind in verb.kinds and own and fits
 
 
-def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[Actor, ...]]:
+def targets(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[OrderTarget, ...]]:
     """Every target of this scene with its actors."""
-    table: dict[str, tuple[Actor, ...]] = {}
+    table: dict[str, tuple[OrderTarget, ...]] = {}
     on_hook = {f"{c}.{h}": (f"{c} {h}", beam) for beam, (c, h) in yard.hooks.items()}
-    hooks: dict[str, Actor] = {}
+    hooks: dict[str, OrderTarget] = {}
     for crane in yard.cranes:
         gantry, upper, lower, *winches = crane.actuators
         table[crane.name] = (_driven("gantry", crane.name, gantry.name, gantry),)
@@ -56,7 +56,7 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
                 table[winch.name.replace(".", " ", 1)] = table[winch.name] = (hooks[winch.name],)
                 continue
             words, beam = on_hook[winch.name]
-            hooks[beam] = Actor("hook", crane.name, winch.name, winch.accel, beam, emergency=winch.emergency)
+            hooks[beam] = OrderTarget("hook", crane.name, winch.name, winch.accel, beam, emergency=winch.emergency)
             table[words] = table[beam] = (hooks[beam],)
     for group, beams in yard.groups.items():
         table[f"{group} hooks"] = tuple(hooks[beam] for beam in beams if beam in hooks)
@@ -71,21 +71,21 @@ def targets(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple
             table[f"all {plural}"] = table[plural]
     for beam in yard.hooks:
         for tie in yard.slings(beam):
-            table[tie.rope] = (Actor("sling", beam, tie.rope, beam=beam),)
+            table[tie.rope] = (OrderTarget("sling", beam, tie.rope, beam=beam),)
     turns = yard.cranes or any(traversing(machine, hook) for machine in mechanisms for hook in machine.hooks)
     for name in yard.scene.all_blocks:
-        table[name] = (Actor("block", name, "turn") if turns else Actor("load", name, "level"),)
+        table[name] = (OrderTarget("block", name, "turn") if turns else OrderTarget("load", name, "level"),)
     for mechanism in mechanisms:
         _of_machine(table, mechanism)
     for interlock in yard.interlocks:
-        actors = (Actor("interlock", interlock.machine, interlock.name),)
+        actors = (OrderTarget("interlock", interlock.machine, interlock.name),)
         table[interlock.name] = table[interlock.name.replace(".", " ", 1)] = actors
-    table |= {lift: (Actor("lift", lift, lift),) for lift in yard.scene.lifts}
-    table["wait"] = (Actor("none", "", "wait"),)
+    table |= {lift: (OrderTarget("lift", lift, lift),) for lift in yard.scene.lifts}
+    table["wait"] = (OrderTarget("none", "", "wait"),)
     return table
 
 
-def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) -> None:
+def _of_machine(table: dict[str, tuple[OrderTarget, ...]], machine: plan.Mechanism) -> None:
     """Targets of a mechanism; it can itself be given the verbs of its drives, and of its hook if it has one only."""
     drives = {drive.name for drive in machine.system.drives}
     angular = turning(machine.system)
@@ -94,11 +94,11 @@ def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) ->
         actor = _driven(kind, machine.name, actuator.name, actuator, actuator.name in angular)
         table[actuator.name] = table[actuator.name.replace(f"{machine.name}.", f"{machine.name} ", 1)] = (actor,)
     for rope in (rope for rope in machine.system.all_ropes if not rope.winch):
-        table[rope.name] = (Actor("rope", machine.name, rope.name),)
+        table[rope.name] = (OrderTarget("rope", machine.name, rope.name),)
     for brake in machine.system.brakes:
-        table[brake.name] = (Actor("brake", machine.name, brake.name),)
+        table[brake.name] = (OrderTarget("brake", machine.name, brake.name),)
     for lock in machine.system.locks:
-        table[lock.name] = (Actor("lock", machine.name, lock.name),)
+        table[lock.name] = (OrderTarget("lock", machine.name, lock.name),)
     moved = [table[a.name][0] for a in machine.actuators if a.verb and a.name in drives]
     hooks = tuple(table[hook.rope][0] for hook in machine.hooks)
     for name, slings in machine.rigged.items():
@@ -110,5 +110,5 @@ def _of_machine(table: dict[str, tuple[Actor, ...]], machine: plan.Mechanism) ->
                 table[plural] = table[f"all {plural}"] = (*table.get(plural, ()), *actors)
 
 
-def _driven(kind: Kind, model: str, name: str, by: plan.Actuator, turns: bool = False) -> Actor:
-    return Actor(kind, model, name, by.accel, "", turns, by.pulses, by.verb, by.speed, by.emergency)
+def _driven(kind: Kind, model: str, name: str, by: plan.Actuator, turns: bool = False) -> OrderTarget:
+    return OrderTarget(kind, model, name, by.accel, "", turns, by.pulses, by.verb, by.speed, by.emergency)

@@ -20,7 +20,7 @@ from heavylift.nodes.scene.text.units import Dimension
 
 from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest, State, SwingRamp, Test
 from .quantities import QUANTITIES
-from .words import Reader
+from .words import PhraseReader
 
 Phrase = TypeVar("Phrase")
 
@@ -42,14 +42,14 @@ def read_condition(text: str) -> ConditionPhrase:
     return _whole(text, _condition)
 
 
-def _whole(text: str, reads: Callable[[Reader], Phrase]) -> Phrase:
-    reader = Reader(text)
+def _whole(text: str, reads: Callable[[PhraseReader], Phrase]) -> Phrase:
+    reader = PhraseReader(text)
     phrase = reads(reader)
     reader.end()
     return phrase
 
 
-def _order(r: Reader) -> OrderPhrase:
+def _order(r: PhraseReader) -> OrderPhrase:
     column = r.at
     name = r.take(*VERBS)
     if not name:
@@ -74,7 +74,7 @@ def _order(r: Reader) -> OrderPhrase:
     return OrderPhrase(name)
 
 
-def _motion(r: Reader, verb: Verb) -> OrderPhrase:
+def _motion(r: PhraseReader, verb: Verb) -> OrderPhrase:
     turning = verb.units == "turning" or (verb.units == "either" and r.turning)
     speed = r.positive(units.RATE if turning else units.SPEED)
     stroke = units.ANGLE if turning else units.LENGTH
@@ -100,7 +100,7 @@ def _motion(r: Reader, verb: Verb) -> OrderPhrase:
     return replace(order, together=verb.becomes == "move" and bool(r.take("together")))
 
 
-def _level(r: Reader, name: str) -> OrderPhrase:
+def _level(r: PhraseReader, name: str) -> OrderPhrase:
     speed = r.positive(units.SPEED)
     r.expect("within", after="after the speed")
     within = r.positive(units.ANGLE)
@@ -112,7 +112,7 @@ def _level(r: Reader, name: str) -> OrderPhrase:
     return OrderPhrase(name, speed, to=to, within=within, hooks=tuple(hooks))
 
 
-def _ramp(r: Reader, dimension: Dimension) -> float | SwingRamp:
+def _ramp(r: PhraseReader, dimension: Dimension) -> float | SwingRamp:
     if r.take("one"):
         r.expect("swing", after="after 'ramp one'")
         return SwingRamp()
@@ -124,14 +124,14 @@ def _ramp(r: Reader, dimension: Dimension) -> float | SwingRamp:
     return SwingRamp(2, accel)
 
 
-def _or_until(r: Reader) -> ConditionPhrase | None:
+def _or_until(r: PhraseReader) -> ConditionPhrase | None:
     if not r.take("or"):
         return None
     r.expect("until", after="after 'or'")
     return _condition(r)
 
 
-def _lugs(r: Reader, after: str = "hook") -> tuple[str, ...]:
+def _lugs(r: PhraseReader, after: str = "hook") -> tuple[str, ...]:
     r.expect("[", after=f"after '{after}'")
     lugs = [r.name("the name of a lug")]
     while r.expect(",", "]", after="after a lug") == ",":
@@ -139,20 +139,20 @@ def _lugs(r: Reader, after: str = "hook") -> tuple[str, ...]:
     return tuple(lugs)
 
 
-def _condition(r: Reader) -> ConditionPhrase:
+def _condition(r: PhraseReader) -> ConditionPhrase:
     tests = [_worded(r)]
     while r.take("and"):
         tests.append(_worded(r))
     return tuple(tests)
 
 
-def _worded(r: Reader) -> Test:
+def _worded(r: PhraseReader) -> Test:
     start = r.at
     test = _test(r)
     return msgspec.structs.replace(test, text=r.text[start : r.at].strip())
 
 
-def _test(r: Reader) -> Test:
+def _test(r: PhraseReader) -> Test:
     column = r.at
     if r.take("after"):
         return After(seconds=r.quantity(units.DURATION))
@@ -172,7 +172,7 @@ def _test(r: Reader) -> Test:
     return _tension_state(r)
 
 
-def _tension_state(r: Reader) -> SlingTest:
+def _tension_state(r: PhraseReader) -> SlingTest:
     column = r.at
     if r.next in {"taut", "slack"}:
         message = f"'{r.next}' needs to know of what"
@@ -201,7 +201,7 @@ def _tension_state(r: Reader) -> SlingTest:
     )
 
 
-def _crossing(r: Reader) -> CrossTest:
+def _crossing(r: PhraseReader) -> CrossTest:
     column = r.at
     quantity = _quantity(r)
     row, of = QUANTITIES[quantity], ""
@@ -227,7 +227,7 @@ def _crossing(r: Reader) -> CrossTest:
     return CrossTest(quantity, of, sign == ">=", value, turning, column, share)
 
 
-def _quantity(r: Reader) -> str:
+def _quantity(r: PhraseReader) -> str:
     """The words of a quantity, the longest that stand there."""
     words = r.take(*{quantity.split()[0] for quantity in QUANTITIES})
     seconds = [quantity.split()[1] for quantity in QUANTITIES if quantity.startswith(f"{words} ")]
@@ -235,7 +235,7 @@ def _quantity(r: Reader) -> str:
     return f"{words} {more}".strip()
 
 
-def _names(r: Reader) -> str:
+def _names(r: PhraseReader) -> str:
     """A name, one word or two ("west H1"), or a set of slings or ropes."""
     if r.take("all", "any") == "any":
         return "any " + r.expect("hook", "sling", after="after 'any'")

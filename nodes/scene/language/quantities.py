@@ -10,7 +10,7 @@ from heavylift.nodes.scene.text.units import Dimension
 
 
 @dataclass(frozen=True)
-class Quantity:
+class NamedQuantity:
     """Its dimension, and how many names it is of; "some": one, or the block's where there is none; of what is `rated`
     a value may be a share."""
 
@@ -20,19 +20,19 @@ class Quantity:
 
 
 QUANTITIES = {
-    "angle": Quantity(units.ANGLE, "some"),
-    "height difference": Quantity(units.LENGTH, "two"),
-    "height": Quantity(units.LENGTH, "some"),
-    "position": Quantity(units.STROKE),
-    "speed": Quantity(units.STROKE_SPEED),
-    "length": Quantity(units.LENGTH),
-    "tension": Quantity(units.FORCE, rated=True),
-    "load": Quantity(units.MASS, rated=True),
-    "moment": Quantity(units.RATIO),
-    "radius": Quantity(units.LENGTH),
-    "off-lead": Quantity(units.ANGLE),
-    "swing along": Quantity(units.ANGLE),
-    "swing across": Quantity(units.ANGLE),
-    "gap": Quantity(units.LENGTH, "two"),
-    "wind": Quantity(units.SPEED, "none"),
+    "angle": NamedQuantity(units.ANGLE, "some"),
+    "height difference": NamedQuantity(units.LENGTH, "two"),
+    "height": NamedQuantity(units.LENGTH, "some"),
+    "position": NamedQuantity(units.STROKE),
+    "speed": NamedQuantity(units.STROKE_SPEED),
+    "length": NamedQuantity(units.LENGTH),
+    "tension": NamedQuantity(units.FORCE, rated=True),
+    "load": NamedQuantity(units.MASS, rated=True),
+    "moment": NamedQuantity(units.RATIO),
+    "radius": NamedQuantity(units.LENGTH),
+    "off-lead": NamedQuantity(units.ANGLE),
+    "swing along": NamedQuantity(units.ANGLE),
+    "swing across": NamedQuantity(units.ANGLE),
+    "gap": NamedQuantity(units.LENGTH, "two"),
+    "wind": NamedQuantity(units.SPEED, "none"),
 }

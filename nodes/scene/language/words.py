@@ -16,7 +16,7 @@ LONGEST = 10_000  # characters of a phrase
 _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
 
-class Reader:
+class PhraseReader:
     """The unread rest of a phrase."""
 
     def __init__(self, text: str) -> None:

@@ -41,7 +41,7 @@ def within(root: Path, path: Path) -> Path:
     raise ValueError(f"{path.name!r} is outside of the scene's folder, whose files alone it may use; copy it there")
 
 
-def named_so_far() -> str:
+def files_read() -> str:
     """Changes whenever a scene leads to another file."""
     return repr(_named)
 

@@ -39,7 +39,7 @@ Triangle = tuple[Vector, Vector, Vector]
 
 
 @dataclass(frozen=True)
-class Solid:
+class MeshProperties:
     """Volume [m3], its middle [m], and Ixx, Iyy, Izz, Ixy, Ixz, Iyz about that, of density 1 [m5]."""
 
     volume: float
@@ -175,7 +175,7 @@ def _bounds(triangles: Sequence[Sequence[Vector]]) -> tuple[list[float], list[fl
     return [min(x) for x in columns], [max(x) for x in columns]
 
 
-def solid(triangles: Sequence[Triangle]) -> Solid:
+def solid(triangles: Sequence[Triangle]) -> MeshProperties:
     """Mass properties of the inside of a closed surface, of density 1."""
     signed = [(_determinant(a, b, c), a, b, c) for a, b, c in triangles]
     volume = fsum(d for d, *_ in signed) / 6.0
@@ -192,7 +192,7 @@ def solid(triangles: Sequence[Triangle]) -> Solid:
         return fsum(terms) / 120.0 - volume * middle[i] * middle[j]
 
     xx, yy, zz, xy, xz, yz = (second(i, j) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    return Solid(volume, (middle[0], middle[1], middle[2]), (yy + zz, xx + zz, xx + yy, -xy, -xz, -yz))
+    return MeshProperties(volume, (middle[0], middle[1], middle[2]), (yy + zz, xx + zz, xx + yy, -xy, -xz, -yz))
 
 
 def _determinant(a: Vector, b: Vector, c: Vector) -> float:

@@ -25,20 +25,20 @@ MARKS = {"xl/worksheets/": 2_000_000, "xl/sharedStrings": 500_000, "": 50_000}  
 
 
 @dataclass(frozen=True)
-class Cell:
+class TableCell:
     """What stands in a table, and where."""
 
     text: str
     mark: Mark
 
     @classmethod
-    def of(cls, text: str, mark: Mark) -> Cell:
+    def of(cls, text: str, mark: Mark) -> TableCell:
         """A cell of a file, as it may be printed."""
         return cls(printable(text.strip(), keep=SPACES), mark)
 
 
 @dataclass(frozen=True)
-class Column:
+class TableColumn:
     """A head: the key that it names, the axis of a place, the unit of what stands below."""
 
     key: str
@@ -71,7 +71,7 @@ def row_names(root: FilePath, file: str) -> list[str]:
     return list(dict.fromkeys(row[0].text for row in table(root, file)[1]))
 
 
-def table(root: FilePath, file: str) -> tuple[list[Column], list[list[Cell]]]:
+def table(root: FilePath, file: str) -> tuple[list[TableColumn], list[list[TableCell]]]:
     """Head and rows of a table in the scene's folder."""
     read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
     if read is None:
@@ -91,16 +91,16 @@ def table(root: FilePath, file: str) -> tuple[list[Column], list[list[Cell]]]:
         if any(cell.text for cell in row[width:]):
             where = f"{file}:{row[0].mark.line}"
             raise SceneError(f"{where}: has more cells than the head; write decimal points, or ';' between cells")
-    return head, [row[:width] + [Cell("", row[0].mark)] * (width - len(row)) for row in rows[1:]]
+    return head, [row[:width] + [TableCell("", row[0].mark)] * (width - len(row)) for row in rows[1:]]
 
 
-def _column(cell: Cell) -> Column:
+def _column(cell: TableCell) -> TableColumn:
     found = HEAD.fullmatch(cell.text)
     key, axis, unit = ((found[x] or "").strip() for x in ("key", "axis", "unit")) if found else (cell.text, "", "")
-    return Column(key, axis, unit, cell.mark)
+    return TableColumn(key, axis, unit, cell.mark)
 
 
-def _separated(data: bytes, file: str) -> Iterator[list[Cell]]:
+def _separated(data: bytes, file: str) -> Iterator[list[TableCell]]:
     try:
         lines = data.decode("utf-8-sig").splitlines()
     except ValueError:
@@ -115,7 +115,7 @@ def _separated(data: bytes, file: str) -> Iterator[list[Cell]]:
         at, row = 0, []
         for text in texts:
             at = max(at, line.find(text, at))
-            row.append(Cell.of(text, Mark(file, number, at + 1, line)))
+            row.append(TableCell.of(text, Mark(file, number, at + 1, line)))
             at += len(text) + 1
         yield row
 
@@ -132,7 +132,7 @@ def _weigh(workbook: zipfile.ZipFile, file: str) -> None:
             raise SceneError(f"the table '{file}' {told.format(MOST_ROWS, MOST_COLUMNS)}")
 
 
-def _workbook(data: bytes, file: str) -> Iterator[list[Cell]]:
+def _workbook(data: bytes, file: str) -> Iterator[list[TableCell]]:
     """The first sheet."""
     try:
         from openpyxl import load_workbook
@@ -151,6 +151,6 @@ def _workbook(data: bytes, file: str) -> Iterator[list[Cell]]:
         line, row = " | ".join(texts), []
         at = 0
         for text in texts:
-            row.append(Cell.of(text, Mark(file, number, at + 1, line)))
+            row.append(TableCell.of(text, Mark(file, number, at + 1, line)))
             at += len(text) + 3
         yield row

@@ -27,7 +27,7 @@ from heavylift.kernel.errors import SceneError
 from . import units
 from .faults import closest, raise_faults
 from .source import Data, Mark, Path, Source
-from .table_files import AXES, Cell, Column, Found, lay, table, with_unit
+from .table_files import AXES, Found, TableCell, TableColumn, lay, table, with_unit
 
 BLOCK = "block"
 ROW, LUGS, MODES = "from", "lugs from", "modes from"
@@ -111,7 +111,7 @@ def _names(data: Data) -> list[str]:
     return list(data) if isinstance(data, dict) else []
 
 
-def _charts(head: list[Column], rows: list[list[Cell]], file: str) -> tuple[list[Data], dict[Path, Mark]]:
+def _charts(head: list[TableColumn], rows: list[list[TableCell]], file: str) -> tuple[list[Data], dict[Path, Mark]]:
     """A chart for each boom, counterweight and base, with the marks of its cells."""
     places = {column.key: i for i, column in enumerate(head) if column.unit}
     booms = [i for i, column in enumerate(head) if column.key.startswith("boom ")]
@@ -142,7 +142,7 @@ def _wins(source: Source, path: Path, named: Mark) -> bool:
     return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
 
 
-def _block(source: Source, base: Path, head: list[Column], row: list[Cell], named: Mark) -> Found:
+def _block(source: Source, base: Path, head: list[TableColumn], row: list[TableCell], named: Mark) -> Found:
     """The keys of a row."""
     found: Found = {}
     for column, cell in zip(head[1:], row[1:], strict=False):
@@ -172,7 +172,9 @@ def _block(source: Source, base: Path, head: list[Column], row: list[Cell], name
     return found
 
 
-def _lugs(source: Source, base: Path, head: list[Column], rows: list[list[Cell]], block: str, file: str) -> Found:
+def _lugs(
+    source: Source, base: Path, head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str
+) -> Found:
     """The lugs of a block by name."""
     if others := [c.key for c in head if c.unit and (c.axis or c.key) not in AXES]:
         raise SceneError(f"{file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
@@ -188,7 +190,9 @@ def _lugs(source: Source, base: Path, head: list[Column], rows: list[list[Cell]]
     return found
 
 
-def _modes(source: Source, base: Path, head: list[Column], rows: list[list[Cell]], block: str, file: str) -> Found:
+def _modes(
+    source: Source, base: Path, head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str
+) -> Found:
     """The modes of a block by name, each of as many rows as places have a displacement in it."""
     chosen, places = _chosen(head, rows, block, file, "")
     first = 1 if block else 0
@@ -214,8 +218,8 @@ def _modes(source: Source, base: Path, head: list[Column], rows: list[list[Cell]
 
 
 def _chosen(
-    head: list[Column], rows: list[list[Cell]], block: str, file: str, unit: str
-) -> tuple[list[list[Cell]], dict[str, int]]:
+    head: list[TableColumn], rows: list[list[TableCell]], block: str, file: str, unit: str
+) -> tuple[list[list[TableCell]], dict[str, int]]:
     """The rows of a block, and which columns are x, y and z."""
     chosen = _named(rows, block, file) if block or not rows else rows
     places = {column.axis or column.key: i for i, column in enumerate(head)}
@@ -224,14 +228,14 @@ def _chosen(
     return chosen, {x: places[x] for x in AXES}
 
 
-def _named(rows: list[list[Cell]], name: str, file: str) -> list[list[Cell]]:
+def _named(rows: list[list[TableCell]], name: str, file: str) -> list[list[TableCell]]:
     found = [row for row in rows if name and row[0].text == name]
     if not found:
         raise SceneError(f"{file} has no row '{name}': {closest(name, dict.fromkeys(row[0].text for row in rows))}")
     return found
 
 
-def _only(rows: list[list[Cell]], name: str, file: str) -> list[Cell]:
+def _only(rows: list[list[TableCell]], name: str, file: str) -> list[TableCell]:
     found = _named(rows, name, file)
     if len(found) > 1:
         lines = " and ".join(str(row[0].mark.line) for row in found[:2])
@@ -239,7 +243,7 @@ def _only(rows: list[list[Cell]], name: str, file: str) -> list[Cell]:
     return found[0]
 
 
-Answer = tuple[dict[str, float], list[float], list[Cell]]  # of a row: its wave, parts of all motions, its cells
+Answer = tuple[dict[str, float], list[float], list[TableCell]]  # of a row: its wave, parts of all motions, its cells
 
 
 def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> None:
@@ -260,7 +264,7 @@ def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> No
         if lacking := [f"{x} phase" for x in moved if f"{x} phase" not in heads]:
             raise SceneError(f"{file} has no column '{lacking[0]} [deg]'")
 
-        def number(row: list[Cell], what: str) -> float:
+        def number(row: list[TableCell], what: str) -> float:
             cell = row[heads[what]]
             try:
                 return known[what].read(with_unit(cell.text, head[heads[what]].unit))
@@ -299,7 +303,9 @@ def _met(source: Source, vessel: Path) -> dict[str, float]:
     return {"period": units.TIME.read(waves.get("period")), "heading": angles[0] - angles[1]}
 
 
-def _between(rows: list[Answer], axes: list[str], met: dict[str, float], file: str) -> tuple[list[float], list[Cell]]:
+def _between(
+    rows: list[Answer], axes: list[str], met: dict[str, float], file: str
+) -> tuple[list[float], list[TableCell]]:
     """The parts of all motions in a wave, and the cells of a row beside it."""
     if not axes:
         if len(rows) > 1:

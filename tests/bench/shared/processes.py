@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from heavylift.coordinator.run import Watch
+from heavylift.coordinator.run import RunObserver
 from heavylift.recordings import recover
 
 FORK = multiprocessing.get_context("fork")
@@ -45,7 +45,7 @@ class Forked:
             self._process.join()
 
 
-class Told(Watch):
+class Told(RunObserver):
     """Says on standard output which simulation time [ns] was reached."""
 
     def progress(self, t_ns: int) -> None:

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.commands import Finding, app, findings
+from heavylift.coordinator.commands import HealthFinding, app, findings
 from heavylift.nodes.scene import bundled, json_schema, load
 from ruamel.yaml import YAML
 from typer.testing import CliRunner
@@ -63,7 +63,11 @@ def test_the_installation_is_looked_at() -> None:
 
 
 def test_what_is_broken_ends_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = [Finding("numpy", "ok", "2"), Finding("browser", "missing", "none"), Finding("cache", "broken", "read-only")]
+    told = [
+        HealthFinding("numpy", "ok", "2"),
+        HealthFinding("browser", "missing", "none"),
+        HealthFinding("cache", "broken", "read-only"),
+    ]
     monkeypatch.setattr("heavylift.coordinator.commands.health.findings", lambda: iter(told))
     result = CliRunner().invoke(app, ["doctor", "--json"])
     assert [line["state"] for line in json.loads(result.output)] == ["ok", "missing", "broken"]

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 import pytest
-from heavylift.coordinator.commands.common import paying
-from heavylift.coordinator.run import Watch
+from heavylift.coordinator.commands.common import process_count
+from heavylift.coordinator.run import RunObserver
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Event
 
@@ -20,7 +20,7 @@ class Machine:
     def perf_counter(self) -> float:
         return self.now
 
-    def run(self, count: int, watch: Watch) -> None:
+    def run(self, count: int, watch: RunObserver) -> None:
         self.tried.append(count)
         watch.waiting()
         for i in range(self.events):
@@ -32,7 +32,7 @@ class Machine:
 @pytest.fixture
 def on(monkeypatch: pytest.MonkeyPatch) -> Callable[[Machine], Machine]:
     def there(machine: Machine) -> Machine:
-        monkeypatch.setattr(paying, "time", machine)
+        monkeypatch.setattr(process_count, "time", machine)
         return machine
 
     return there
@@ -41,44 +41,44 @@ def on(monkeypatch: pytest.MonkeyPatch) -> Callable[[Machine], Machine]:
 def test_the_fastest_is_taken_and_all_are_told(on):
     machine = on(Machine({1: 0.25, 2: 0.15, 4: 0.1, 6: 0.2}))
     found = "1 process takes 1.25 s for the first 5 s of the run, 2 take 0.75 s, 4 take 0.50 s, 6 take longer"
-    assert paying.paying(machine.run, 8, most=6) == (4, found)
+    assert process_count.paying(machine.run, 8, most=6) == (4, found)
     assert machine.tried == [1, 2, 4, 6]
 
 
 def test_a_gain_within_noise_is_none(on):
     machine = on(Machine({1: 0.25, 2: 0.24}))
-    assert paying.paying(machine.run, 8, most=2) == (
+    assert process_count.paying(machine.run, 8, most=2) == (
         1, "1 process takes 1.25 s for the first 5 s of the run, 2 take 1.20 s",
     )  # fmt: skip
 
 
 def test_a_run_of_less_than_a_second_needs_one_process(on):
     machine = on(Machine({1: 0.25}, events=3))
-    assert paying.paying(machine.run, 8, most=4) == (1, "1 process takes 0.75 s for all of the run")
+    assert process_count.paying(machine.run, 8, most=4) == (1, "1 process takes 0.75 s for all of the run")
     assert machine.tried == [1]
 
 
 def test_no_more_processes_are_tried_than_there_are_models(on):
     machine = on(Machine({1: 0.25, 2: 0.15, 3: 0.1}))
-    assert paying.paying(machine.run, 3, most=64)[0] == 3
+    assert process_count.paying(machine.run, 3, most=64)[0] == 3
     assert machine.tried == [1, 2, 3]
 
 
 def test_models_that_work_before_they_say_anything_have_all_cores(on):
     machine = on(Machine({}))
 
-    def silent(count: int, watch: Watch) -> None:
+    def silent(count: int, watch: RunObserver) -> None:
         while True:
             watch.waiting()
             machine.now += 0.3
 
-    assert paying.paying(silent, 8, most=4) == (4, "its models work for 1 s before anything is said")
+    assert process_count.paying(silent, 8, most=4) == (4, "its models work for 1 s before anything is said")
 
 
 def test_a_run_that_fails_is_left_to_fail_where_it_is_recorded(on):
     on(Machine({}))
 
-    def failing(count: int, watch: Watch) -> None:
+    def failing(count: int, watch: RunObserver) -> None:
         raise ModelError("late message")
 
-    assert paying.paying(failing, 8, most=4) == (1, "the run fails")
+    assert process_count.paying(failing, 8, most=4) == (1, "the run fails")

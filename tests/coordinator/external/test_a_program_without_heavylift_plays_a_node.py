@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from heavylift import run_models
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.run import Watch
+from heavylift.coordinator.run import RunObserver
 from heavylift.kernel import OutputError
 from heavylift.nodes.devs import ms
 
@@ -91,7 +91,7 @@ def test_what_cannot_be_external_is_refused_before_anything_starts(monkeypatch, 
 def test_a_killed_one_has_a_successor_that_is_told_everything_again(guest, tmp_path: Path) -> None:
     told: list[str] = []
 
-    class Listening(Watch):
+    class Listening(RunObserver):
         def say(self, sentence: str) -> None:
             told.append(sentence)
 

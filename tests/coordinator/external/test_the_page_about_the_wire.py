@@ -13,7 +13,7 @@ import msgspec
 import pytest
 from heavylift.coordinator.participants import SPEAKS, External, parts
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.transport import Reader, Ticket, Topic, Writer
+from heavylift.coordinator.transport import FrameReader, FrameTopic, Ticket, Writer
 from heavylift.nodes.devs import message_type
 from heavylift.nodes.zoo import ring
 
@@ -78,7 +78,7 @@ def test_the_frame_is_opened_by_its_table() -> None:
     assert (crc, number, magic, topic, epoch) == (zlib.crc32(frame[4:]), 1, b"HLF1", 1, 1)
     assert (frame[23 : 23 + r], frame[23 + r : 23 + r + n]) == (b"9c1f0e6b2a7d4583", b"s1")
     assert frame[23 + r + n :] == done
-    reader, writer = (kind("9c1f0e6b2a7d4583", "s1", Topic.OUT, 1) for kind in (Reader, Writer))
+    reader, writer = (kind("9c1f0e6b2a7d4583", "s1", FrameTopic.OUT, 1) for kind in (FrameReader, Writer))
     first = writer.frame(b"")
     assert (reader.open(first), writer.frame(done), reader.open(frame)) == (b"", frame, done)
 

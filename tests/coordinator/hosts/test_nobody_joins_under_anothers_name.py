@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 import zenoh
-from heavylift.coordinator.hosts import REFUSALS, Answer, Ask, Credentials, Door, code
+from heavylift.coordinator.hosts import REFUSALS, Credentials, JoinReply, JoinRequest, RemoteListener, code
 from heavylift.coordinator.hosts.remote_node import _ask
 from heavylift.coordinator.transport import JOIN, Hub, Link, Placement, key, remote_session
 from heavylift.kernel import ProtocolError
@@ -17,24 +17,26 @@ from heavylift.kernel.version import __version__
 from of_a_yard import free_port
 
 BOTH = Placement({"block": ("block",), "crane": ("crane",)}, frozenset({"block", "crane"}))
-CRANE = Ask("crane", __version__, "quay", code=code())
-Run = tuple[Hub, list[str], Door, Door]  # with the doors of block and crane
+CRANE = JoinRequest("crane", __version__, "quay", code=code())
+Run = tuple[Hub, list[str], RemoteListener, RemoteListener]  # with the doors of block and crane
 
 
 @pytest.fixture
 def run(keys: Path) -> Iterator[Run]:
     """A run that waits for block and crane, and what it has said."""
     endpoint, said = f"tls/127.0.0.1:{free_port()}", list[str]()
-    with Hub(BOTH, Door.at(endpoint, Credentials.load(keys, "coordinator"))) as hub:
+    with Hub(BOTH, RemoteListener.at(endpoint, Credentials.load(keys, "coordinator"))) as hub:
         hub.admit("", said.append)
         said.clear()
-        yield hub, said, *(Door.at(endpoint, Credentials.load(keys, name)) for name in ("block", "crane"))
+        yield hub, said, *(RemoteListener.at(endpoint, Credentials.load(keys, name)) for name in ("block", "crane"))
 
 
-def asked(session: zenoh.Session, at: str, name: str, host: str = "here") -> Answer | None:
+def asked(session: zenoh.Session, at: str, name: str, host: str = "here") -> JoinReply | None:
     """What the coordinator answers; None if the question does not reach it."""
-    replies = session.get(at, payload=msgspec.msgpack.encode(Ask(name, __version__, host, code=code())), timeout=5)
-    found = [msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Answer) for reply in replies if reply.ok]
+    replies = session.get(
+        at, payload=msgspec.msgpack.encode(JoinRequest(name, __version__, host, code=code())), timeout=5
+    )
+    found = [msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=JoinReply) for reply in replies if reply.ok]
     return found[0] if found else None
 
 
@@ -43,10 +45,10 @@ def test_a_name_belongs_to_its_certificate(run: Run) -> None:
     with remote_session(block) as liar:
         for _ in range(3):
             told = asked(liar, key(JOIN, "crane"), "crane")
-            assert told == Answer(None, "its certificate was not made for 'crane'")
+            assert told == JoinReply(None, "its certificate was not made for 'crane'")
         assert asked(liar, key(hub.run, "enter", "crane"), "crane") is None
         told = asked(liar, key(hub.run, "enter", "block"), "crane")
-        assert told == Answer(None, "its certificate was made for 'block'")
+        assert told == JoinReply(None, "its certificate was made for 'block'")
         assert said == [
             "refused process crane on host here: its certificate was not made for 'crane'",
             "refused process crane on host here: its certificate was made for 'block'",
@@ -56,7 +58,7 @@ def test_a_name_belongs_to_its_certificate(run: Run) -> None:
             Link(_ask(honest, CRANE, crane), honest),
         ):
             assert said[-1] == "process crane on host quay has joined"
-            assert asked(liar, key(JOIN, "crane"), "crane") == Answer(
+            assert asked(liar, key(JOIN, "crane"), "crane") == JoinReply(
                 None, "process 'crane' is there already, on host quay"
             )
 
@@ -65,7 +67,9 @@ def test_whoever_asks_for_a_name_does_not_shut_its_owner_out(run: Run) -> None:
     hub, _, block, crane = run
     with remote_session(block) as liar, remote_session(crane) as honest:
         for _ in range(3):
-            assert asked(liar, key(JOIN, "crane"), "crane") == Answer(None, "", hub.run)  # crane is there to be let in
+            assert asked(liar, key(JOIN, "crane"), "crane") == JoinReply(
+                None, "", hub.run
+            )  # crane is there to be let in
         assert _ask(honest, CRANE, crane) == hub.ticket("crane")
 
 
@@ -84,7 +88,7 @@ def test_what_a_stranger_says_of_itself_is_escaped(run: Run) -> None:
     with remote_session(block) as liar:
         asked(liar, key(JOIN, "block"), nasty, nasty)
         with pytest.raises(ProtocolError, match="may not join: its certificate was not made for 'crane'"):
-            _ask(liar, Ask("crane", __version__, nasty, code=code()), block)
+            _ask(liar, JoinRequest("crane", __version__, nasty, code=code()), block)
     assert len(said) == 2
     assert all(line.isprintable() and len(line) < 400 for line in said)
     assert r"on host \x1b]0;owned\x07\nall is well\u202exxx" in said[0]
@@ -103,7 +107,7 @@ def test_refusals_do_not_fill_the_screen(run: Run) -> None:
 def test_any_other_heavylift_is_told_what_to_do(run: Run) -> None:
     """Whatever it asks in: words of before or after, or bytes of no meaning."""
     hub, said, block, _ = run
-    mine = msgspec.to_builtins(Ask("block", __version__, "quay", code=code()))
+    mine = msgspec.to_builtins(JoinRequest("block", __version__, "quay", code=code()))
     others = {
         "of before": {"process": "block", "version": "0.1.0", "host": "quay", "run": "", "scene": ""},
         "of after": mine | {"version": "9.9", "wish": [1, 2]},
@@ -115,7 +119,7 @@ def test_any_other_heavylift_is_told_what_to_do(run: Run) -> None:
         for name, asked in others.items():
             for at in (key(JOIN, "block"), key(hub.run, "enter", "block")):
                 (reply,) = session.get(at, payload=msgspec.msgpack.encode(asked), timeout=5)
-                answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Answer)
+                answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=JoinReply)
                 assert f"install heavylift {__version__}" in answer.refusal, name
                 assert not answer.run, name
                 assert answer.ticket is None, name

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 import zenoh
 from heavylift.coordinator.commands import open_door
-from heavylift.coordinator.hosts import Credentials, Door, library, make_certificates, play
+from heavylift.coordinator.hosts import Credentials, RemoteListener, library, make_certificates, play
 from heavylift.coordinator.participants import fingerprint
 from heavylift.coordinator.run import run as simulate
-from heavylift.coordinator.transport import AFAR, Hub, Link, Placement, Topic, Writer, key, place, remote_session
+from heavylift.coordinator.transport import AFAR, FrameTopic, Hub, Link, Placement, Writer, key, place, remote_session
 from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.plan import encode
 from heavylift.nodes.scene import load
@@ -88,7 +88,7 @@ def test_who_does_not_belong_is_refused_and_the_run_goes_on(tmp_path: Path, keys
 
     def refused(name: str, credentials: Credentials, run_id: str = "", scene: str = "") -> str:
         with pytest.raises(ProtocolError) as error:
-            play(name, Door.at(endpoint, credentials), run_id, scene, print)
+            play(name, RemoteListener.at(endpoint, credentials), run_id, scene, print)
         return str(error.value)
 
     own = Credentials.load(keys, "block")
@@ -119,7 +119,7 @@ def test_who_does_not_belong_is_refused_and_the_run_goes_on(tmp_path: Path, keys
         }
         with pytest.raises(zenoh.ZError):
             zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
-    play("block", Door.at(endpoint, own), "", fingerprint(encode(load("lift").plan)), print)
+    play("block", RemoteListener.at(endpoint, own), "", fingerprint(encode(load("lift").plan)), print)
     assert ended(run)[0] == 0
     assert Recording(tmp_path / "run.mcap").result["digest"] == truth
 
@@ -129,8 +129,11 @@ BOTH = Placement({"block": ("block",), "crane": ("crane",)}, frozenset({"block",
 
 def test_another_version_is_refused_and_nobody_is_there_twice(keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     endpoint, said = f"tls/127.0.0.1:{free_port()}", list[str]()
-    there = Door.at(endpoint, Credentials.load(keys, "block"))
-    with Hub(BOTH, Door.at(endpoint, Credentials.load(keys, "coordinator"))) as hub, remote_session(there) as session:
+    there = RemoteListener.at(endpoint, Credentials.load(keys, "block"))
+    with (
+        Hub(BOTH, RemoteListener.at(endpoint, Credentials.load(keys, "coordinator"))) as hub,
+        remote_session(there) as session,
+    ):
         hub.admit("", said.append)
         with monkeypatch.context() as other:
             other.setattr("heavylift.coordinator.hosts.remote_node.__version__", "0.0.1")
@@ -151,10 +154,13 @@ def test_another_version_is_refused_and_nobody_is_there_twice(keys: Path, monkey
 def test_the_name_in_a_certificate_guards_the_keys(keys: Path) -> None:
     """A process of this yard that writes in place of another is not heard, whatever it calls itself."""
     endpoint = f"tls/127.0.0.1:{free_port()}"
-    there = Door.at(endpoint, Credentials.load(keys, "block"))
-    with Hub(BOTH, Door.at(endpoint, Credentials.load(keys, "coordinator"))) as hub, remote_session(there) as session:
+    there = RemoteListener.at(endpoint, Credentials.load(keys, "block"))
+    with (
+        Hub(BOTH, RemoteListener.at(endpoint, Credentials.load(keys, "coordinator"))) as hub,
+        remote_session(there) as session,
+    ):
         for node in ("crane", "block"):
-            frame = Writer(hub.run, node, Topic.OUT, 1).frame(b"by block")
+            frame = Writer(hub.run, node, FrameTopic.OUT, 1).frame(b"by block")
             at = key(hub.run, "out", node, node)
             session.put(at, frame, congestion_control=zenoh.CongestionControl.BLOCK)
         assert hub.receive(5) == ("block", b"by block")
@@ -231,6 +237,6 @@ def test_a_scene_may_place_several_nodes_and_the_kernel_on_another_host(
 
 def test_without_a_coordinator_the_node_says_so(tmp_path: Path, keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("heavylift.coordinator.transport.session.CONNECT_ms", 300)
-    door = Door.at(f"tls/127.0.0.1:{free_port()}", Credentials.load(keys, "block"))
+    door = RemoteListener.at(f"tls/127.0.0.1:{free_port()}", Credentials.load(keys, "block"))
     with pytest.raises(ProtocolError, match="nobody lets this process in at tls/"):
         play("block", door, "", "", print)

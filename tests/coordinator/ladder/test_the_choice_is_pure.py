@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import Rung, choosing, chosen, known, level_of
+from heavylift.coordinator.ladder import ModelLevel, choosing, chosen, known, level_of
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.simulate import simulate
@@ -97,7 +97,7 @@ def test_a_study_takes_the_level_of_its_base_scene(tmp_path: Path) -> None:
     assert measured_error(study).startswith(f"error measured on variant {spot}: within ")
     row = next(row for row in study.rows.values() if row["input/block.mass [t]"] == 300.0)
     sets = [*ASKED, *row["settings"]]
-    again = simulate(load("lift", [*sets, *Rung(base).settings]))
+    again = simulate(load("lift", [*sets, *ModelLevel(base).settings]))
     assert row["digest"] == again.digest
 
 

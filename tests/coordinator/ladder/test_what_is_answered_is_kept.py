@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "nodes/fidelity"))
 
-from heavylift.coordinator.ladder import Ladder, Measuring, Rung, at_level, choose, largest
+from heavylift.coordinator.ladder import Ladder, Measuring, ModelLevel, at_level, choose, largest
 from heavylift.nodes.plan import MEANT, Fidelity, Question
 from heavylift.nodes.scene import load, parse
 from lifts_of_kinds import Drawn, lift_of_kinds
@@ -35,7 +35,7 @@ def test_random_lifts_are_within_what_was_asked(draw: Draw, seed: int, accuracy:
     assert max(answer.errors.values()) <= accuracy
     own = msgspec.structs.replace(at_level(plan, answer.fidelity), method=answer.method, tolerance=answer.tolerance)
     finest = msgspec.structs.replace(ladder.rungs(ladder.full[-1])[0].plan, tolerance=TRUE)
-    assert largest(measuring.apart(Rung(own), Rung(finest))) <= accuracy
+    assert largest(measuring.apart(ModelLevel(own), ModelLevel(finest))) <= accuracy
 
 
 @pytest.mark.parametrize("scene", ["lift", "tandem", "hall", "pendulum", "floating"])

@@ -8,7 +8,7 @@ from random import Random
 import msgspec
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import Figure, Ladder, Measuring, Rung, chosen, decided, play
+from heavylift.coordinator.ladder import Figure, Ladder, Measuring, ModelLevel, chosen, decided, play
 from heavylift.coordinator.ladder.choosing import _looks
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.kernel.description import Check
@@ -70,10 +70,10 @@ class Falling(Measuring):
         super().__init__(MEANT)
         self.orders, self.sizes = orders, sizes
 
-    def error(self, name: str, rung: Rung) -> float:
+    def error(self, name: str, rung: ModelLevel) -> float:
         return float(self.sizes[name] * rung.plan.tolerance ** self.orders[name])
 
-    def figures(self, rung: Rung) -> dict[str, Figure]:
+    def figures(self, rung: ModelLevel) -> dict[str, Figure]:
         return {x: Figure(x, "swing", "m", 1.0 + self.error(x, rung), 1.0) for x in self.orders}
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from heavylift.coordinator.live import Found, running
+from heavylift.coordinator.live import AnnouncedRun, running
 
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
 PATIENCE_s = 60.0
@@ -26,7 +26,7 @@ def said(folder: Path, *arguments: str) -> tuple[int, str, str]:
     return process.returncode, out, err
 
 
-def found(recording: Path) -> Found:
+def found(recording: Path) -> AnnouncedRun:
     """The run that writes this recording, as soon as it can be found."""
     deadline = time.monotonic() + PATIENCE_s
     while time.monotonic() < deadline:

@@ -93,11 +93,11 @@ def test_slices_of_decisions_do_not_show(tmp_path: Path) -> None:
 
 
 def test_events_are_told_when_their_time_has_come(tmp_path: Path) -> None:
-    from heavylift.coordinator.run import Watch
+    from heavylift.coordinator.run import RunObserver
 
     clock, told = Clock(1.0), list[tuple[float, int]]()
 
-    class Hears(Watch):
+    class Hears(RunObserver):
         def event(self, event: Event) -> None:
             told.append((clock.time - 100.0, event.t))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.live import Found, Order, journal_of, observe, operator_commands, order
+from heavylift.coordinator.live import AnnouncedRun, Order, journal_of, observe, operator_commands, order
 from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision import read
 from heavylift.coordinator.transport import OBSERVER, OPERATOR, Hub, guest_session, key
@@ -29,7 +29,7 @@ def said_s(sentence: str) -> float:
     return float(sentence.split(" s")[0].split()[-1])
 
 
-def wait_for(run_: Found, port: str, name: str = "") -> None:
+def wait_for(run_: AnnouncedRun, port: str, name: str = "") -> None:
     """Until the commander says something on this port (a stage of this name)."""
     for _, event in observe(run_):
         if event.port == port and (not name or event.value.name == name):  # type: ignore[attr-defined]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from heavylift.coordinator.measured import Alignment, Estimate, Told, estimate
+from heavylift.coordinator.measured import Alignment, Identifiable, InputEstimates, estimate
 from heavylift.nodes.scene import Input
 from small_lift import TIMES, tension
 
@@ -18,16 +18,16 @@ def model(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     return [(TIMES, T[:, 0]), (TIMES, T[:, 1])]
 
 
-def told(rng: np.random.Generator, true: np.ndarray, offset: float, u: float = 0.0) -> Told:
+def told(rng: np.random.Generator, true: np.ndarray, offset: float, u: float = 0.0) -> Identifiable:
     """A log at 5 Hz with noise of 3 kN, and cells that are each wrong by something of `u`."""
     t = np.arange(1.0, 38.0, 0.2)
     noise = 3e3 * rng.standard_normal((2, len(t)))
     wrong = u * rng.standard_normal(2)
     D = [np.interp(t, T, S) + n + w for (T, S), n, w in zip(model(true), noise, wrong, strict=True)]
-    return Told(t - offset, D, [np.full(len(t), u)] * 2, [3e3, 3e3])
+    return Identifiable(t - offset, D, [np.full(len(t), u)] * 2, [3e3, 3e3])
 
 
-def fitted(rng: np.random.Generator, true: np.ndarray, names: list[int], u: float = 0.0) -> Estimate:
+def fitted(rng: np.random.Generator, true: np.ndarray, names: list[int], u: float = 0.0) -> InputEstimates:
     offset = rng.uniform(-50.0, 50.0)
 
     def simulate(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -75,7 +75,7 @@ def test_a_kink_is_no_noise() -> None:
 
     t = np.arange(1.0, 38.0, 0.2)
     D = [np.interp(t, T, S) + 3e3 * rng.standard_normal(len(t)) for T, S in kinked(np.array([0.06]))]
-    given = Told(t, D, [np.zeros(len(t))] * 2, [3e3, 3e3])
+    given = Identifiable(t, D, [np.zeros(len(t))] * 2, [3e3, 3e3])
     found = estimate(kinked, [Input("off", 0.0, 1.0)], given, Alignment(0.0))
     assert abs(found.values[0] - 0.06) < 3.0 * found.sigma[0] < 3e-3
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.ladder import Played, play
-from heavylift.coordinator.live import Given
+from heavylift.coordinator.live import TimedCommand
 from heavylift.coordinator.run import run
 from heavylift.kernel import ModelError, SceneError
 from heavylift.nodes import drive
@@ -63,7 +63,7 @@ def test_an_operator_is_refused_what_a_model_leads(folder: Path) -> None:
     plan = scene(folder, SLEDGE, HAND).plan
     push = Move(verb="drive", model="sledge", actuator="pusher", speed=0.1, accel=0.5, by=0.1)
     words = OperatorCommand("pusher: drive 6 m/min by 0.1 m", msgpack.encode(Action(orders=(push,))))
-    found = play(plan, commands=[Given(Tag(seconds(4)), encode(words))])
+    found = play(plan, commands=[TimedCommand(Tag(seconds(4)), encode(words))])
     ((_, answer),) = said(found, OperatorAnswer)
     assert answer.refused == "pusher is led by the model hand and takes no other orders"  # type: ignore[attr-defined]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.replay import RecordedRun, single
-from heavylift.coordinator.run import Beginning, Watch, run
+from heavylift.coordinator.run import Beginning, RunObserver, run
 from heavylift.coordinator.run.resume import resume
 from heavylift.coordinator.run.verify import verify
 from heavylift.coordinator.supervision import failover
@@ -49,7 +49,7 @@ def test_it_is_equal_in_every_placement(tmp_path: Path, truth: dict[str, str], d
     assert run(scene, tmp_path / "turned.mcap", order=nodes[::-1]).digest == truth[delay]
 
 
-class Killing(Watch):
+class Killing(RunObserver):
     """Kills these nodes at these times [s]."""
 
     def __init__(self, victims: dict[float, str]) -> None:

@@ -11,7 +11,7 @@ import pytest
 from heavylift import run_models
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.participants import built
-from heavylift.coordinator.protocol import Outcome
+from heavylift.coordinator.protocol import RunEnd
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Simulator, Transition, ms
 from heavylift.recordings import Recording
@@ -36,12 +36,12 @@ def test_the_log_is_that_of_the_flat_run(build, in_process):
     run = run_models(build, until=0.101, in_process=in_process, log=lines.append)
     assert lines == flat(build, ms(101))
     assert len(lines) > 20
-    assert run.outcome is Outcome.BOUND
+    assert run.outcome is RunEnd.BOUND
 
 
 def test_a_model_that_falls_silent_ends_its_run():
     run = run_models("rings:work", in_process=True)
-    assert run.outcome is Outcome.QUIET
+    assert run.outcome is RunEnd.QUIET
     assert run.sim_s == 0.205  # the job that was taken at 0.18 s
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from heavylift.coordinator.protocol import Coordinator, Delay, Done, Grant, Hello, Known, Matrix, Node, distance
+from heavylift.coordinator.protocol import Coordinator, Delay, Done, Grant, Hello, Matrix, Node, NodeState, distance
 from heavylift.coordinator.protocol import core as core_module
 from heavylift.coordinator.protocol import node as node_module
 from heavylift.coordinator.protocol import node_state as known_module
@@ -33,7 +33,7 @@ def changed(patch: Patch, owner: Any, name: str, change: Callable[..., Any]) -> 
 
 @mutant
 def a_scheduled_output_has_lookahead(patch: Patch) -> None:
-    def note(original: Callable[..., None], core: Coordinator, node: Known) -> None:
+    def note(original: Callable[..., None], core: Coordinator, node: NodeState) -> None:
         original(core, node)
         if not node.committed and 0 < node.least < FOREVER.t:
             says = after(node.next, node.least)
@@ -44,7 +44,7 @@ def a_scheduled_output_has_lookahead(patch: Patch) -> None:
 
 @mutant
 def pending_inputs_cause_nothing(patch: Patch) -> None:
-    def note(original: Callable[..., None], core: Coordinator, node: Known) -> None:
+    def note(original: Callable[..., None], core: Coordinator, node: NodeState) -> None:
         original(core, node)
         core._tags[core._n + node.rank], core._tags[2 * core._n + node.rank] = FOREVER, core._tags[node.rank]
 
@@ -53,7 +53,7 @@ def pending_inputs_cause_nothing(patch: Patch) -> None:
 
 @mutant
 def who_runs_says_nothing(patch: Patch) -> None:
-    def grant(original: Callable[..., Grant], core: Coordinator, node: Known, window: Tag) -> Grant:
+    def grant(original: Callable[..., Grant], core: Coordinator, node: NodeState, window: Tag) -> Grant:
         for at in (node.rank, core._n + node.rank, 2 * core._n + node.rank):
             core._tags[at] = FOREVER
         return original(core, node, window)
@@ -63,7 +63,7 @@ def who_runs_says_nothing(patch: Patch) -> None:
 
 @mutant
 def who_is_silent_next_stays_silent(patch: Patch) -> None:
-    def take(original: Callable[..., None], core: Coordinator, node: Known, said: Done) -> None:
+    def take(original: Callable[..., None], core: Coordinator, node: NodeState, said: Done) -> None:
         original(core, node, said)
         if not said.offer:
             node.quiet = FOREVER
@@ -74,25 +74,25 @@ def who_is_silent_next_stays_silent(patch: Patch) -> None:
 
 @mutant
 def granted_without_a_commit(patch: Patch) -> None:
-    patch.setattr(Known, "untold", property(lambda node: False))
+    patch.setattr(NodeState, "untold", property(lambda node: False))
 
 
 @mutant
 def an_earlier_input_does_not_void_an_offer(patch: Patch) -> None:
-    patch.setattr(Known, "untold", property(lambda node: bool(node.offer) and not node.committed))
+    patch.setattr(NodeState, "untold", property(lambda node: bool(node.offer) and not node.committed))
 
 
 @mutant
 def an_equal_input_voids_an_offer(patch: Patch) -> None:
     untold = property(lambda node: bool(node.offer) and not node.committed and node.next < node.hears)
-    patch.setattr(Known, "untold", untold)
+    patch.setattr(NodeState, "untold", untold)
 
 
 @mutant
 def committed_a_nanosecond_too_soon(patch: Patch) -> None:
     """A microstep too soon would be right: who is next at (t, k + 1) has moved at (t, k), so its window was above."""
 
-    def window(original: Callable[..., Tag | None], core: Coordinator, node: Known, need: Tag) -> Tag | None:
+    def window(original: Callable[..., Tag | None], core: Coordinator, node: NodeState, need: Tag) -> Tag | None:
         return original(core, node, Tag(need.t - 1) if node.untold else need)
 
     changed(patch, Coordinator, "_window", window)
@@ -100,7 +100,7 @@ def committed_a_nanosecond_too_soon(patch: Patch) -> None:
 
 @mutant
 def committed_only_below_the_window(patch: Patch) -> None:
-    def window(original: Callable[..., Tag | None], core: Coordinator, node: Known, need: Tag) -> Tag | None:
+    def window(original: Callable[..., Tag | None], core: Coordinator, node: NodeState, need: Tag) -> Tag | None:
         return original(core, node, succ(need) if node.untold else need)
 
     changed(patch, Coordinator, "_window", window)
@@ -108,7 +108,7 @@ def committed_only_below_the_window(patch: Patch) -> None:
 
 @mutant
 def granted_at_the_window(patch: Patch) -> None:
-    def window(original: Callable[..., Tag | None], core: Coordinator, node: Known, need: Tag) -> Tag | None:
+    def window(original: Callable[..., Tag | None], core: Coordinator, node: NodeState, need: Tag) -> Tag | None:
         if node.untold:
             return original(core, node, need)
         found = original(core, node, node.first)
@@ -137,13 +137,13 @@ def what_was_granted_counts_as_done(patch: Patch) -> None:
     )
 
 
-def forget(node: Known) -> None:
+def forget(node: NodeState) -> None:
     node.drop(node.until)
 
 
 @mutant
 def inputs_are_sent_with_every_grant(patch: Patch) -> None:
-    patch.setattr(Known, "send", lambda node, until: [d for d in node._pending if d.tag < until])
+    patch.setattr(NodeState, "send", lambda node, until: [d for d in node._pending if d.tag < until])
 
 
 @mutant
@@ -159,12 +159,12 @@ def new_inputs_come_behind_those_that_are_kept(patch: Patch) -> None:
 
 @mutant
 def who_is_sent_an_input_hears_nothing_more(patch: Patch) -> None:
-    def send(original: Callable[..., list[Event]], node: Known, until: Tag) -> list[Event]:
+    def send(original: Callable[..., list[Event]], node: NodeState, until: Tag) -> list[Event]:
         sent = original(node, until)
         node.drop(until)
         return sent
 
-    changed(patch, Known, "send", send)
+    changed(patch, NodeState, "send", send)
 
 
 @mutant
@@ -193,7 +193,7 @@ def the_echo_comes_a_microstep_late(patch: Patch) -> None:
 
 @mutant
 def no_echo_in_grants(patch: Patch) -> None:
-    def grant(original: Callable[..., Grant], core: Coordinator, node: Known, window: Tag) -> Grant:
+    def grant(original: Callable[..., Grant], core: Coordinator, node: NodeState, window: Tag) -> Grant:
         node.echo = None
         return original(core, node, window)
 
@@ -245,7 +245,7 @@ def all_ports_are_as_slow_as_the_slowest(patch: Patch) -> None:
 
 @mutant
 def who_was_held_back_is_forgotten(patch: Patch) -> None:
-    def moved(original: Callable[..., None], core: Coordinator, node: Known) -> None:
+    def moved(original: Callable[..., None], core: Coordinator, node: NodeState) -> None:
         node.holds = {}
         original(core, node)
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 from cut_grants import Cut
-from heavylift.coordinator.protocol import Bye, Coordinator, Coupling, Node, Outcome, Stop, run_in_memory
+from heavylift.coordinator.protocol import Bye, Coordinator, Coupling, Node, RunEnd, Stop, run_in_memory
 from heavylift.coordinator.protocol import core as core_module
 from heavylift.coordinator.protocol import node as node_module
 from heavylift.nodes.devs import Atomic, Bag, Coupled, Event, In, Message, Model, Port, Simulator, Tag, Transition
@@ -264,7 +264,7 @@ def bounds(ahead: int, spoken: int, tags: int) -> Iterator[None]:
 class Run(NamedTuple):
     logs: Logs
     events: list[Event]
-    outcome: Outcome
+    outcome: RunEnd
     end: Tag
     results: dict[str, Message]
 

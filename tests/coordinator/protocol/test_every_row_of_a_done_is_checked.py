@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from heavylift.coordinator.protocol import EVENTS, WHOLE, Coordinator, Done, Hello, Known, check_done, check_hello
+from heavylift.coordinator.protocol import EVENTS, WHOLE, Coordinator, Done, Hello, NodeState, check_done, check_hello
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, after, succ
 from msgspec.structs import replace
@@ -16,7 +16,7 @@ from mutants import changed
 from random_models import distributed
 
 SEEDS = range(6)
-Spoiled = Callable[[Known, Done, Tag], Done | None]
+Spoiled = Callable[[NodeState, Done, Tag], Done | None]
 
 
 def alone(done: Done, **fields: Any) -> Done | None:
@@ -26,7 +26,7 @@ def alone(done: Done, **fields: Any) -> Done | None:
     return replace(done, spoken=[replace(done.spoken[0], **fields)])
 
 
-def early(node: Known, done: Done, says: Tag) -> Done | None:
+def early(node: NodeState, done: Done, says: Tag) -> Done | None:
     port = f"{node.name}.{done.spoken[0].port}" if len(done.spoken) == 1 else ""
     if not port or port in node.inner:
         return None
@@ -34,7 +34,7 @@ def early(node: Known, done: Done, says: Tag) -> Done | None:
     return alone(done, t=soonest.t - 1, k=0) if 0 < soonest.t < NEVER else None
 
 
-def beyond(node: Known, done: Done, says: Tag) -> Done | None:
+def beyond(node: NodeState, done: Done, says: Tag) -> Done | None:
     late = max(done.reached, says)
     if late >= FOREVER or done.spoken:
         return None
@@ -123,6 +123,6 @@ def test_no_row_is_left_out() -> None:
 def test_a_lookahead_that_is_no_time(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
     hello = Hello(Tag(0), [], Tag(0), {"a.out": ahead})
     with pytest.raises(ProtocolError, match=rf"^a declares a lookahead of {ahead} ns for port a.out, which is no time"):
-        check_hello(Known("a", 0, "a"), hello)
+        check_hello(NodeState("a", 0, "a"), hello)
     monkeypatch.delitem(WHOLE, "a lookahead is a time")
-    check_hello(Known("a", 0, "a"), hello)
+    check_hello(NodeState("a", 0, "a"), hello)

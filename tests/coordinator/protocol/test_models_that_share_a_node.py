@@ -14,9 +14,9 @@ from clockwork import Clockwork
 from heavylift.coordinator.protocol import (
     Coordinator,
     Coupling,
-    Known,
     Node,
-    Outcome,
+    NodeState,
+    RunEnd,
     distance,
     run_in_memory,
     together,
@@ -63,7 +63,7 @@ def test_a_finish_port_ends_all_placements_alike() -> None:
         finish = [*_build(seed)(seed).children][seed % 2], "uv"[seed % 2]
         alone, run = (distributed(seed, 5, finish=finish, build=_build(seed), together=x) for x in (None, seed))
         assert run == alone, seed
-        finished += alone.outcome is Outcome.FINISHED
+        finished += alone.outcome is RunEnd.FINISHED
     assert 0 < finished < len(MODELS)
 
 
@@ -88,7 +88,7 @@ def what_is_said_inside_is_not_noted(patch: Patch) -> None:
 
 
 def an_event_is_heard_once_for_each_coupling(patch: Patch) -> None:
-    def hears(core: Coordinator, source: str, port: str, node: Known) -> None:
+    def hears(core: Coordinator, source: str, port: str, node: NodeState) -> None:
         if source not in node.models:
             core._receivers.setdefault((source, port), []).append(node)
 

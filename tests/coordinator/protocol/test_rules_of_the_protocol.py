@@ -14,7 +14,7 @@ from heavylift.coordinator.protocol import (
     Grant,
     Hello,
     Node,
-    Outcome,
+    RunEnd,
     Stop,
     Welcome,
     decode,
@@ -81,7 +81,7 @@ def test_events_leave_in_total_order_once_no_earlier_one_can_come() -> None:
     assert left == [event(3, "b")]
     core.done("b", Done(1, FOREVER, [event(7, "b")], FOREVER, [], FOREVER, b""))
     assert core.ready() == []
-    assert (left, core.over) == ([event(3, "b"), event(5), event(7, "b"), event(9)], Outcome.QUIET)
+    assert (left, core.over) == ([event(3, "b"), event(5), event(7, "b"), event(9)], RunEnd.QUIET)
 
 
 @pytest.mark.parametrize("order", range(5))
@@ -89,17 +89,17 @@ def test_the_three_ways_to_end(order: int) -> None:
     told: list[Event] = []
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
     core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=told.append)
-    assert run_in_memory(core, nodes, Random(order)) is Outcome.BOUND
+    assert run_in_memory(core, nodes, Random(order)) is RunEnd.BOUND
     assert [(e.t, e.k, e.source) for e in told] == [(5, 0, "a"), (5, 1, "b"), (7, 0, "a"), (7, 1, "b")]
 
     core = Coordinator(["a", "b"], PAIR)
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
-    assert run_in_memory(core, nodes, Random(order)) is Outcome.QUIET
+    assert run_in_memory(core, nodes, Random(order)) is RunEnd.QUIET
 
     told.clear()
     a, b = Clockwork("a", [5, 7, 9]), Clockwork("b", [12, 14], delay=0)
     core = Coordinator(["a", "b"], PAIR, finish=("a", "last"), on_event=told.append)
-    assert run_in_memory(core, started(a, b), Random(order)) is Outcome.FINISHED
+    assert run_in_memory(core, started(a, b), Random(order)) is RunEnd.FINISHED
     assert core.end == Tag(10)
     assert [(e.t, e.k, e.source, e.port) for e in told][-3:] == [
         (9, 0, "a", "last"),

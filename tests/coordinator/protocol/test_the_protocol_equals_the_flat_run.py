@@ -6,7 +6,7 @@ Each mutant breaks one rule of the protocol; if one of them passed here, the tes
 from functools import cache
 
 import pytest
-from heavylift.coordinator.protocol import Coordinator, Outcome
+from heavylift.coordinator.protocol import Coordinator, RunEnd
 from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import Tag
 from mutants import MUTANTS, changed
@@ -48,10 +48,10 @@ def test_a_finish_port_ends_the_run_with_its_time_and_no_node_passes_it() -> Non
         said = [event.t for event in whole.events if (event.source, event.port) == ("g0", "u")]
         run = distributed(seed, 5, finish=("g0", "u"))
         if not said:
-            assert run.outcome is not Outcome.FINISHED
+            assert run.outcome is not RunEnd.FINISHED
             continue
         finished += 1
-        assert (run.outcome, run.end) == (Outcome.FINISHED, Tag(said[0] + 1))
+        assert (run.outcome, run.end) == (RunEnd.FINISHED, Tag(said[0] + 1))
         assert run.logs == flat(seed, said[0] + 1)
         assert run.events == [event for event in whole.events if event.t <= said[0]]
     assert finished > 10

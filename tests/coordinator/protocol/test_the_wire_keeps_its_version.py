@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.transport import MAGIC, WIRE, Reader, Topic, Writer
+from heavylift.coordinator.transport import MAGIC, WIRE, FrameReader, FrameTopic, Writer
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import Event, Result, Slack, Tag
 
@@ -32,7 +32,7 @@ FRAMES: dict[str, dict[str, str]] = json.loads(FILE.read_text()) if FILE.exists(
 
 def framed() -> dict[str, str]:
     """In hexadecimal; all in one run, as the first messages of one node."""
-    writer = Writer("9c1f0e6b2a7d4583", "crane", Topic.OUT, 1)
+    writer = Writer("9c1f0e6b2a7d4583", "crane", FrameTopic.OUT, 1)
     return {name: writer.frame(m.encode(message)).hex() for name, message in SAID.items()}
 
 
@@ -47,7 +47,7 @@ def test_frames_are_written_as_ever() -> None:
 
 
 def test_frames_are_read_as_ever() -> None:
-    reader = Reader("9c1f0e6b2a7d4583", "crane", Topic.OUT, 1)
+    reader = FrameReader("9c1f0e6b2a7d4583", "crane", FrameTopic.OUT, 1)
     assert {name: m.decode(reader.open(bytes.fromhex(x))) for name, x in FRAMES[str(WIRE)].items()} == SAID
 
 
@@ -56,7 +56,7 @@ def test_frames_of_another_version_are_refused_by_name() -> None:
     tomorrow = bytes.fromhex(FRAMES[str(WIRE)]["hello"]).replace(MAGIC, b"HLF%d" % (WIRE + 1))
     for version, frame in (others | {str(WIRE + 1): tomorrow}).items():
         with pytest.raises(ProtocolError, match=f"a frame of wire version {version} arrived, .* speaks version {WIRE}"):
-            Reader("9c1f0e6b2a7d4583", "crane", Topic.OUT, 1).open(frame)
+            FrameReader("9c1f0e6b2a7d4583", "crane", FrameTopic.OUT, 1).open(frame)
 
 
 if __name__ == "__main__":

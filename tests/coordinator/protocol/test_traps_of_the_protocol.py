@@ -4,7 +4,7 @@ from itertools import permutations
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node, Outcome, run_in_memory
+from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node, RunEnd, run_in_memory
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag, encode
 from mutants import MUTANTS
@@ -102,14 +102,14 @@ def test_a_run_ends_while_messages_are_pending_for_later() -> None:
     core.hello("b", Hello(FOREVER, [], FOREVER))
     assert [(name, grant.until) for name, grant in core.ready()] == [("a", Tag(9))]
     core.done("a", Done(1, Tag(9), [], Tag(9), [event(9, n=2)], Tag(9), b""))
-    assert (core.ready(), core.over, left) == ([], Outcome.BOUND, [event(5)])
+    assert (core.ready(), core.over, left) == ([], RunEnd.BOUND, [event(5)])
 
 
 def test_a_finish_leaves_pending_what_comes_after_its_time() -> None:
     left: list[Event] = []
     core = Coordinator("ab", ONE_WAY, finish=("a", "out"), on_event=left.append)
     log = lines(core, Timer("a", 5, 5, 6), Timer("b", 7))
-    assert (core.end, core.over, left) == (Tag(6), Outcome.FINISHED, [event(5), event(5, n=2, k=1)])
+    assert (core.end, core.over, left) == (Tag(6), RunEnd.FINISHED, [event(5), event(5, n=2, k=1)])
     assert log["b"] == [(5, 0, "e", [1]), (5, 1, "e", [2])]
 
 

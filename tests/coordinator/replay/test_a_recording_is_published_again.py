@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 import zenoh
 from heavylift.coordinator.live import Keyboard
-from heavylift.coordinator.replay import Player, Publisher, RecordedRun, Replay, Said
+from heavylift.coordinator.replay import Player, PublishedItem, Publisher, RecordedRun, Replay
 from heavylift.coordinator.transport import OBSERVER, guest_session, key
 from heavylift.kernel import RecordingError
 
@@ -58,19 +58,19 @@ def played(run: RecordedRun, keys: dict[float, str], rate: float, **options: boo
 
 def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
     heard: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
-    said: list[Said] = []
+    said: list[PublishedItem] = []
     with Publisher("lift", recorded.path) as publisher:
         observer = guest_session(publisher.directory, OBSERVER)
         subscribers = [
             observer.declare_subscriber(key(publisher.run, part, "**"), heard.put) for part in ("event", "sample")
         ]
-        first = Said(0, None, "ready", b"?")
+        first = PublishedItem(0, None, "ready", b"?")
         while heard.empty():  # until the observer is known to the hub
             publisher.say(first)
             time.sleep(0.01)
         player = Player(lambda one: (said.append(one), publisher.say(one))[0], rate=40.0)
         player.play(Replay(recorded, ["commander/*", "samples"]))
-        publisher.say(Said(0, None, "over", b"."))
+        publisher.say(PublishedItem(0, None, "over", b"."))
         got: list[tuple[str, bytes]] = []
         while not got or not got[-1][0].endswith("/over"):
             sample = heard.get(timeout=10)

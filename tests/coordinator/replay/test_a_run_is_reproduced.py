@@ -11,7 +11,7 @@ import pytest
 from altered_recordings import Parts, altered
 from heavylift import run_models
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.live import Given
+from heavylift.coordinator.live import TimedCommand
 from heavylift.coordinator.replay import RecordedRun, single
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.verify import verify
@@ -114,7 +114,7 @@ def test_a_recording_that_cannot_be_run_is_a_sentence(tmp_path: Path) -> None:
 def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
     scene, words = load("lift", ["end=20 s"]), "trolleys: traverse 10 m/min by 0.5 m"
     said = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
-    run(scene, tmp_path / "run.mcap", True, commands=[Given(Tag(3_000_000_000), said)])
+    run(scene, tmp_path / "run.mcap", True, commands=[TimedCommand(Tag(3_000_000_000), said)])
     recorded = RecordedRun(tmp_path / "run.mcap")
     assert [e.port for e in recorded.events if e.source == "operator"] == ["command"]
     outcome = verify(recorded)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from heavylift import run_models
-from heavylift.coordinator.protocol import Outcome
+from heavylift.coordinator.protocol import RunEnd
 from heavylift.coordinator.run import Branch
 from heavylift.kernel import ModelError, RecordingError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Model, Out, Simulator, seconds
@@ -59,9 +59,9 @@ def flat(model: Model, until: int = 2**63 - 1, end: int = 0) -> dict[str, Messag
 
 
 TRUTH = {
-    "no end": (Outcome.QUIET, 11, 4, 11.5),
-    "a bound": (Outcome.BOUND, 5, 1, 5.0),
-    "a port": (Outcome.FINISHED, 3, 1, 2.500000001),
+    "no end": (RunEnd.QUIET, 11, 4, 11.5),
+    "a bound": (RunEnd.BOUND, 5, 1, 5.0),
+    "a port": (RunEnd.FINISHED, 3, 1, 2.500000001),
 }
 
 

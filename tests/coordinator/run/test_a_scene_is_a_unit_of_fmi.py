@@ -12,8 +12,8 @@ from fmpy.fmi2 import fmi2LastSuccessfulTime
 from fmpy.validation import validate_fmu
 from heavylift.coordinator.commands import app
 from heavylift.coordinator.ladder import Played, play
-from heavylift.coordinator.live import Given
-from heavylift.coordinator.run import Stepped, export
+from heavylift.coordinator.live import TimedCommand
+from heavylift.coordinator.run import SteppableRun, export
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Tag, encode, seconds
 from heavylift.nodes.models.parts import OperatorCommand
@@ -67,7 +67,7 @@ def native(orders: dict[int, str]) -> tuple[Played, dict[str, np.ndarray]]:
     """The run, and its columns at the ends of all steps but the last, before what happens there."""
     lift = load("lift", SETS)
     said = {k: encode(OperatorCommand(text, msgpack.encode(spoken(lift, text)))) for k, text in orders.items()}
-    run = play(lift.plan, commands=[Given(Tag(seconds(k * STEP)), words) for k, words in said.items()])
+    run = play(lift.plan, commands=[TimedCommand(Tag(seconds(k * STEP)), words) for k, words in said.items()])
     at = np.searchsorted(run.times, [seconds(k * STEP) for k in range(1, 24)])
     names = [f"{c.topic}/{name}" for c in run.layout.channels for name in c.names]
     return run, {name: run.rows[at, names.index(signal)] for name, signal in OUTPUTS.items()}
@@ -111,7 +111,7 @@ def test_fmpy_finds_no_fault_with_it_and_has_one_after_the_other(tmp_path: Path)
 
 
 def test_it_stays_as_it_was_when_the_run_is_over() -> None:
-    run = Stepped(load("pendulum", ("end=1 s",)).plan, lambda text: b"")
+    run = SteppableRun(load("pendulum", ("end=1 s",)).plan, lambda text: b"")
     run.go(seconds(1))
     last = run["pose/load/qy"]
     for late in seconds(1) + 1, seconds(3):
@@ -126,12 +126,12 @@ def test_a_scene_without_a_stated_end_ends_with_its_actions(tmp_path: Path) -> N
     scene = load(tmp_path / "arm.yaml")
     assert scene.plan.end is None
     end = int(max(play(scene.plan).times))
-    run = Stepped(scene.plan, lambda text: b"")
+    run = SteppableRun(scene.plan, lambda text: b"")
     run.go(end)
     with pytest.raises(ModelError, match=rf"the scene ends at {end / 1e9:g} s"):
         run.go(end + seconds(1))
     with pytest.raises(ModelError, match="the scene ends"):
-        Stepped(scene.plan, lambda text: b"").go(2 * end)
+        SteppableRun(scene.plan, lambda text: b"").go(2 * end)
 
 
 @pytest.mark.parametrize("stop", [None, 0.7, 5.0])

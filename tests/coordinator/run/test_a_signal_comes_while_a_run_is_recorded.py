@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from heavylift.coordinator.participants import Wiring
 from heavylift.coordinator.record import Tape
-from heavylift.coordinator.run import Conversation, Watch
+from heavylift.coordinator.run import Conversation, RunObserver
 from heavylift.coordinator.stopping import Interrupted, Stopping
 from heavylift.kernel import RecordingError, Stopped
 from heavylift.nodes.devs import Tag
@@ -34,7 +34,7 @@ def conversation(arrived, tape):
         samples=lambda: arrived.pop() if arrived else [],
         dismiss=lambda message: None,
     )
-    talk = Conversation(hub, Wiring([], [], None), Tag(10), tape, Watch())
+    talk = Conversation(hub, Wiring([], [], None), Tag(10), tape, RunObserver())
     talk._begun = True
     return talk
 

@@ -9,7 +9,7 @@ import pytest
 from command import finish
 from heavylift.coordinator.participants import KernelNode, configured
 from heavylift.coordinator.replay import RecordedRun
-from heavylift.coordinator.run import Watch, run
+from heavylift.coordinator.run import RunObserver, run
 from heavylift.coordinator.run.verify import verify
 from heavylift.kernel.description import Note
 from heavylift.nodes.devs import Tag
@@ -38,7 +38,7 @@ RATTLES = HEAD + LOAD.format(mass="0.005 kg", start="-60 m, speed: -1e-5 m/s", E
 """A load as light as a bolt on a rope far too stiff for it."""
 
 
-class Listening(Watch):
+class Listening(RunObserver):
     """Remembers what it is told."""
 
     def __init__(self) -> None:

@@ -9,8 +9,8 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.live import Given
-from heavylift.coordinator.run import Branch, Watch, conversation, run
+from heavylift.coordinator.live import TimedCommand
+from heavylift.coordinator.run import Branch, RunObserver, conversation, run
 from heavylift.coordinator.run.branch import branch
 from heavylift.kernel import HeavyliftError, ModelError, RecordingError, SceneError
 from heavylift.nodes.devs import Tag, encode
@@ -22,7 +22,7 @@ SLOWER = "stage up/all hooks=hoist 2 m/min by 1 m"
 UP = 23.680119940  # when stage `up` begins [s]
 
 
-class Heard(Watch):
+class Heard(RunObserver):
     """Keeps what is said."""
 
     def __init__(self) -> None:
@@ -208,7 +208,7 @@ def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
     scene = load("lift", ["end=12 s"])
     words = "crane: travel 10 m/min by 0.2 m"
     order = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
-    given = [Given(Tag(2 * 10**9), order), Given(Tag(11 * 10**9), order)]
+    given = [TimedCommand(Tag(2 * 10**9), order), TimedCommand(Tag(11 * 10**9), order)]
     run(scene, tmp_path / "a.mcap", in_process=True, commands=given)
     path, _ = branched(tmp_path / "a.mcap", "10 s", "end=14 s", out=tmp_path / "b.mcap")
     whole = run(load("lift", ["end=14 s"]), tmp_path / "c.mcap", in_process=True, commands=given)

@@ -3,7 +3,7 @@
 import re
 
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.record import Budget, Spent, clocked
+from heavylift.coordinator.record import Budget, ClockedWork, clocked
 from typer.testing import CliRunner
 
 
@@ -19,7 +19,7 @@ def test_a_kernel_that_works_while_others_record_leaves_no_negative_rounds():
 
 
 def test_clocked_work_counts_even_if_it_fails():
-    class Work(Spent):
+    class Work(ClockedWork):
         @clocked
         def fail(self):
             raise ValueError

@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from heavylift.coordinator.replay import RecordedRun
-from heavylift.coordinator.run import Beginning, Watch, run
+from heavylift.coordinator.run import Beginning, RunObserver, run
 from heavylift.coordinator.run.resume import resume
 from heavylift.kernel import RecordingError
 from heavylift.nodes.scene import load
@@ -133,7 +133,7 @@ def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
 def test_from_the_start_if_nothing_else_was_kept(tmp_path: Path, whole: str, moment: str) -> None:
     """Nothing but the scene stands in what is left, cut off or ended by an error of the coordinator."""
 
-    class Doom(Watch):
+    class Doom(RunObserver):
         def progress(self, t_ns: int) -> None:
             raise MemoryError
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 from unittest import mock
 
-from heavylift.coordinator.run import ModelRun, Watch, conversation, run_models
+from heavylift.coordinator.run import ModelRun, RunObserver, conversation, run_models
 from heavylift.coordinator.supervision import Succession
 from heavylift.coordinator.supervision import failover as succession
 
@@ -18,7 +18,7 @@ MODELS = str(Path(__file__).with_name("doomed_models.py"))
 Act = Callable[[Succession], None]
 
 
-class Notes(Watch):
+class Notes(RunObserver):
     """What a user would be told."""
 
     def __init__(self) -> None:

@@ -24,7 +24,7 @@ def told(lift, monkeypatch: pytest.MonkeyPatch):
 
     def found(
         green: Callable[[float], bool], asked: str = MASS, cut: bool = False, waits: str = ""
-    ) -> limiting.Limited:
+    ) -> limiting.FoundLimit:
         def played(task, variant):
             (x,) = variant.values
             status = "cut" if cut else "done" if green(x) else "red"

@@ -1,9 +1,9 @@
 """A rope cut between two solvers that exchange held forces every h gains energy: a damping ratio of -w h / 4."""
 
 import pytest
-from heavylift.coordinator.trace import Pair, held
+from heavylift.coordinator.trace import CoupledPair, held
 
-PAIR = Pair("rope", 2.5e6, 4.95e5, 2.9e7)  # a crane, what hangs on its hook, 50 m of rope
+PAIR = CoupledPair("rope", 2.5e6, 4.95e5, 2.9e7)  # a crane, what hangs on its hook, 50 m of rope
 ORDER = 0.3  # times w h: what the law leaves out
 
 
@@ -15,10 +15,10 @@ def test_the_damping_is_minus_w_h_over_4(h):
 
 
 def test_the_masses_only_count_by_their_common_frequency():
-    alone = Pair("mass on a spring", 1e15, 1.0, PAIR.omega**2)
+    alone = CoupledPair("mass on a spring", 1e15, 1.0, PAIR.omega**2)
     assert held(alone, 0.02, 1.0).measured == pytest.approx(held(PAIR, 0.02, 1.0).measured, rel=1e-6)
 
 
 def test_one_percent_over_five_minutes_asks_for_microseconds():
-    one_percent = held(Pair("load", 1e15, 1.0, 8.4**2), 0.01, lasts=300.0).one_percent
+    one_percent = held(CoupledPair("load", 1e15, 1.0, 8.4**2), 0.01, lasts=300.0).one_percent
     assert one_percent == pytest.approx(1.9e-6, rel=0.02)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from heavylift import run_models
-from heavylift.coordinator.trace import Grant, Held, Lane, Timeline, chains, data, text, trace_events
+from heavylift.coordinator.trace import GrantSpan, HeldTime, Lane, Timeline, chains, data, text, trace_events
 from heavylift.kernel import RecordingError
 from heavylift.recordings import Recorder
 from slow_and_quick import TICKS, PAUSE_s
@@ -66,10 +66,10 @@ def test_models_of_one_process_share_a_lane(tmp_path: Path) -> None:
 def test_chains_of_waiting_end_where_the_work_is() -> None:
     timeline = Timeline.__new__(Timeline)
     timeline.lanes = {name: Lane(name, name) for name in "abc"}
-    timeline.lanes["a"].held = [Held(0, 100, "b")]
-    timeline.lanes["b"].held = [Held(0, 60, "c")]
-    timeline.lanes["b"].grants = [Grant(60, 90, 1, 0, 0, 0)]
-    timeline.lanes["c"].grants = [Grant(0, 50, 1, 0, 0, 0)]
+    timeline.lanes["a"].held = [HeldTime(0, 100, "b")]
+    timeline.lanes["b"].held = [HeldTime(0, 60, "c")]
+    timeline.lanes["b"].grants = [GrantSpan(60, 90, 1, 0, 0, 0)]
+    timeline.lanes["c"].grants = [GrantSpan(0, 50, 1, 0, 0, 0)]
     assert [(chain.nodes, chain.ns) for chain in chains(timeline)] == [
         (("a", "b", "c"), 50),
         (("b", "c"), 50),

@@ -4,17 +4,17 @@ import json
 
 import pytest
 import zenoh
-from heavylift.coordinator.transport import LOCAL, Hub, LocalHub, Reader, Topic, Writer, key
+from heavylift.coordinator.transport import LOCAL, FrameReader, FrameTopic, Hub, LocalHub, Writer, key
 from heavylift.kernel import ProtocolError
 
 RUN = "0123456789abcdef"
 
 
-def reader() -> Reader:
-    return Reader(RUN, "west", Topic.OUT, 1)
+def reader() -> FrameReader:
+    return FrameReader(RUN, "west", FrameTopic.OUT, 1)
 
 
-def writer(run: str = RUN, node: str = "west", topic: Topic = Topic.OUT, epoch: int = 1) -> Writer:
+def writer(run: str = RUN, node: str = "west", topic: FrameTopic = FrameTopic.OUT, epoch: int = 1) -> Writer:
     return Writer(run, node, topic, epoch)
 
 
@@ -72,7 +72,7 @@ def test_another_node_is_named() -> None:
 
 
 def test_another_topic_is_named() -> None:
-    assert "a message of topic 'samples' arrived" in refusal(writer(topic=Topic.SAMPLES).frame(b""))
+    assert "a message of topic 'samples' arrived" in refusal(writer(topic=FrameTopic.SAMPLES).frame(b""))
 
 
 def test_an_older_incarnation_is_named() -> None:
@@ -113,7 +113,7 @@ def test_the_hub_refuses_what_a_node_says_wrongly() -> None:
 def test_the_node_refuses_what_the_hub_says_twice() -> None:
     with LocalHub(["west"]) as hub:
         link = hub.link("west")
-        frame = Writer(hub.run, "west", Topic.IN, 1).frame(b"grant")
+        frame = Writer(hub.run, "west", FrameTopic.IN, 1).frame(b"grant")
         for _ in range(2):
             hub._session.put(key(hub.run, "in", LOCAL, "west"), frame)
         assert link.receive() == b"grant"
@@ -148,14 +148,14 @@ def test_what_an_older_incarnation_still_says_is_told_apart() -> None:
     def spoiled(frame: bytes) -> bytes:
         return frame[:-1] + b"?"
 
-    r = Reader(RUN, "west", Topic.OUT, 3)
+    r = FrameReader(RUN, "west", FrameTopic.OUT, 3)
     assert r.outdated(writer(epoch=2).frame(b"done"))
     for other in (
         writer(epoch=3).frame(b"done"),
         writer(epoch=4).frame(b"done"),
         writer(node="east", epoch=2).frame(b"done"),
         writer(run="feed", epoch=2).frame(b"done"),
-        writer(topic=Topic.SAMPLES, epoch=2).frame(b"done"),
+        writer(topic=FrameTopic.SAMPLES, epoch=2).frame(b"done"),
         spoiled(writer(epoch=2).frame(b"done")),
         b"done",
     ):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.transport import Hub, Link, Reader, Topic, Writer, key, node_session
+from heavylift.coordinator.transport import FrameReader, FrameTopic, Hub, Link, Writer, key, node_session
 from heavylift.coordinator.transport.session import _config
 from heavylift.kernel import ProtocolError
 from of_the_system import Start, network_sockets
@@ -101,7 +101,7 @@ def test_more_liveliness_tokens_than_a_default_channel_holds_are_all_heard(tmp_p
 
 def test_what_is_put_while_the_hub_restarts_is_lost_and_the_next_message_says_so(tmp_path: Path) -> None:
     heard: list[bytes] = []
-    writer, reader = Writer("run", "west", Topic.OUT, 1), Reader("run", "west", Topic.OUT, 1)
+    writer, reader = Writer("run", "west", FrameTopic.OUT, 1), FrameReader("run", "west", FrameTopic.OUT, 1)
     at = [f"unixsock-stream/{tmp_path / 's'}"]
     hub = zenoh.open(config("peer", listen=at))
     with zenoh.open(config("client", connect=at)) as client:

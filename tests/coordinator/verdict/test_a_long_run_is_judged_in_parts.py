@@ -16,14 +16,14 @@ from heavylift.coordinator.verdict import (
     Moving,
     Stretches,
     history_of,
-    stretches,
+    intervals,
     verdict_of,
     whole,
 )
 from heavylift.coordinator.verdict import clearances as looking
 from heavylift.coordinator.verdict import history as kept
 from heavylift.coordinator.verdict.moving import moving
-from heavylift.nodes.limits import Signals, uses_of
+from heavylift.nodes.limits import SignalColumns, uses_of
 from heavylift.nodes.plan import Limit, Shapes
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, SampleLayout
@@ -39,7 +39,7 @@ LIMITS = (
 )
 
 
-def drawn(seed: int) -> Signals:
+def drawn(seed: int) -> SignalColumns:
     """A rope over 200 instants, some of them twice, on levels so that the worst comes more than once; gaps among it."""
     draw, n = random.Random(seed), 200
     t = np.cumsum([draw.choice((0.0, 0.1, 0.5)) for _ in range(n)])
@@ -50,10 +50,10 @@ def drawn(seed: int) -> Signals:
     when = draw.choice([-1.0, *t.tolist(), float(t[-1]) + 1.0, draw.uniform(0, 40)])
     peaks = {ROPE: (draw.choice((1.0, 9.1e5)), when)}
     stages = [(0.0, "up"), (float(t[n // 2]), "down")]
-    return Signals(t, {ROPE: np.array(level)}, poses, {ROPE: lengths}, stages=stages, peaks=peaks, dynamic=True)
+    return SignalColumns(t, {ROPE: np.array(level)}, poses, {ROPE: lengths}, stages=stages, peaks=peaks, dynamic=True)
 
 
-def some(x: Signals, k: slice) -> Signals:
+def some(x: SignalColumns, k: slice) -> SignalColumns:
     poses = {name: (p[k], R[k]) for name, (p, R) in x.poses.items()}
     columns = [{name: v[k] for name, v in y.items()} for y in (x.tensions, x.lengths)]
     return replace(x, t=x.t[k], tensions=columns[0], lengths=columns[1], poses=poses, known={})
@@ -96,7 +96,7 @@ def test_the_verdict_is_that_of_the_whole(recorded: Recording, monkeypatch: pyte
 
 def test_stretches_are_looked_at_in_pieces(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = verdict_of(recorded)
-    monkeypatch.setattr(stretches, "PIECE", 37)
+    monkeypatch.setattr(intervals, "PIECE", 37)
     assert verdict_of(recorded) == expected
 
 

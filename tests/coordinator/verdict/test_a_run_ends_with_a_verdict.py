@@ -11,8 +11,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.live import STOP, Given
-from heavylift.coordinator.run import Progress, Watch, run
+from heavylift.coordinator.live import STOP, TimedCommand
+from heavylift.coordinator.run import Progress, RunObserver, run
 from heavylift.coordinator.verdict import verdict_of
 from heavylift.kernel import HeavyliftError, KernelError, ModelError
 from heavylift.nodes.devs import Event, Tag, seconds
@@ -26,7 +26,7 @@ UP = "  - stage: up\n    all hooks: hoist 3 m/min by 1 m\n"
 SECOND = 0.5  # [s] between samples: what they show is known to one of them
 
 
-def verdict(tmp_path: Path, text: str, *settings: str, commands: tuple[Given, ...] = ()) -> Judged:
+def verdict(tmp_path: Path, text: str, *settings: str, commands: tuple[TimedCommand, ...] = ()) -> Judged:
     result = run(parse(text, overrides=settings), tmp_path / "run.mcap", in_process=True, commands=commands, force=True)
     assert result.verdict is not None
     return result.verdict
@@ -128,13 +128,13 @@ def test_a_centre_of_mass_outside_the_block_is_red_with_its_line(tmp_path: Path)
 
 
 def test_an_operator_who_stops_the_run_is_told(tmp_path: Path) -> None:
-    stop = Given(Tag(seconds(5.0)), msgspec.msgpack.encode(OperatorCommand(STOP)))
+    stop = TimedCommand(Tag(seconds(5.0)), msgspec.msgpack.encode(OperatorCommand(STOP)))
     found = verdict(tmp_path, LIFT, commands=(stop,))
     assert kinds(found) == ["operator"]
     assert found.findings[0].t == 5.0
 
 
-class Ends(Watch):
+class Ends(RunObserver):
     """Something ends the run when it begins a stage."""
 
     def __init__(self, error: BaseException) -> None:

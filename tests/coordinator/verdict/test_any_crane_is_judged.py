@@ -12,7 +12,7 @@ from heavylift.coordinator.ladder import Played, play
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import NOT_CHECKED
 from heavylift.nodes.plan import Shapes
-from heavylift.nodes.scene import begun_with, bundled, load, parse
+from heavylift.nodes.scene import bundled, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
 STORED = Path(__file__).parents[2] / "data" / "checks_by_type.json"
@@ -123,7 +123,7 @@ def checks(crane: str, folder: Path) -> dict[str, str]:
     head = "name,mass [t],size x [m],size y [m],size z [m]\n"
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     (folder / "blocks.csv").write_text(f"{head}B,10,{long},{wide},4\n", encoding="utf-8")
-    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
     scene = parse(text, str(folder / "made.yaml"))
     plan = scene.plan
     found = {x.quantity: f"by {x.source}" for x in plan.limits if x.known}

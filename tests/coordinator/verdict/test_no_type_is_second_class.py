@@ -8,7 +8,7 @@ import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Check
-from heavylift.nodes.scene import LoadedScene, begun_with, parse
+from heavylift.nodes.scene import LoadedScene, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
 LARGE = ("goliath", "twin", "mobile")
@@ -20,7 +20,7 @@ def begun(crane: str, folder: Path) -> tuple[str, tuple[float, float, float]]:
     mass, long, wide = (200, 30, 24) if crane.startswith(LARGE) else (10, 6, 5)
     head = "name,mass [t],size x [m],size y [m],size z [m]\n"
     (folder / "blocks.csv").write_text(f"{head}B,{mass},{long},{wide},4\n", encoding="utf-8")
-    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
     x, y, _ = (float(word.split()[0]) for word in text.split("  at: [")[1].split("]")[0].split(","))
     return text, (long / 2, x, y)
 

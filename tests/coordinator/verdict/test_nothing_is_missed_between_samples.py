@@ -10,9 +10,9 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import (
     SHARP,
     Coarse,
-    Known,
     Minimum,
     Moving,
+    NearestSoFar,
     Placed,
     Stretches,
     exactly,
@@ -22,7 +22,7 @@ from heavylift.coordinator.verdict import (
     twists,
     whole,
 )
-from heavylift.coordinator.verdict.moving import Frame
+from heavylift.coordinator.verdict.moving import BodyTrack
 from heavylift.kernel.description import Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import Solid, Strand
@@ -44,9 +44,9 @@ def solid(size: tuple[float, ...], t: Floats, centre: Floats, turn: Floats | Non
     return Moving(shape, (fixed(t, centre, turn),))
 
 
-def fixed(t: Floats, centre: Floats, turn: Floats | None = None) -> tuple[Frame, Vector]:
+def fixed(t: Floats, centre: Floats, turn: Floats | None = None) -> tuple[BodyTrack, Vector]:
     still = np.tile([0.0, 0.0, 0.0, 1.0], (len(t), 1))
-    return Frame(t, np.hstack([centre, still if turn is None else turn])), ORIGIN
+    return BodyTrack(t, np.hstack([centre, still if turn is None else turn])), ORIGIN
 
 
 def stretches(shapes: list[Moving], pairs: list[tuple[int, int]], groups: range | None = None) -> Stretches:
@@ -56,7 +56,7 @@ def stretches(shapes: list[Moving], pairs: list[tuple[int, int]], groups: range 
 
 def nearest(shapes: list[Moving], start: Stretches, most: float = np.inf) -> Minimum | None:
     """The minimum over stretches of one group; None if they stay farther apart than `most` [m]."""
-    known = Known(0, 0.0)
+    known = NearestSoFar(0, 0.0)
     known.groups(np.array([most]))
     search(shapes, start, known)
     (found,) = known.take()
@@ -143,7 +143,7 @@ def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_
         start = stretches(shapes, pairs, range(len(pairs)))
         limit = float(np.sort(least)[TEN + 2])
         for smallest, most in ((TEN, 0.0), (TEN, limit)):
-            known = Known(smallest, most)
+            known = NearestSoFar(smallest, most)
             known.groups(np.full(len(pairs), np.inf))
             search(shapes, start, known)
             told = np.array([m.least if m is not None else np.inf for m in known.take()])
@@ -187,7 +187,7 @@ def test_speeds_of_bodies_are_those_of_their_places(tmp_path: Path) -> None:
     run(scene, tmp_path / "run.mcap", in_process=True)
     past = history_of(Recording(tmp_path / "run.mcap")).part(0, 200)
     past = past.of(np.flatnonzero(np.diff(past.t, prepend=-1.0) > 0.01))
-    frames = {name: Frame(past.t, pose) for name, pose in past.poses.items()}
+    frames = {name: BodyTrack(past.t, pose) for name, pose in past.poses.items()}
     frames["world"] = fixed(past.t, np.zeros((len(past.t), 3)))[0]
     found, h = twists(system(scene.plan).joints, frames, past.speeds), np.diff(past.t)[:, None]
     assert set(found) >= set(past.poses)

@@ -13,7 +13,7 @@ from heavylift.kernel import SceneError
 from heavylift.kernel.description import Finding
 from heavylift.nodes.models.commander import Machines, first_lugs, first_picture
 from heavylift.nodes.plan import Unhook
-from heavylift.nodes.scene import LoadedScene, begun_with, parse
+from heavylift.nodes.scene import LoadedScene, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 from typer.testing import CliRunner
 
@@ -35,7 +35,7 @@ def _here(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPa
 def scene(crane: str, more: str = "", *edits: tuple[str, str]) -> LoadedScene:
     long, wide = size(crane)
     Path("blocks.csv").write_text(f"{HEAD}B,{100 if long > 6.0 else 10},{long},{wide},4\n", encoding="utf-8")
-    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
     for old, new in edits:
         assert old in text
         text = text.replace(old, new)

@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.compiler import OPAQUE, Factors, Library, Primitive, module, solver
-from heavylift.kernel.compiler.native_loops import Code
+from heavylift.kernel.compiler import OPAQUE, FactorLayout, Library, Primitive, module, solver
+from heavylift.kernel.compiler.native_loops import LoopEmitter
 
 ROUNDED = 1e-12  # of a solution: condition numbers stay below 1e3
 BESIDE = 3  # components that belong to no equation
 START = 5  # numbers before the factors in their block
 
 
-def native(factors: Factors, ny: int) -> tuple[Library, Primitive]:
-    code = Code("factorise", ["M"])
+def native(factors: FactorLayout, ny: int) -> tuple[Library, Primitive]:
+    code = LoopEmitter("factorise", ["M"])
     factors.factorise(code)
     factorise = Primitive("factorise", lambda M: {}, {"M": OPAQUE}, {}, code.text())
     solve = solver("solve", factors, ny)
@@ -26,7 +26,7 @@ def test_systems_of_all_sizes(n, planes):
     A, b = (sum(x * rng.standard_normal(shape) for x in number) for shape in ((n, n), n + BESIDE))
     A[rng.random((n, n)) < 0.3] = 0.0  # zeros on the diagonal want row exchanges
     A += (0.1 * n) * np.eye(n)[rng.permutation(n)]
-    factors = Factors(n, planes, START)
+    factors = FactorLayout(n, planes, START)
     library, solve = native(factors, n + BESIDE)
     M = np.zeros(factors.stop)
     factors.write(M, A)
@@ -45,7 +45,7 @@ def test_systems_of_all_sizes(n, planes):
 
 
 def test_a_singular_matrix_gives_numbers_that_are_not_finite_and_no_crash():
-    factors = Factors(4, 1, 0)
+    factors = FactorLayout(4, 1, 0)
     library, _ = native(factors, 4)
     for A in (np.zeros((4, 4)), np.full((4, 4), np.nan), np.full((4, 4), np.inf)):
         M, x = np.zeros(factors.stop), np.zeros(4)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from every_law import yard
 from heavylift.kernel.algebra import cos, power, sin
-from heavylift.kernel.compiler import Batch, Function, Library, arranged, module
+from heavylift.kernel.compiler import Function, Library, SimdBatch, arranged, module
 from heavylift.kernel.description import Body, Joint, Point, Reeving, Sheave, System
 from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.simulation import Simulation
@@ -135,7 +135,7 @@ def test_calls_side_by_side_have_the_bits_of_each_alone(n):
     x, p, y = random.normal(size=2 * n), random.normal(size=n), np.zeros(2 * n)
     Library("many", lambda: module(f), cache=False).call("many", x, p, y)
     assert y.tolist() == [float(e) for e in f.body(x=x.tolist(), p=p.tolist())["y"]]
-    batches = [b for b in arranged(f.nodes) if isinstance(b, Batch)]
+    batches = [b for b in arranged(f.nodes) if isinstance(b, SimdBatch)]
     assert sum(len(b.calls) for b in batches) == (2 * n if n > 1 else 0), "the chain stays a chain"
 
 

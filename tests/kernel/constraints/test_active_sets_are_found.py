@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.algebra import skew
 from heavylift.kernel.constraints.complementarity import ROUNDS, pivot, round_of, solve, start_of
-from heavylift.kernel.simulation.impacts import Contacts, settle, sweep
+from heavylift.kernel.simulation.impacts import ContactProblem, settle, sweep
 
 EXACT = 1e-12  # of a well-conditioned problem of order one
 CONDITION = 1e-7  # to which each condition of a contact of order one holds
@@ -84,7 +84,7 @@ def body_on_points(rng, m, flat, friction):
     G = np.array([np.hstack([np.eye(3), -skew(p)])[i] for p in places for i in (2, 0, 1)])
     force = rng.normal(size=6) - [0.0, 0.0, 2.0, 0.0, 0.0, 0.0]
     mobility = np.diag([1.0, 1.0, 1.0, *(1.0 / (0.5 + rng.random(3)))])
-    return Contacts(G @ mobility @ G.T, G @ force, np.full(m, friction), np.zeros((m, 2)))
+    return ContactProblem(G @ mobility @ G.T, G @ force, np.full(m, friction), np.zeros((m, 2)))
 
 
 def breach(c, x):
@@ -129,9 +129,11 @@ def test_a_rod_that_scrapes_steeply_has_no_consistent_force():
     A, b = G @ mobility @ G.T, np.array([-1.0, 0.0, 0.0])
     against = A[0, 0] - mu * A[0, 1]
     assert against < 0.0, "the inequality of Painleve's paradox"
-    sliding = Contacts(A, b, np.array([mu]), np.array([[1.0, 0.0]]))
+    sliding = ContactProblem(A, b, np.array([mu]), np.array([[1.0, 0.0]]))
     assert not settle(sliding).found
-    assert settle(Contacts(A, b, np.array([mu]), np.array([[-1.0, 0.0]]))).found, "the other way it is an easy case"
+    assert settle(ContactProblem(A, b, np.array([mu]), np.array([[-1.0, 0.0]]))).found, (
+        "the other way it is an easy case"
+    )
 
 
 def test_block_pivoting_stays_far_below_its_budget():

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from heavylift.kernel.description import Body, Element, Joint, System, field_types, mechanics
-from heavylift.kernel.forces import FORCES, Answer, ForceLaw, Poses, Shown
+from heavylift.kernel.forces import FORCES, ForceLaw, LawOutput, Poses, SampledQuantity
 from small_scenes import SECOND, column, hand_over, started
 
 LARGEST, CRITICAL, INERTIA, BEGINS = 400.0, 12.0, 80.0, 30.0  # [N m], [rad/s], [kg m2], [rad/s]
@@ -28,12 +28,12 @@ class EddyBrakeLaw(ForceLaw):
     def numbers(self, f: EddyBrake, poses: Poses) -> list[float]:
         return [f.largest, f.critical]
 
-    def answer(self, f: EddyBrake, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: EddyBrake, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> LawOutput:
         u = joint[1] / p[1]
         torque = 2.0 * p[0] * u / (1.0 + u * u)
-        return Answer(effort=-torque, heat=torque * joint[1], shown=[torque])
+        return LawOutput(effort=-torque, heat=torque * joint[1], shown=[torque])
 
-    def shows(self, f: EddyBrake) -> list[Shown]:
+    def shows(self, f: EddyBrake) -> list[SampledQuantity]:
         return [("eddy/torque", f.name, "N m")]
 
 

@@ -27,7 +27,7 @@ from heavylift.kernel.description import (
     System,
     Threshold,
 )
-from heavylift.kernel.model import FORCES, POSES, Evaluation, Program, Stage, evaluate, evaluation
+from heavylift.kernel.model import FORCES, POSES, Evaluation, EvaluationStage, Program, evaluate, evaluation
 from small_scenes import X, Y
 
 CUBE = (1.0, 1.0, 1.0)
@@ -86,7 +86,7 @@ class Watched(Evaluation):
 
 
 @pytest.mark.parametrize("stage", POSES + FORCES, ids=lambda stage: stage.run.__name__)
-def test_a_stage_touches_what_it_says(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stage_touches_what_it_says(stage: EvaluationStage, monkeypatch: pytest.MonkeyPatch) -> None:
     changed, touched = set[str](), set[str]()
 
     def run(x: Evaluation) -> None:

@@ -12,8 +12,8 @@ from heavylift.kernel.description import (
     JOINTS,
     SECOND,
     THIRD,
+    JointMotion,
     JointType,
-    Motion,
     System,
     field_types,
     joint_table,
@@ -26,7 +26,7 @@ from test_every_joint_agrees_with_others import INTO_MUJOCO, SAME, SOLID, accele
 GIMBAL = JointType(
     {"roll": 0.0, "pitch": 0.0, "yaw": 0.0},
     ("rate1", "rate2", "rate3"),
-    (Motion(True, AXIS, 0), Motion(True, SECOND, 1), Motion(True, THIRD, 2)),
+    (JointMotion(True, AXIS, 0), JointMotion(True, SECOND, 1), JointMotion(True, THIRD, 2)),
 )
 
 

@@ -5,7 +5,7 @@ import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import Beam, Body, Flexible, Joint, Load, Point, System
 from heavylift.kernel.description.forces import Signal
-from heavylift.kernel.simulation import Recorder
+from heavylift.kernel.simulation import SampleRecorder
 from small_scenes import SECOND, hand_over, started
 
 L, EI = 10.0, 1e6
@@ -21,7 +21,7 @@ def column(*pressed: tuple[float, float]) -> System:
     return System((body,), (Joint("root", "fixed", "world", "jib", R_PJ=STANDING),), forces=(push,), gravity=0.0)
 
 
-def run(system: System, block: int) -> tuple[Recorder, list, str]:
+def run(system: System, block: int) -> tuple[SampleRecorder, list, str]:
     """Samples at 100 Hz, taken so many at once."""
     s = started(system, method="radau5", tolerance=1e-6, sample_ns=SECOND // 100)
     s.native.set(rows=float(block))
@@ -47,8 +47,8 @@ def test_blocks_say_what_samples_say_one_by_one(most):
 
 def test_where_nothing_is_to_be_said_no_sample_is_looked_at_alone(monkeypatch):
     looked = []
-    kept = Recorder.keep
-    monkeypatch.setattr(Recorder, "keep", lambda self, t_ns, row: (looked.append(t_ns), kept(self, t_ns, row)))
+    kept = SampleRecorder.keep
+    monkeypatch.setattr(SampleRecorder, "keep", lambda self, t_ns, row: (looked.append(t_ns), kept(self, t_ns, row)))
     recorder, _, _ = run(column((0.0, 0.0), (9.0, 0.001)), 500)
     assert len(recorder.rows) > 400
     assert looked == [0]

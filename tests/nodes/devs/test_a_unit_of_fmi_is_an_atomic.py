@@ -12,7 +12,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from heavylift import run_models
-from heavylift.coordinator.run import Watch
+from heavylift.coordinator.run import RunObserver
 from heavylift.coordinator.supervision import failover
 from heavylift.kernel import ModelError, allowed
 from heavylift.nodes import Fmu, Signals, drive
@@ -127,7 +127,7 @@ def test_the_digest_is_the_same_in_one_process_and_in_two_and_after_a_kill(unit,
     told: list[str] = []
     crews: list[dict[str, int]] = []
 
-    class Killing(Watch):
+    class Killing(RunObserver):
         def say(self, sentence: str) -> None:
             told.append(sentence)
 

@@ -11,7 +11,7 @@ import pytest
 from heavylift.coordinator.commands.common import fails
 from heavylift.nodes.limits import ABSENT, NOT_CHECKED, STATES, UNKNOWN, Limit, checks_of, line_of
 from heavylift.nodes.plan import Quantity, Use
-from heavylift.nodes.scene import begun_with, load, parse
+from heavylift.nodes.scene import load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
 QUANTITIES = ("hook height", "hook load", "off-lead", "sling tension")
@@ -88,7 +88,7 @@ def test_every_row_of_every_type_has_a_state_and_says_what_would_turn_it_green(
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     head = "name,mass [t],size x [m],size y [m],size z [m]\n"
     (tmp_path / "blocks.csv").write_text(f"{head}B,10,{long},{wide},4\n", encoding="utf-8")
-    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
     scene = parse(text, str(tmp_path / "made.yaml"))
     checks = scene.checks
     assert [STATES.index(c.state) for c in checks] == sorted(STATES.index(c.state) for c in checks), "worst first"

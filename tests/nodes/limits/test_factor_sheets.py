@@ -12,7 +12,7 @@ from heavylift.coordinator.ladder import play
 from heavylift.kernel.description import Point, System
 from heavylift.nodes.limits import BASES, PRACTICES, daf, tilted
 from heavylift.nodes.plan import Cargo, Hoist, Limit, Mechanism, Plan, Tie, Use
-from heavylift.nodes.scene import LoadedScene, begun_with, load, parse, sheet
+from heavylift.nodes.scene import LoadedScene, load, new_scene_with, parse, sheet
 from heavylift.nodes.scene.text import library
 from heavylift.nodes.statics import StaticState
 
@@ -23,7 +23,7 @@ NUMBERS = ("weight", "dynamic", "tilt factor", "heights", "yaw", "skew", "conseq
 def begun(crane: str, folder: Path) -> str:
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     (folder / "blocks.csv").write_text(f"{HEAD}B,10,{long},{wide},4\n", encoding="utf-8")
-    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
     return text
 
 

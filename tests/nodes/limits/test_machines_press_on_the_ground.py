@@ -12,7 +12,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.limits import (
     CORNERS,
     SIDES,
-    Signals,
+    SignalColumns,
     corner_load,
     resultant,
     signals_of,
@@ -22,7 +22,7 @@ from heavylift.nodes.limits import (
     way_to_tip,
 )
 from heavylift.nodes.plan import Mechanism, Plan
-from heavylift.nodes.scene import begun_with, load, parse
+from heavylift.nodes.scene import load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
 EXACT = 1e-9
@@ -86,12 +86,12 @@ def test_tracks_press_as_a_trapezoid_and_beyond_the_middle_third_as_a_triangle(e
 
 
 @cache
-def lift(crane: str, folder: str, setting: str = "") -> tuple[Plan, Mechanism, Signals]:
+def lift(crane: str, folder: str, setting: str = "") -> tuple[Plan, Mechanism, SignalColumns]:
     """A lift by a crane of a type, at rest along its list."""
     head = "name,mass [t],size x [m],size y [m],size z [m]\n"
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     (Path(folder) / "blocks.csv").write_text(f"{head}B,10,{long},{wide},4\n", encoding="utf-8")
-    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
     scene = parse(text.replace(f"type: {crane}", f"type: {crane}{setting}"), str(Path(folder) / "made.yaml"))
     (machine,) = (m for m in scene.plan.machines if m.name == "crane")
     return scene.plan, machine, signals_of(scene.states)
@@ -145,7 +145,7 @@ def test_while_a_crane_slews_the_corner_that_it_passes_counts() -> None:
     most = track_pressure(np.full(2001, V), np.array(every[:2001]), np.array(every[2001:]), (7.8, 7.2), 1.2, "left")
     assert use.stage == "slew"
     assert use.value == pytest.approx(float(most.max()), rel=2e-3)  # it is looked at each 100 / 24 degrees
-    ends = stood(scene.plan, use.limit, Signals(path.t[-1:], {}, {})) is None
+    ends = stood(scene.plan, use.limit, SignalColumns(path.t[-1:], {}, {})) is None
     assert ends
     assert float(most.max()) > 1.05 * max(float(most[0]), float(most[-1]))
 

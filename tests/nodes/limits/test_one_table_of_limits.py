@@ -13,7 +13,7 @@ from heavylift.nodes.limits import (
     NOT_CHECKED,
     Finding,
     Limit,
-    Signals,
+    SignalColumns,
     checks_of,
     judge,
     likewise,
@@ -32,9 +32,9 @@ from lifting import hook_ropes
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
 
 
-def peaks_alone(peaks: dict[str, tuple[float, float]]) -> Signals:
+def peaks_alone(peaks: dict[str, tuple[float, float]]) -> SignalColumns:
     """Exact peaks [N] and when [s], and nothing else of a run."""
-    return Signals(t=np.zeros(1), tensions={name: np.zeros(1) for name in peaks}, peaks=peaks, dynamic=True)
+    return SignalColumns(t=np.zeros(1), tensions={name: np.zeros(1) for name in peaks}, peaks=peaks, dynamic=True)
 
 
 def judged(peaks: dict[str, tuple[float, float]], built: plan.Plan) -> list[Finding]:
@@ -155,9 +155,9 @@ def test_what_a_load_cell_tells_between_samples_is_red() -> None:
     built = load("lift").plan
     rated = (900e3 + 75e3) * built.gravity
     ropes = {name: np.array([0.3 * rated]) for name in hook_ropes(built)}
-    quiet = Signals(t=np.array([3.0]), tensions=ropes, dynamic=True)
+    quiet = SignalColumns(t=np.array([3.0]), tensions=ropes, dynamic=True)
     assert not [f for f in judge(built, uses_of(built, [quiet]), dynamic=True) if f.subject == "crane"]
-    heard = Signals(
+    heard = SignalColumns(
         t=np.array([3.0]), tensions=ropes, dynamic=True, crossings={"crane.main.load": (1.001 * rated, 3.2)}
     )
     (red,) = [f for f in judge(built, uses_of(built, [heard]), dynamic=True) if f.subject == "crane"]
@@ -177,7 +177,7 @@ def test_a_place_may_yield_a_little_at_its_end() -> None:
     built = load("lift").plan
     for beyond, red in ((0.0, False), (0.04, False), (0.06, True)):
         at = np.array([[400.0 + beyond, 0.0, 0.0]])
-        signals = Signals(t=np.zeros(1), tensions={}, poses={"crane.main": (at, np.eye(3)[None])}, dynamic=True)
+        signals = SignalColumns(t=np.zeros(1), tensions={}, poses={"crane.main": (at, np.eye(3)[None])}, dynamic=True)
         told = [f.sentence for f in judge(built, uses_of(built, [signals]), dynamic=True)]
         assert told == (["crane at x = 400.06 m is past the end of its rails, 0 to 400 m"] if red else [])
 

@@ -9,7 +9,7 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import KL, TERMINATIONS, Terms, assembly, at_rest, bending, in_a_run, shackle
 from heavylift.nodes.plan import Limit
-from heavylift.nodes.scene import begun_with, check, gear, load, parse
+from heavylift.nodes.scene import check, gear, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 from msgspec.structs import replace
 
@@ -196,7 +196,7 @@ def test_of_each_type_the_legs_of_a_bridle_are_rated_together_or_asked_about(
     monkeypatch.chdir(tmp_path)
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     (tmp_path / "blocks.csv").write_text(f"name,mass [t],size x [m],size y [m],size z [m]\nB,10,{long},{wide},4\n")
-    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
     for breaking, rated in (("900 kN", "assembly load"), ("6 MN", "sharing")):
         plain = parse(text, str(tmp_path / "made.yaml"))
         names = [name for name, x in plain.scene.rigging.items() if len(getattr(x, "to", ())) > 3]

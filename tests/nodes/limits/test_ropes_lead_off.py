@@ -11,7 +11,7 @@ import pytest
 from heavylift.nodes.limits import (
     NOT_CHECKED,
     Finding,
-    Signals,
+    SignalColumns,
     Use,
     checks_of,
     judge,
@@ -35,7 +35,7 @@ def plan(*settings: str) -> Plan:
     return load("lift", settings).plan
 
 
-def hung(built: Plan, along: float, across: float, tension: float = LOADED, sling: float = LOADED / 2) -> Signals:
+def hung(built: Plan, along: float, across: float, tension: float = LOADED, sling: float = LOADED / 2) -> SignalColumns:
     """The hook H3 beside its trolley by so much [m], for one instant; its loader hangs level below it."""
     rope = hook_ropes(built)[HOOK]
     top = np.array([40.0, 83.0, 0.0])
@@ -49,14 +49,14 @@ def hung(built: Plan, along: float, across: float, tension: float = LOADED, slin
     held = {name: np.array([sling if name.startswith("loader-3.") else 0.0]) for name in slings(built)}
     tensions = {name: np.zeros(1) for name in hook_ropes(built)} | held | {HOOK: np.array([tension])}
     placed = {name: (p[None, :], LEVEL[None]) for name, p in poses.items()}
-    return Signals(t=np.array([7.0]), tensions=tensions, poses=placed, stages=[(0.0, "swing")], dynamic=True)
+    return SignalColumns(t=np.array([7.0]), tensions=tensions, poses=placed, stages=[(0.0, "swing")], dynamic=True)
 
 
-def judged(built: Plan, signals: Signals) -> list[Finding]:
+def judged(built: Plan, signals: SignalColumns) -> list[Finding]:
     return judge(built, uses_of(built, [signals]), dynamic=True)
 
 
-def use(built: Plan, signals: Signals, quantity: str, subject: str = HOOK) -> Use:
+def use(built: Plan, signals: SignalColumns, quantity: str, subject: str = HOOK) -> Use:
     return next(x for x in uses_of(built, [signals]) if (x.limit.quantity, x.limit.subject) == (quantity, subject))
 
 
@@ -118,14 +118,14 @@ def test_the_side_pull_is_held_against_drive_and_brake() -> None:
     assert [c.sentence for c in unknown] == [f"side force of crane: give 'gantry {x}'" for x in ("drive", "brake")]
 
 
-def spread(built: Plan, angle: float, tension: float = 5e5) -> Signals:
+def spread(built: Plan, angle: float, tension: float = 5e5) -> SignalColumns:
     """One sling that stands so much off the vertical."""
     tie, sling = slings(built)["loader-3.sling-1"]
     up = np.array([0.0, sling.L0 * np.sin(angle), sling.L0 * np.cos(angle)])
     at = np.array(cargo(built).lugs[tie.lug]) - tie.upper.p + up
     poses = {"block": (np.zeros((1, 3)), LEVEL[None]), "loader-3.lower": (at[None, :], LEVEL[None])}
     tensions = {sling.name: np.array([tension])}
-    return Signals(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: tie.lug})])
+    return SignalColumns(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: tie.lug})])
 
 
 def test_bridles_are_told_beyond_45_and_red_beyond_60_degrees() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.commands import app
 from heavylift.kernel import SceneError
-from heavylift.nodes.scene import begun_with, load
+from heavylift.nodes.scene import load, new_scene_with
 from heavylift.nodes.scene.text import library
 from typer.testing import CliRunner
 
@@ -33,7 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("crane", library())
 def test_each_type_lifts_a_block_of_the_table(folder: Path, crane: str) -> None:
     row = ROWS.get(crane.split("-")[0], "small")
-    ((name, text),) = begun_with("mine", crane, f"blocks.csv#{row}").items()
+    ((name, text),) = new_scene_with("mine", crane, f"blocks.csv#{row}").items()
     (folder / "mine.yaml").write_text(text)
     scene = load(folder / "mine.yaml")
     assert (name, scene.plan.name) == ("mine", "mine")
@@ -71,7 +71,7 @@ def test_what_cannot_be_begun_is_told(folder: Path, words: tuple[str, ...], told
 
 
 def test_a_crane_that_is_too_low_for_its_slings_is_told(folder: Path) -> None:
-    (text,) = begun_with("mine", "overhead-100", "blocks.csv#large").values()
+    (text,) = new_scene_with("mine", "overhead-100", "blocks.csv#large").values()
     (folder / "mine.yaml").write_text(text)
     with pytest.raises(SceneError, match="shorten them, or take a higher crane"):
         load(folder / "mine.yaml")

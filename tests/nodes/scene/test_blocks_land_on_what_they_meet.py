@@ -13,7 +13,7 @@ from heavylift.kernel import SceneError
 from heavylift.kernel.description import System
 from heavylift.kernel.model import points, scalar
 from heavylift.nodes.scene import parse
-from heavylift.nodes.statics import Rehearsal, at_rest, rehearsal
+from heavylift.nodes.statics import StaticRun, at_rest, static_run
 from heavylift.recordings import Recording
 from scipy.spatial.transform import Rotation
 
@@ -103,9 +103,9 @@ def test_what_it_cannot_land_on_is_told(words: str, told: str) -> None:
 
 def test_contacts_that_nothing_presses_yet_change_no_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = at_rest(parse(TEXT, passing=True, followed=False).plan)
-    few = Rehearsal(plan)
-    monkeypatch.setattr(rehearsal, "apart", lambda *contact: False)
-    all_ = Rehearsal(plan)
+    few = StaticRun(plan)
+    monkeypatch.setattr(static_run, "apart", lambda *contact: False)
+    all_ = StaticRun(plan)
     assert [len(r.path.command.program.system.contacts) for r in (few, all_)] == [0, 4]
     for r in (few, all_):
         r.walk()

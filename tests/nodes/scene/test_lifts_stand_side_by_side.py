@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from heavylift.coordinator.ladder import play
-from heavylift.coordinator.live import STOP, Given
+from heavylift.coordinator.live import STOP, TimedCommand
 from heavylift.coordinator.replay import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.verify import verify
@@ -119,7 +119,7 @@ def test_an_operator_orders_one_lift_and_ends_all(tmp_path: Path) -> None:
     scene = parse(TEXT)
     words = ("b-hall traversing: traverse 10 m/min by 0.5 m", "cranes: travel 10 m/min by 1 m", "")
     given = [
-        Given(
+        TimedCommand(
             Tag(seconds(1.0 + i)),
             encode(OperatorCommand(said or STOP, msgspec.msgpack.encode(spoken(scene, said)) if said else b"")),
         )

@@ -11,7 +11,7 @@ from random import Random
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.nodes.plan import Limit, Use
-from heavylift.nodes.scene import LoadedScene, begun_with, load, parse
+from heavylift.nodes.scene import LoadedScene, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
 HEAD = "name,mass [t],size x [m],size y [m],size z [m]\n"
@@ -21,7 +21,7 @@ def begun(crane: str, folder: Path) -> str:
     """A lift by a crane of a type."""
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     (folder / "blocks.csv").write_text(f"{HEAD}B,10,{long},{wide},4\n", encoding="utf-8")
-    (text,) = begun_with("made", crane, "blocks.csv#B").values()
+    (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
     return text
 
 

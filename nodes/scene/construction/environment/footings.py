@@ -9,7 +9,7 @@ import msgspec
 from heavylift.nodes.limits.ground import CORNERS, SIDES
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
-from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.machines import PortalParts
 from heavylift.nodes.scene.keys.parts.mechanics import Hook, Parts
 from heavylift.nodes.scene.keys.parts.standing import Stands
@@ -42,7 +42,7 @@ def footing_of(
     return None
 
 
-def set_up(yard: Yard, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
+def set_up(yard: SceneBuilder, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
     """The machines on the mats that the scene lays below their tracks or outriggers, with how they are set up."""
     names = [machine.name for machine in machines if machine.hooks]
     for name in (name for name in yard.scene.ground.mats if name not in names):
@@ -50,7 +50,7 @@ def set_up(yard: Yard, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
     return tuple(_set_up(yard, machine) if machine.hooks else machine for machine in machines)
 
 
-def _set_up(yard: Yard, machine: Mechanism) -> Mechanism:
+def _set_up(yard: SceneBuilder, machine: Mechanism) -> Mechanism:
     footing, mats, path = machine.footing, yard.scene.ground.mats.get(machine.name), ("ground", "mats", machine.name)
     if mats and (footing is None or footing.kind == "wheels"):
         yard.source.fault(path, f"'{machine.name}' stands on no tracks and no outriggers", on_key=True)
@@ -82,7 +82,7 @@ def _configuration(machine: Mechanism, given: Parts[Any] | PortalParts | None) -
     return found
 
 
-def standing_limits(yard: Yard, machine: Mechanism) -> Iterator[Limit]:
+def standing_limits(yard: SceneBuilder, machine: Mechanism) -> Iterator[Limit]:
     """What each track, outrigger or wheel of a machine may bear, and how near the machine may come to tipping."""
     name, footing, given = machine.name, machine.footing, _given(yard, machine)
     if footing is None:
@@ -115,7 +115,7 @@ def standing_limits(yard: Yard, machine: Mechanism) -> Iterator[Limit]:
     )  # fmt: skip
 
 
-def wind_limits(yard: Yard, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[Limit]:
+def wind_limits(yard: SceneBuilder, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[Limit]:
     """In which wind machines with hooks may work: their own limits, and that of the scene."""
     most, where = yard.scene.limits.wind, yard.source.where(("limits",))
     if not winds:
@@ -137,12 +137,12 @@ def wind_limits(yard: Yard, machines: Collection[Mechanism], winds: tuple[str, .
         yield Limit(subject="all", note="give it under 'limits: {wind: ...}'", where=where, **row)  # type: ignore[arg-type]
 
 
-def _given(yard: Yard, machine: Mechanism) -> Stands | None:
+def _given(yard: SceneBuilder, machine: Mechanism) -> Stands | None:
     parts = _parts(yard, machine)
     return parts.stands if parts else None
 
 
-def _parts(yard: Yard, machine: Mechanism) -> Parts[Any] | PortalParts | None:
+def _parts(yard: SceneBuilder, machine: Mechanism) -> Parts[Any] | PortalParts | None:
     """The keys of a machine."""
     scene = yard.scene
     if machine.name in scene.cranes:

@@ -14,7 +14,7 @@ from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, V
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.impacts.touching import INSIDE
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.base import turned
 from heavylift.nodes.scene.keys.environment import Obstacle
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -26,7 +26,7 @@ SIGNS = (-0.5, 0.5)
 TOUCH = 1e-9  # [m]
 
 
-def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
+def obstacles_machine(yard: SceneBuilder, around: System) -> plan.Mechanism:
     """All of them, beside blocks and vessels; what is wrong is added to the faults of the scene."""
     scene, source = yard.scene, yard.source
     blocks = scene.all_blocks
@@ -72,14 +72,14 @@ def obstacles_machine(yard: Yard, around: System) -> plan.Mechanism:
     return plan.Mechanism(name=OBSTACLES, system=made, closed=closed, shapes=shapes, where=where)
 
 
-def _overlaps(yard: Yard, block: str, other: str, depth: float) -> None:
+def _overlaps(yard: SceneBuilder, block: str, other: str, depth: float) -> None:
     """Blocks do not begin inside of anything."""
     path: tuple[str, ...] = (OBSTACLES if other in yard.scene.obstacles else "blocks", other)
     path, of = (("floor",), "the floor") if other == WORLD else (path, f"'{other}'")
     yard.source.fault(path, f"'{block}' begins {depth:.3g} m inside of {of}: move them apart", on_key=True)
 
 
-def _contacts(yard: Yard, sizes: dict[str, Vector]) -> Iterator[Contact]:
+def _contacts(yard: SceneBuilder, sizes: dict[str, Vector]) -> Iterator[Contact]:
     """Of each block with all obstacles, the floor, and the blocks behind it."""
     floor = yard.scene.floor
     for block, size in sizes.items():

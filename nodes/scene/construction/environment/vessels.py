@@ -19,7 +19,7 @@ from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.shapes import HULL
 from heavylift.nodes.plan.spellings import RAILS
-from heavylift.nodes.scene.construction.yard import Yard, box
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder, box
 from heavylift.nodes.scene.keys.environment import Floating, Vessel, Waves
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.rigging import Frame
@@ -32,7 +32,7 @@ CHAIN = {"surge": X, "sway": Y, "heave": Z, "yaw": Z, "pitch": Y, "roll": X}  # 
 MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
 
 
-def vessel_machine(yard: Yard, name: str) -> plan.Mechanism:
+def vessel_machine(yard: SceneBuilder, name: str) -> plan.Mechanism:
     """A vessel and what moves it; what is wrong is added to the faults of the scene."""
     given, source = yard.scene.vessels[name], yard.source
     (xx, yy, zz, xy, xz, yz) = (*(given.inertia or box(given.mass, given.size)), 0.0, 0.0, 0.0)[:6]
@@ -47,7 +47,7 @@ def vessel_machine(yard: Yard, name: str) -> plan.Mechanism:
     return plan.Mechanism(name=name, system=system, shapes=(shape,), where=source.where(("vessels", name)))
 
 
-def _carried(yard: Yard, name: str, given: Vessel, body: Body) -> System:
+def _carried(yard: SceneBuilder, name: str, given: Vessel, body: Body) -> System:
     """Six prescribed joints, one after the other: surge, sway, heave, yaw, pitch, roll."""
     names = [WORLD, *(f"{name}.{mode}" for mode in CHAIN)][:-1]
     bodies = [*(Body(massless, 0.0) for massless in names[1:]), body]
@@ -80,7 +80,7 @@ def _wave(waves: Waves, response: float, phase: float) -> Wave:
     return Wave(0.5 * waves.height * response, 2.0 * pi / waves.period, waves.ramp, phase)
 
 
-def _delay(yard: Yard, waves: Waves, at: Vector) -> float:
+def _delay(yard: SceneBuilder, waves: Waves, at: Vector) -> float:
     """By how much the wave comes later than to the world's origin [rad]: its number on deep water is w^2 / g."""
     w = 2.0 * pi / waves.period
     x, y = (a - b for a, b in zip(at[:2], waves.origin[:2], strict=True))
@@ -88,7 +88,7 @@ def _delay(yard: Yard, waves: Waves, at: Vector) -> float:
     return w * w / yard.scene.gravity * way if yard.scene.gravity else 0.0
 
 
-def check_decks(yard: Yard) -> None:
+def check_decks(yard: SceneBuilder) -> None:
     """Blocks stand on vessels that are there, and no crane on rails lifts them."""
     scene = yard.scene
     for name, block in scene.all_blocks.items():
@@ -102,7 +102,7 @@ def check_decks(yard: Yard) -> None:
             yard.source.fault((*base, "on"), f"{RAILS}s lift from the ground: let a crane of another type lift it")
 
 
-def afloat(yard: Yard, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
+def afloat(yard: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
     """The machines with what keeps vessels up; a load that would change a motion that is given is a fault."""
     out = []
     for machine in built:
@@ -121,7 +121,7 @@ def afloat(yard: Yard, built: list[plan.Mechanism], around: System) -> list[plan
 Masses = list[tuple[float, Vector]]  # each with its place in the world
 
 
-def _standing(yard: Yard, name: str, around: System) -> tuple[Masses, Masses]:
+def _standing(yard: SceneBuilder, name: str, around: System) -> tuple[Masses, Masses]:
     """Mass and place of the vessel and all bodies that joints carry on it, and of the blocks that stand on it."""
     on, at = _bodies(name, around), kinematics.poses(around)
     masses = [(b.mass, kinematics.place(Point(b.name, b.com), at)) for b in around.bodies if b.name in on]
@@ -140,7 +140,7 @@ def _bodies(name: str, around: System) -> set[str]:
     return on
 
 
-def _check_load(yard: Yard, name: str, displacement: float, built: list[plan.Mechanism]) -> None:
+def _check_load(yard: SceneBuilder, name: str, displacement: float, built: list[plan.Mechanism]) -> None:
     """What stands on a vessel or may hang on its cranes must be little beside what it displaces."""
     scene = yard.scene
     blocks = scene.all_blocks
@@ -158,7 +158,9 @@ def _check_load(yard: Yard, name: str, displacement: float, built: list[plan.Mec
         yard.source.fault(("vessels", name, "motion"), told, "write 'motion: forces', or take a larger vessel")
 
 
-def _water(yard: Yard, name: str, given: Vessel, floating: Floating, standing: Masses) -> tuple[Bushing | Load, ...]:
+def _water(
+    yard: SceneBuilder, name: str, given: Vessel, floating: Floating, standing: Masses
+) -> tuple[Bushing | Load, ...]:
     """Buoyancy, hydrostatics with mooring and damping, and the loads of the wave."""
     scene, waves = yard.scene, yard.scene.waves
     weight = scene.gravity * sum(mass for mass, _ in standing)
@@ -178,7 +180,7 @@ def _water(yard: Yard, name: str, given: Vessel, floating: Floating, standing: M
     return (up, water, *(_wave_loads(yard, name, given, floating, waves) if waves else ()))
 
 
-def _wave_loads(yard: Yard, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:
+def _wave_loads(yard: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:
     """All six, as one load that goes with the cosine of the wave and one that goes with its sine."""
     found, delay, R = [], _delay(yard, waves, given.at), given.attitude
     for part, of, phase in (("cosine", cos, 0.0), ("sine", sin, 0.5 * pi)):

@@ -13,14 +13,14 @@ from heavylift.nodes.limits.reeving import ROLLING, drum_ends
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Heavy, Tie
 from heavylift.nodes.scene.construction.checking import Checking
-from heavylift.nodes.scene.construction.yard import box
+from heavylift.nodes.scene.construction.scene_builder import box
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.keys.parts.rigging import Slings
 from heavylift.nodes.scene.text.source import Path
 
 from .edges import along_edges
-from .tree import Tree
+from .tree import RiggingTree
 
 TOUCH = 1e-9  # [m]
 WIRE = 7.92 / 93.5e6  # kg/m of a wire rope over its EA [N], as portals have it: 44 mm 6x36, 890.6 mm2 and 105 GPa
@@ -41,7 +41,7 @@ class Hung:
     ties: list[Tie] = field(default_factory=list)
 
 
-def hang(checks: Checking, whole: k.System, tree: Tree | None, gravity: float) -> Hung:
+def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: float) -> Hung:
     """Hook blocks, ropes and slings of a machine; `whole`: its other parts with all that is around it."""
     at, found = kinematics.poses(whole), Hung()
     for name, hook in checks.given.hooks.items():
@@ -75,7 +75,7 @@ def _hang_one(
     found: Hung,
     name: str,
     hook: Hook,
-    tree: Tree | None,
+    tree: RiggingTree | None,
     around: k.System,
     at: kinematics.Poses,
     gravity: float,
@@ -150,7 +150,7 @@ def _lines(name: str, hook: Hook) -> list[k.Line]:
     ]  # fmt: skip
 
 
-def _plumb(name: str, hook: Hook, tip: tuple[float, ...], tree: Tree | None) -> float:
+def _plumb(name: str, hook: Hook, tip: tuple[float, ...], tree: RiggingTree | None) -> float:
     """How far below its tip a hook hangs at the start: as written, as its slings ask, or as near as can be [m]."""
     asked = tree.height(name, lambda _: [tip[0], tip[1], 0.0]) if tree else None
     if hook.hangs is not None or asked is None:
@@ -158,7 +158,7 @@ def _plumb(name: str, hook: Hook, tip: tuple[float, ...], tree: Tree | None) -> 
     return tip[2] - asked - hook.height
 
 
-def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: Tree | None) -> None:
+def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: RiggingTree | None) -> None:
     """The slings of a rigging, from the hook to lugs of blocks."""
     assert tree is not None
     found.ties += tree.ties(key)

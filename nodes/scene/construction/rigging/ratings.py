@@ -13,7 +13,7 @@ from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, TANDEM, TAN
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit, Quantity
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
-from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Slings, SlingType
 from heavylift.nodes.scene.text.source import Path, shown
@@ -23,7 +23,7 @@ from .slings import lugs_of, slings_of, terms
 WAYS: dict[Vector, tuple[Quantity, str]] = {(1.0, 0.0, 0.0): ("rails", "along"), (0.0, 1.0, 0.0): ("girder", "across")}
 
 
-def hook_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
+def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limit]:
     """Hooks of a machine made of parts: capacity or chart, rope, slings."""
     for hook in machine.hooks:
         given = _given(yard, machine, hook.rope)
@@ -45,7 +45,7 @@ def hook_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
     yield from _travels(yard, machine)
 
 
-def _travels(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
+def _travels(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limit]:
     """Between which ends what carries hooks travels along the world's x or y, and what ropes may pull it that way."""
     keys: Any = yard.scene.machines.get(machine.name) or yard.scene.mechanism
     joints = {joint.child: joint for joint in machine.system.joints}
@@ -75,7 +75,7 @@ def _travels(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
             yield Limit(quantity="side force", unit="N", value=most, over=over, elements=ropes, **at, **row)  # type: ignore[arg-type]
 
 
-def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float] | None) -> Iterator[Limit]:
+def _hoist(yard: SceneBuilder, given: Hook, at: dict[str, Any], ends: tuple[float, float] | None) -> Iterator[Limit]:
     """How its rope may lead, its largest tension, and between which ends its winch moves."""
     limits = yard.scene.limits
     by = "the scene" if "off_lead" in limits.model_fields_set else "assumed"
@@ -92,7 +92,7 @@ def _hoist(yard: Yard, given: Hook, at: dict[str, Any], ends: tuple[float, float
         yield Limit(quantity="rope length", between=ends, **{**at, "unit": "m"})
 
 
-def tandem_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """Hooks of several machines that carry one load at the start: each may carry a part only of what it could alone."""
     lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
     lugs, levelled = lug_places(mechanisms), {machine.name for machine in mechanisms if machine.levels}
@@ -128,13 +128,13 @@ def _fall(given: Hook, at: dict[str, Any]) -> Limit:
     return Limit(value=most, factor=factor, **{**at, "source": f"{ISO_4308}, {given.mechanism_group}"})
 
 
-def _given(yard: Yard, machine: plan.Mechanism, rope: str) -> Hook:
+def _given(yard: SceneBuilder, machine: plan.Mechanism, rope: str) -> Hook:
     """The keys of a hook."""
     scene = yard.scene
     return (scene.machines.get(machine.name) or scene.mechanism).hooks[rope]  # type: ignore[union-attr]
 
 
-def rigging_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
+def rigging_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limit]:
     """Slings of a rigging with their shackles, or the frame that it is."""
     entries = {name: x for name, x in yard.scene.rigging.items() if name in machine.rigged or name == machine.name}
     for name, given in entries.items():
@@ -154,7 +154,7 @@ def rigging_limits(yard: Yard, machine: plan.Mechanism) -> Iterator[Limit]:
             yield shackle_limit(yard, given.shackle, sling, ("rigging", name, "shackle"))
 
 
-def shackle_limit(yard: Yard, WLL: float | None, sling: str, at: Path) -> Limit:
+def shackle_limit(yard: SceneBuilder, WLL: float | None, sling: str, at: Path) -> Limit:
     """Of each shackle of a sling, of an item of gear by its standard."""
     item = _item(yard, at)
     note = "give its 'shackle'" if WLL is None else shackle(WLL, item.partition(", ")[2]) if item else ""
@@ -164,13 +164,13 @@ def shackle_limit(yard: Yard, WLL: float | None, sling: str, at: Path) -> Limit:
     )  # fmt: skip
 
 
-def _item(yard: Yard, at: Path) -> str:
+def _item(yard: SceneBuilder, at: Path) -> str:
     """The item of gear at a path and its standard; "" if there is none."""
     found = ((name, x.standard) for name, x in yard.scene.gear.items() if shown(at) in x.at)
     return ", ".join(filter(None, next(found, ())))
 
 
-def _on(yard: Yard) -> dict[str, list[str]]:
+def _on(yard: SceneBuilder) -> dict[str, list[str]]:
     """The slings that hang on each hook and point of a frame, those over a sheave twice."""
     found: dict[str, list[str]] = {}
     for name, given in yard.scene.rigging.items():
@@ -182,7 +182,7 @@ def _on(yard: Yard) -> dict[str, list[str]]:
     return found
 
 
-def lug_limits(yard: Yard) -> Iterator[Limit]:
+def lug_limits(yard: SceneBuilder) -> Iterator[Limit]:
     """Lugs of blocks, and points of frames."""
     scene, lugs, held = yard.scene, lugs_of(yard.scene), dict[object, list[str]]()
     for name, given in scene.rigging.items():
@@ -204,7 +204,7 @@ def lug_limits(yard: Yard) -> Iterator[Limit]:
                 yield from _lug(yard, lug, given.lug_capacity, slings, ("rigging", name))
 
 
-def _lug(yard: Yard, lug: str, most: float | None, slings: list[str], base: Path) -> Iterator[Limit]:
+def _lug(yard: SceneBuilder, lug: str, most: float | None, slings: list[str], base: Path) -> Iterator[Limit]:
     where = yard.source.where((*base, "lug capacity"))
     if slings:
         yield Limit(
@@ -213,7 +213,7 @@ def _lug(yard: Yard, lug: str, most: float | None, slings: list[str], base: Path
         )  # fmt: skip
 
 
-def bridle_limit(yard: Yard, sling: str, where: str, *, bent: bool) -> Limit:
+def bridle_limit(yard: SceneBuilder, sling: str, where: str, *, bent: bool) -> Limit:
     """How far a sling may stand off the vertical."""
     limits, row = yard.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
@@ -224,7 +224,7 @@ def bridle_limit(yard: Yard, sling: str, where: str, *, bent: bool) -> Limit:
     return Limit(quantity="bridle angle", value=limits.bridle, warning=warning, source=source, **row)  # type: ignore[arg-type]
 
 
-def sling_limits(yard: Yard, given: SlingType, name: str, where: str, base: Path) -> Iterator[Limit]:
+def sling_limits(yard: SceneBuilder, given: SlingType, name: str, where: str, base: Path) -> Iterator[Limit]:
     """A sling, at rest and at its peak."""
     known = terms(given, _item(yard, base))
     own = {"factor": tuple(at_rest(known, yard.scene.gravity)), "partial_factor": tuple(in_a_run(known))}
@@ -232,7 +232,7 @@ def sling_limits(yard: Yard, given: SlingType, name: str, where: str, base: Path
     yield from strength_limits("sling", name, given.breaking, where, own)  # type: ignore[arg-type]
 
 
-def _assembly(yard: Yard, name: str, given: Slings, slings: tuple[str, ...], where: str) -> Iterator[Limit]:
+def _assembly(yard: SceneBuilder, name: str, given: Slings, slings: tuple[str, ...], where: str) -> Iterator[Limit]:
     """The legs of a bridle on one hook or frame that were bought together; else, how more than three share a load."""
     scene, sling = yard.scene, given.sling
     if given.over_edges or len({*given.holders}) > 1:
@@ -253,7 +253,7 @@ def _assembly(yard: Yard, name: str, given: Slings, slings: tuple[str, ...], whe
         yield Limit(quantity="sharing", unit="", note=f"{told} or 'factors: {{skew: 1.25}}'", **row)  # type: ignore[arg-type]
 
 
-def gear_of(yard: Yard) -> Iterator[plan.Gear]:
+def gear_of(yard: SceneBuilder) -> Iterator[plan.Gear]:
     """The items of rigging that the scene uses."""
     scene = yard.scene
     for name, x in scene.gear.items():

@@ -30,7 +30,7 @@ from .slings import lugs_of, rated, slings_of
 NOWHERE = k.Point("")
 
 
-class Tree:
+class RiggingTree:
     """All rigging of a scene; what is wrong with it is added to the faults of its source."""
 
     def __init__(self, source: Source, scene: Scene, around: k.System, spare: Mapping[str, Hook]) -> None:

@@ -13,7 +13,7 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Point, System
 from heavylift.kernel.description.signals import Signal, guard_of
 from heavylift.nodes.plan import actions, plan
-from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language import phrases
 from heavylift.nodes.scene.language.quantities import QUANTITIES
 from heavylift.nodes.scene.text.faults import closest
@@ -29,7 +29,7 @@ LANDS = 1e-3  # [m] between a block and what it has landed on
 class Conditions:
     """Resolves conditions; each crossing gets a threshold with a name of its own."""
 
-    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
+    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
         self.rigged = {name: slings for m in mechanisms for name, slings in m.rigged.items()}
         self.subjects = Subjects(yard, mechanisms)

@@ -13,8 +13,8 @@ from heavylift.kernel.description.signals import guard_of
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.interlock import Interlock, Stopped
 from heavylift.nodes.plan.verbs import VERBS, Verb
-from heavylift.nodes.scene.construction.targets import Actor, targets
-from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
+from heavylift.nodes.scene.construction.targets import OrderTarget, targets
 from heavylift.nodes.scene.keys.actions import Interlock as Keys
 from heavylift.nodes.scene.keys.parts.kinematics import Poses, place, poses
 from heavylift.nodes.scene.language.phrases import CrossTest
@@ -29,7 +29,7 @@ LENGTHS = ("height", "height difference", "gap")
 MOVES = ("gantry", "trolley", "drive", "hook", "winch")  # kinds of actors that can be stopped
 
 
-def build_interlocks(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Interlock, ...]:
+def build_interlocks(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Interlock, ...]:
     """Those of the scene and of its types, each in every machine that it stops."""
     if not yard.scene.interlocks:
         return ()
@@ -38,10 +38,10 @@ def build_interlocks(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[
 
 
 class _Builder:
-    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
+    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
         self.conditions = Conditions(yard, mechanisms)
-        self.moving: dict[str, dict[str, Actor]] = {}
+        self.moving: dict[str, dict[str, OrderTarget]] = {}
         for actors in targets(yard, mechanisms).values():
             for actor in (actor for actor in actors if actor.kind in MOVES):
                 self.moving.setdefault(actor.model, {})[actor.name] = actor
@@ -150,7 +150,7 @@ class _Builder:
             return None, 0
         return verb, verb.sign if not way else 1 if way == verb.ways[0] else -1
 
-    def _towards(self, path: Path, actor: Actor, test: CrossTest) -> int:
+    def _towards(self, path: Path, actor: OrderTarget, test: CrossTest) -> int:
         """The way along a straight drive that brings the two of a gap together, as they stand at the start."""
         boxes, sides = self.conditions.subjects.boxes, dict[bool, Array]()
         axis, poses = self._axis(actor)
@@ -164,7 +164,7 @@ class _Builder:
             self.source.fault((*path, "towards"), told)
         return 1 if way > 0.0 else -1
 
-    def _axis(self, actor: Actor) -> tuple[list[float], Poses]:
+    def _axis(self, actor: OrderTarget) -> tuple[list[float], Poses]:
         """The direction in the world in which a drive moves at the start, if it is straight; where all machines are."""
         whole = merge([m.system for m in self.mechanisms], self.yard.scene.gravity)
         moved = System(whole.bodies, whole.joints)
@@ -177,7 +177,7 @@ class _Builder:
         return [float(actor.kind == "gantry"), 0.0, 0.0], at
 
 
-def _emergency(given: Keys, actor: Actor) -> float | None:
+def _emergency(given: Keys, actor: OrderTarget) -> float | None:
     return actor.emergency if given.deceleration is None or actor.turns else given.deceleration
 
 

@@ -10,7 +10,7 @@ from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.scene.construction.limiting import rated_limits, scene_limits
-from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language.phrases import CrossTest
 from heavylift.nodes.scene.text.source import Path
 
@@ -19,13 +19,13 @@ from .conditions import Conditions, unit_of
 SIGNAL = tuple(x.name for x in fields(Signal))
 
 
-def build_limits(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
+def build_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
     """All rows, those of what holds a load first."""
     rows = rated_limits(yard, mechanisms)
     return (*rows, *_signals(yard, mechanisms), *_interlocks(yard), *scene_limits(yard, mechanisms))
 
 
-def _signals(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+def _signals(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
     """Signals that the scene itself limits, as conditions that hold as long as all is well."""
     conditions = Conditions(yard, mechanisms)
     for i, phrase in enumerate(yard.scene.limits.signals):
@@ -43,7 +43,7 @@ def _signals(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit
                 )  # fmt: skip
 
 
-def _interlocks(yard: Yard) -> Iterator[Limit]:
+def _interlocks(yard: SceneBuilder) -> Iterator[Limit]:
     """What interlocks that stop something watch, each of their guards."""
     for x in (x for x in yard.interlocks if x.stops and x.unit is not None):
         by = "its type" if x.name.rpartition(".")[0] in yard.scene.machines else "the scene"

@@ -10,10 +10,10 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.models import OwnModel
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.own import Led, Own
+from heavylift.nodes.plan.user_models import Led, Own
 from heavylift.nodes.plan.verbs import VERBS
-from heavylift.nodes.scene.construction.targets import Actor, targets
-from heavylift.nodes.scene.construction.yard import Yard
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
+from heavylift.nodes.scene.construction.targets import OrderTarget, targets
 from heavylift.nodes.scene.keys.nodes import OwnModel as Keys
 from heavylift.nodes.scene.language.phrases import CrossTest
 from heavylift.nodes.scene.language.quantities import QUANTITIES
@@ -26,7 +26,7 @@ from .conditions import Conditions
 LED_BY = {"gantry": "travel", "trolley": "traverse", "drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
-def build_models(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> tuple[Own, ...]:
+def build_models(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Own, ...]:
     """The models of the plan; what is wrong is added to the faults of the scene."""
     return _Models(yard, mechanisms).all()
 
@@ -43,7 +43,7 @@ def check_models(source: Source, built: plan.Plan) -> None:
 
 
 class _Models:
-    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
+    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source = yard, yard.source
         self.targets = targets(yard, mechanisms) if yard.scene.models else {}
         self.conditions = Conditions(yard, mechanisms)
@@ -110,7 +110,7 @@ class _Models:
         found = self.conditions.signal(path, test)
         return found[1] if found else None
 
-    def moved(self, actor: Actor) -> tuple[str, str] | None:
+    def moved(self, actor: OrderTarget) -> tuple[str, str] | None:
         """Joint and coordinate that a drive moves."""
         if actor.kind in ("gantry", "trolley"):
             return actor.name.removesuffix(".drive"), ""
@@ -130,7 +130,7 @@ class _Models:
         self.leaders.setdefault(actor.name, model)
         return Led(port=port, move=self.move(actor, self.source.where(path)))
 
-    def move(self, actor: Actor, where: str) -> Move:
+    def move(self, actor: OrderTarget, where: str) -> Move:
         verb = VERBS[actor.verb or LED_BY[actor.kind]]
         crane = self.yard.scene.cranes.get(actor.model)
         most = verb.limit(crane, loaded=True) if crane and actor.speed is None else actor.speed

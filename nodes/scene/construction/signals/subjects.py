@@ -15,7 +15,7 @@ from heavylift.nodes.plan.limit import Limit
 from heavylift.nodes.plan.shapes import around
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.construction.limiting import rated_limits
-from heavylift.nodes.scene.construction.yard import Yard, parts_of
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder, parts_of
 
 RATINGS = {
     "load": (*LOADS, BEAM_LOAD),
@@ -28,7 +28,7 @@ EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as i
 class Subjects:
     """Everything in a scene that a signal can be of, by its name; each with the model that watches it."""
 
-    def __init__(self, yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> None:
+    def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.mechanisms, self.gravity = yard, mechanisms, yard.scene.gravity
         self.machines = machines = [*yard.machines, *mechanisms]
         self.hooks = {hook.rope: hook for m in machines for hook in m.hooks}
@@ -122,7 +122,7 @@ class Subjects:
         return list(of.get(quantity, self.straight if quantity in ("off-lead", "swing along", "swing across") else ()))
 
 
-def _boxes(yard: Yard, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
+def _boxes(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> dict[str, tuple[str, Point, Vector]]:
     """Boxes of loads, of portals, of the floor and of bodies of machines: model, middle, half edges."""
     found: dict[str, tuple[str, Point, Vector]] = {}
     for cargo in yard.cargo:

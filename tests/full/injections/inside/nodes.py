@@ -19,7 +19,7 @@ if WHO == "keeper" and PHASE == "import" and sys.argv[0] == "-c":  # not in the 
 
 from heavylift.coordinator.participants import node_process, participant
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.supervision import keeper
+from heavylift.coordinator.supervision import process_manager
 from heavylift.coordinator.transport import Ticket, Writer
 
 
@@ -122,9 +122,13 @@ def frame(self: Writer, payload: bytes) -> bytes:
 original_frame = Writer.frame
 if PHASE == "frame":
     Writer.frame = frame  # type: ignore[method-assign]
-original_take, original_handle, original_obey = Ticket.take, participant.Participant.handle, keeper._Keeper.obey
+original_take, original_handle, original_obey = (
+    Ticket.take,
+    participant.Participant.handle,
+    process_manager._Keeper.obey,
+)
 if WHO == "keeper":
-    keeper._Keeper.obey = obey  # type: ignore[method-assign]
+    process_manager._Keeper.obey = obey  # type: ignore[method-assign]
     signal.signal(signal.SIGUSR2, lambda *_: strike())
 if PLAN:
     node_process.Ticket = type("Ticket", (), {"take": staticmethod(take)})  # type: ignore[misc]

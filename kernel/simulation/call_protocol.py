@@ -19,7 +19,7 @@ from heavylift.kernel.errors import KernelError
 NEW, SETTLED, GOING, PAUSED, FIRED, STOPPED = "new", "settled", "going on", "paused", "fired", "stopped"
 
 
-class CallOrder:
+class CallProtocol:
     """`phase`: one of those above."""
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from heavylift.kernel.analysis.path import EquilibriumPath, Rest
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
-from heavylift.kernel.methods.at_rest import AtRest
+from heavylift.kernel.methods.null_method import AtRest
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateEvent as Switched
 from heavylift.kernel.simulation.native.samples import shown
@@ -25,8 +25,8 @@ from heavylift.nodes.models.commander.actuator_registry import TURN, first_lugs
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Plan
 
+from .contact_limits import apart, meets, there
 from .state import REEVING, Acted, Pose, StaticState, reeved
-from .touching import apart, meets, there
 
 LAST_NS = 100 * 3600 * 10**9  # simulated time after which a list that has not ended never does
 WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
@@ -61,7 +61,7 @@ class Models(Coupled):
         return model
 
 
-class Rehearsal:
+class StaticRun:
     """Carries out the action list of a plan along its equilibrium path.
 
     `states`: all points so far; `why`: what ended it before the list did, a sentence; `cut`: what the list lacks when

@@ -21,7 +21,7 @@ def _rows(columns: Floats, i: Indices) -> Floats:
     return found
 
 
-class Together:
+class ShapeBatch:
     """Shapes with n samples each; `which` are indices of shapes, `k` samples, of the same shape or broadcast to it."""
 
     def __init__(self, shapes: list[Moving], used: Indices) -> None:

@@ -22,7 +22,7 @@ from heavylift.nodes.devs import Atomic, Bag, Coupled, In, InPort, Model, Out, O
 from heavylift.nodes.devs.references import imported, read
 from heavylift.nodes.fmi import Stepped
 from heavylift.nodes.models.parts.messages import Sample, SetPoint
-from heavylift.nodes.plan.own import Own
+from heavylift.nodes.plan.user_models import Own
 
 MOST = 100  # periods of a delay: so many set-points can be on their way
 

@@ -10,7 +10,7 @@ import numpy as np
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.model.switching import StateEvent
 
-from .commands import Commands
+from .commands import CommandSwitches
 from .native.native_functions import Stepping
 
 
@@ -22,7 +22,7 @@ class OwnRows(Protocol):
     rows: list[tuple[int, np.ndarray]]
 
 
-class Commanded(ABC):
+class CommandTarget(ABC):
     """Whoever takes commands; each raises KernelError for a name that nobody bears, and out of turn."""
 
     @property
@@ -31,7 +31,7 @@ class Commanded(ABC):
         return ()
 
     @abstractmethod
-    def _addressed(self, what: str, kind: str, name: str) -> Commands:
+    def _addressed(self, what: str, kind: str, name: str) -> CommandSwitches:
         """Those of the simulation that has a law, ready for a command."""
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:

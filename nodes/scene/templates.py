@@ -56,14 +56,14 @@ actions:
 """
 
 
-def begun(name: str, like: str) -> str:
+def new_scene(name: str, like: str) -> str:
     """The text of a scene of this name that begins as a copy of a bundled one; its recording has that name, too."""
     path = scene_file(like)
     text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
     return re.sub(rf"(?<!\S){re.escape(path.stem)}\.mcap\b", lambda _: f"{name}.mcap", text)
 
 
-def begun_with(name: str, crane: str, blocks: str) -> dict[str, str]:
+def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
     """Texts of scenes by name: a crane of a type lifts the block of a row, `blocks.csv#B17`, or that of each row."""
     file, _, row = blocks.partition("#")
     rows = [row] if row else row_names(Path(), file)

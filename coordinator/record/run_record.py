@@ -18,14 +18,14 @@ from heavylift.coordinator.protocol import messages as m
 from heavylift.nodes.devs import Event, Message, Slack, Tag
 from heavylift.recordings import Digest, Recorder
 
-from .budget import Spent, clocked
+from .budget import ClockedWork, clocked
 
 Held = Sequence[tuple[int, str]]  # after so many DONEs of all nodes, who began to hold a node back
 
 _schema = cache(msgspec.json.schema)  # of a type of messages, which many ports have
 
 
-class Tape(Spent):
+class Tape(ClockedWork):
     """Nothing but the digest of the events, and the time that was reached."""
 
     def __init__(self) -> None:

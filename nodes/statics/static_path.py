@@ -51,15 +51,15 @@ def follow(built: plan.Plan, keep: bool = True) -> Followed:
 
 def first_rest(built: plan.Plan) -> StaticState:
     """Where a plan rests at the start; raises KernelError where it does not."""
-    from .rehearsal import Rehearsal
+    from .static_run import StaticRun
 
-    return Rehearsal(at_rest(built)).rest()
+    return StaticRun(at_rest(built)).rest()
 
 
 def _walked(whole: plan.Plan) -> Followed:
-    from .rehearsal import Rehearsal  # compiles, which what is kept does not need
+    from .static_run import StaticRun  # compiles, which what is kept does not need
 
-    r = Rehearsal(whole)
+    r = StaticRun(whole)
     r.walk()
     unstable = r.path.unstable_since
     notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)

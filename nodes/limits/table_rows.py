@@ -9,7 +9,7 @@ from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from msgspec.structs import replace
 
-from .sentences import WORDS, bound
+from .messages import WORDS, bound
 
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is told first
 

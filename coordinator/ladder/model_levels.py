@@ -55,7 +55,7 @@ def stiff(mechanics: System) -> bool:
 
 
 @dataclass(frozen=True)
-class Rung:
+class ModelLevel:
     """One way to run a plan."""
 
     plan: Plan
@@ -94,15 +94,15 @@ class Rung:
         return left_out(self.plan)
 
     @property
-    def tighter(self) -> Rung:
+    def tighter(self) -> ModelLevel:
         """The same with steps a tenth as tolerant, or half as long."""
         if self.plan.step is not None:
-            return Rung(msgspec.structs.replace(self.plan, step=0.5 * self.plan.step))
-        return Rung(msgspec.structs.replace(self.plan, tolerance=max(FINEST, 0.1 * self.plan.tolerance)))
+            return ModelLevel(msgspec.structs.replace(self.plan, step=0.5 * self.plan.step))
+        return ModelLevel(msgspec.structs.replace(self.plan, tolerance=max(FINEST, 0.1 * self.plan.tolerance)))
 
-    def on(self, level: Fidelity) -> Rung:
+    def on(self, level: Fidelity) -> ModelLevel:
         """The same steps on another level."""
-        return Rung(at_level(self.plan, level))
+        return ModelLevel(at_level(self.plan, level))
 
     @property
     def settings(self) -> list[str]:
@@ -159,7 +159,7 @@ class Ladder:
             return self.plan.method
         return "radau5" if stiff(system(self.plan)) else "dop853"
 
-    def rungs(self, level: Fidelity) -> list[Rung]:
+    def rungs(self, level: Fidelity) -> list[ModelLevel]:
         """Those of a level, cheapest first: with fixed or named steps but one."""
         loosest, tightest = TOLERANCES.get(self.method, OTHERS)
         tolerances = tuple(x * 10.0**-k for k in range(loosest, tightest + 1) for x in (1.0, 0.3))
@@ -168,7 +168,7 @@ class Ladder:
         step = self.plan.step if "step" in self.named else None
         at = at_level(self.plan, level)
         steps = ({"method": self.method, "tolerance": x, "step": step} for x in tolerances)
-        return [Rung(msgspec.structs.replace(at, **each)) for each in steps]
+        return [ModelLevel(msgspec.structs.replace(at, **each)) for each in steps]
 
 
 def _written(value: object) -> str:

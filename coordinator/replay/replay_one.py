@@ -13,11 +13,11 @@ from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import Event, Steppable, Tag
 
-from .deviation import Deviation, Follower, Outcome, first_of, sample_apart
+from .deviation import Deviation, EventComparison, ReplayResult, first_of, sample_apart
 from .recorded import RecordedRun
 
 
-def single(run: RecordedRun, name: str) -> Outcome:
+def single(run: RecordedRun, name: str) -> ReplayResult:
     """Run one model against the recording; RecordingError if the recording has no such model."""
     try:
         node = run.cast.node(name)
@@ -26,7 +26,7 @@ def single(run: RecordedRun, name: str) -> Outcome:
     events, end, cast = run.events, run.end, run.cast
     heard = {(wire.source, wire.port) for wire in cast.wiring.all if wire.target == node}
     inputs = [e for e in events if (e.source, e.port) in heard]
-    follower = Follower([e for e in events if e.source == node])
+    follower = EventComparison([e for e in events if e.source == node])
     batches: list[bytes] = []
     model = cast.make(node, batches.append)
     found = _play(model, inputs, end, follower)
@@ -34,10 +34,10 @@ def single(run: RecordedRun, name: str) -> Outcome:
         if found is None:
             model.finish(end)
         found = first_of(found, sample_apart(run, model.layout(), batches))
-    return Outcome(follower.count, found)
+    return ReplayResult(follower.count, found)
 
 
-def _play(model: Steppable, inputs: Sequence[Event], end: Tag, follower: Follower) -> Deviation | None:
+def _play(model: Steppable, inputs: Sequence[Event], end: Tag, follower: EventComparison) -> Deviation | None:
     """Every tag of the model before `end`."""
     model.start()
     at = 0

@@ -8,7 +8,7 @@ from __future__ import annotations
 from heavylift.kernel.errors import ModelError
 
 
-class Refused(ModelError):
+class OrderRejected(ModelError):
     """An order that cannot be carried out; `by`: (action, order) of the one that conflicts, if any."""
 
     def __init__(self, sentence: str, by: tuple[int, ...] = ()) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from heavylift.coordinator.participants import building
 from heavylift.coordinator.participants.configuration import Wiring, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
-from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.participants.mechanics_at import configured
 from heavylift.coordinator.record.scene import RESOLVED
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.kernel.trust import demand
@@ -27,7 +27,7 @@ from heavylift.recordings import Recording
 
 
 @dataclass(frozen=True)
-class Cast:
+class RecordedModels:
     """Who takes part: nodes by the name that a user gives, how they are wired, who ends the run, and how each is made.
 
     `make(name, publish)` starts afresh; `publish` gets the sample batches of the kernel.
@@ -50,7 +50,7 @@ class Cast:
         raise RecordingError(f"there is no model {name} in it, it has {', '.join(self.models)}")
 
 
-def cast_of(rec: Recording) -> Cast:
+def cast_of(rec: Recording) -> RecordedModels:
     """The models of a recording; RecordingError if they cannot be built any more."""
     if RESOLVED in rec.attachments:
         try:
@@ -67,7 +67,7 @@ def cast_of(rec: Recording) -> Cast:
     raise RecordingError(f"{rec.path}: has no scene attached to simulate again; record it with `heavylift run`")
 
 
-def _of_plan(plan: Plan) -> Cast:
+def _of_plan(plan: Plan) -> RecordedModels:
     found = {f"{_kind(x)}/{x.name}" if _kind(x) else x.name: x.name for x in plan.machines}
     found |= {f"model/{x.name}": x.name for x in plan.models}
 
@@ -77,7 +77,7 @@ def _of_plan(plan: Plan) -> Cast:
         return _alone(build_one(plan, name), wires, plan.microsteps)
 
     wires = wiring(plan)
-    return Cast({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wires, make, plan.microsteps)
+    return RecordedModels({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wires, make, plan.microsteps)
 
 
 def _kind(machine: Mechanism) -> str:
@@ -87,14 +87,14 @@ def _kind(machine: Mechanism) -> str:
     return "crane" if machine.hooks or machine.girders else "" if machine.cargo else BEAM
 
 
-def _of_model(reference: str, by: str, microsteps: int, stop: str) -> Cast:
+def _of_model(reference: str, by: str, microsteps: int, stop: str) -> RecordedModels:
     model = building.built(reference, by)
     wires = Wiring(building.couplings(model), [], building.stopping(model, stop))
 
     def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
         return _alone(building.with_children(reference, [name], by).children[name], wires, microsteps)
 
-    return Cast({name: name for name in model.children}, wires, make, microsteps)
+    return RecordedModels({name: name for name in model.children}, wires, make, microsteps)
 
 
 def _alone(model: Model, wires: Wiring, microsteps: int) -> Simulator:

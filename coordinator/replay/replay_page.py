@@ -15,7 +15,7 @@ from heavylift.recordings.render.view import sample_rows
 from .recorded import RecordedRun
 
 
-class Picture:
+class ReplayPage:
     """Shows the page what is said and reached from `start` [ns] on; `end` takes leave."""
 
     def __init__(self, run: RecordedRun, page: Spectator, start: int = 0) -> None:

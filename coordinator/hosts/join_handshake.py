@@ -44,7 +44,7 @@ def code() -> str:
     return hashlib.sha256(b"".join(contents(rooms / room, ".py", ".yaml") for room in ROOMS)).hexdigest()
 
 
-class Ask(msgspec.Struct, frozen=True):
+class JoinRequest(msgspec.Struct, frozen=True):
     """A process on another host wants to join; an empty `run` or `scene` insists on nothing.  Any version can read it
     of any other: fields come, with a default, and never go."""
 
@@ -56,7 +56,7 @@ class Ask(msgspec.Struct, frozen=True):
     code: str = ""
 
 
-class Answer(msgspec.Struct, frozen=True):
+class JoinReply(msgspec.Struct, frozen=True):
     """The run to enter, or a ticket without a password, or why there is none."""
 
     ticket: Ticket | None
@@ -64,7 +64,7 @@ class Answer(msgspec.Struct, frozen=True):
     run: str = ""
 
 
-class Gate:
+class JoinHandshake:
     """Answers those who ask to join; `expects` the scene of this fingerprint, `say`s what it does."""
 
     def __init__(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> None:
@@ -82,7 +82,7 @@ class Gate:
         asked = self._read(query)
         if asked is not None:
             why = self.refusal(asked) or self._impostor(asked.process)
-            self._answer(query, asked, Answer(None, why, "" if why else self._hub.run))
+            self._answer(query, asked, JoinReply(None, why, "" if why else self._hub.run))
 
     def _enter(self, query: zenoh.Query) -> None:
         """A process with a certificate of this name joins."""
@@ -94,18 +94,18 @@ class Gate:
             why = self.refusal(asked) if asked.process == named else f"its certificate was made for '{named}'"
             if not why:
                 self.hosts[named], self._entered[named] = printable(asked.host, SHOWN), time.monotonic()
-        self._answer(query, asked, Answer(None, why) if why else Answer(self._hub.ticket(named)))
+        self._answer(query, asked, JoinReply(None, why) if why else JoinReply(self._hub.ticket(named)))
 
-    def _read(self, query: zenoh.Query) -> Ask | None:
+    def _read(self, query: zenoh.Query) -> JoinRequest | None:
         try:
-            return msgspec.msgpack.decode(query.payload.to_bytes() if query.payload else b"", type=Ask)
+            return msgspec.msgpack.decode(query.payload.to_bytes() if query.payload else b"", type=JoinRequest)
         except UNREADABLE:
             self._tell("somebody with a certificate of this yard asked to join in words of another program")
             told = f"it asks in words that heavylift {__version__} does not know; {install(__version__)} there"
-            query.reply(query.key_expr, msgspec.msgpack.encode(Answer(None, told)))
+            query.reply(query.key_expr, msgspec.msgpack.encode(JoinReply(None, told)))
             return None
 
-    def _answer(self, query: zenoh.Query, asked: Ask, answer: Answer) -> None:
+    def _answer(self, query: zenoh.Query, asked: JoinRequest, answer: JoinReply) -> None:
         told = f"process {printable(asked.process, SHOWN)} on host {printable(asked.host, SHOWN)}"
         if answer.ticket is not None:
             self._say(f"{told} has joined")
@@ -129,7 +129,7 @@ class Gate:
             return ""
         return f"its certificate was not made for '{name}'"
 
-    def refusal(self, asked: Ask) -> str:
+    def refusal(self, asked: JoinRequest) -> str:
         """Why a process may not join; "" if the run waits for it."""
         hub, name = self._hub, asked.process
         remote = hub.placement.remote

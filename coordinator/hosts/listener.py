@@ -17,13 +17,13 @@ from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import ProtocolError
 
 from .certificates import Credentials
-from .gate import Gate
+from .join_handshake import JoinHandshake
 
 ALL = ("0.0.0.0", "[::]")  # all interfaces of a host
 
 
 @dataclass(frozen=True)
-class Door:
+class RemoteListener:
     """`endpoint`: tls/HOST:PORT, where the coordinator listens or where a process connects to."""
 
     endpoint: str
@@ -55,9 +55,9 @@ class Door:
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 
-    def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> Gate:
-        """Begins to answer those who ask to join; arguments as of `Gate`."""
-        return Gate(hub, session, scene, say)
+    def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> JoinHandshake:
+        """Begins to answer those who ask to join; arguments as of `JoinHandshake`."""
+        return JoinHandshake(hub, session, scene, say)
 
     def listening(self) -> dict[str, object]:
         """Zenoh's settings of the coordinator's side."""

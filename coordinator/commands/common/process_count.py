@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.run.watch import RunObserver
 from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import NEVER, Event
@@ -19,11 +19,11 @@ TRIED_s = 1.0  # of wall time, long beside what starting and a busy moment add
 GAIN = 1.1  # so many times as fast must more processes be: less is noise, and they take memory
 
 
-class _Enough(Exception):
+class _StretchDone(Exception):
     """The stretch is done, or it takes too long."""
 
 
-class _Stretch(Watch):
+class _TimedStretch(RunObserver):
     """Ends a run at `until` [ns], or `limit` seconds of wall time after its first grants."""
 
     def __init__(self, limit: float, until: int) -> None:
@@ -43,20 +43,20 @@ class _Stretch(Watch):
             self._began = now
         self.spent = now - self._began
         if self.reached >= self._until or self.spent > self._limit:
-            raise _Enough
+            raise _StretchDone
 
 
-def paying(run: Callable[[int, Watch], object], models: int, most: int | None = None) -> tuple[int, str]:
+def paying(run: Callable[[int, RunObserver], object], models: int, most: int | None = None) -> tuple[int, str]:
     """The number of processes with which `run(count, watch)` is fastest, at most one for each core, and how it was
     found; a run that fails while it is tried is left to fail where that is recorded."""
     most = min(models, cores() if most is None else most)
     until, best, found, told = NEVER, 1, TRIED_s, list[str]()
     for count in sorted({*(2**i for i in range(most.bit_length())), most}):
-        stretch = _Stretch(found, until)
+        stretch = _TimedStretch(found, until)
         try:
             run(count, stretch)
             whole = True
-        except _Enough:
+        except _StretchDone:
             whole = False
         except HeavyliftError:
             break

@@ -31,7 +31,7 @@ BATCH = 256  # samples that are said at once
 
 
 @dataclass
-class Past:
+class RecordedKernel:
     """What was recorded before a branch: events of the kernel; samples of some signals, by the names of their columns;
     notes; the last checkpoint, which has done all before the tag `at`, and all that there are; facts that are put on
     record.
@@ -58,7 +58,7 @@ class Past:
 class Recalled:
     """A `Steppable` like `KernelNode`, which see."""
 
-    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: Past) -> None:
+    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
         self._publish, self._past = publish, past
         self._kernel = KernelNode(config, self._sampled, foretells=True)
         self._events: list[Event] = []
@@ -189,7 +189,7 @@ class Recalled:
 class _Known:
     """The recorded samples, read once and in order; `number` of the next one."""
 
-    def __init__(self, past: Past, layout: SampleLayout) -> None:
+    def __init__(self, past: RecordedKernel, layout: SampleLayout) -> None:
         self._past, self._columns, self.layout, self.number = past, Columns(layout), layout, 0
         names = {c.topic: c.names for c in layout.channels}
         names |= {f.signal: f.columns for f in self._columns.fields}

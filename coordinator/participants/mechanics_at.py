@@ -23,7 +23,7 @@ from heavylift.nodes.devs import Event, Simulator, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, system
 from heavylift.nodes.models.parts.messages import Finished, Stage
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.statics.rehearsal import Rehearsal
+from heavylift.nodes.statics.static_run import StaticRun
 
 from .configuration import kernel_config, wiring
 from .kernel_node import KernelNode
@@ -88,7 +88,7 @@ def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
 
     Raises SceneError if there is no such stage, or the sentence with which the following ended before.
     """
-    rehearsal = Rehearsal(scene.plan, after)
+    rehearsal = StaticRun(scene.plan, after)
     if not after:
         rehearsal.path.start()
         return rehearsal.path

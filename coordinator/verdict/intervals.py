@@ -14,7 +14,7 @@ from .coarse import LONGEST, Coarse
 from .distance import Placed, bounds, bounds_along, bounds_between, exactly
 from .moving import Moving
 from .rotating import turned
-from .together import Together
+from .shape_batch import ShapeBatch
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -90,7 +90,7 @@ def joined(parts: Sequence[Some]) -> Some:
     return cast("Some", found)
 
 
-def bounded(all_: Together, now: Stretches) -> Stretches:
+def bounded(all_: ShapeBatch, now: Stretches) -> Stretches:
     """Stretches with the bound of the gap at their middles."""
     if not len(now.a):
         return now
@@ -98,7 +98,7 @@ def bounded(all_: Together, now: Stretches) -> Stretches:
     return replace(now, least=np.maximum(now.least, gap - now.moved))
 
 
-def cut(all_: Together, now: Stretches, size: int) -> Stretches:
+def cut(all_: ShapeBatch, now: Stretches, size: int) -> Stretches:
     """The stretches in pieces of so many samples, each bounded by itself."""
     pieces = np.maximum(-(-(now.last - now.first) // size), 1)
     of = np.repeat(np.arange(len(pieces)), pieces)
@@ -161,7 +161,7 @@ def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
     return Placed(*(np.asarray(y).T[..., kept].T for y in x))
 
 
-def steps_of(all_: Together, now: Stretches, n: int) -> Steps:
+def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
     """Stretches of one step each; of shapes that come and go those at whose begin they are there."""
     now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
     k, after = now.first, np.minimum(now.first + 1, n - 1)

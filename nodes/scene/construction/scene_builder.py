@@ -23,7 +23,7 @@ PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that 
 
 
 @dataclass
-class Yard:
+class SceneBuilder:
     """The machines of a scene as far as they are built; its faults are collected by the source."""
 
     source: Source
