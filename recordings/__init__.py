@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from heavylift.recordings.read.container import FileChannel
     from heavylift.recordings.read.export import export
     from heavylift.recordings.read.info import info, info_data
-    from heavylift.recordings.read.part import Part
+    from heavylift.recordings.read.part import RecordedPart
     from heavylift.recordings.read.reader import Recording
     from heavylift.recordings.read.recover import Recovered, recover
     from heavylift.recordings.read.signal import Signal
@@ -45,9 +45,9 @@ __all__ = [
     "Difference",
     "Digest",
     "FileChannel",
-    "Part",
     "Peak",
     "RecordedEvent",
+    "RecordedPart",
     "Recorder",
     "Recording",
     "RecordingComparison",
@@ -78,7 +78,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "read.container": ("FileChannel",),
     "read.export": ("export",),
     "read.info": ("info", "info_data"),
-    "read.part": ("Part",),
+    "read.part": ("RecordedPart",),
     "read.reader": ("Recording",),
     "read.recover": ("Recovered", "recover"),
     "read.signal": ("Signal",),

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.nodes.plan.actions import Lifted, Move, Wait
+from heavylift.nodes.plan.actions import LiftedCondition, Move, Wait
 from heavylift.nodes.plan.fidelity import ASKABLE, SHORTEST, Asked
 from heavylift.nodes.plan.plan import Plan
 from numpy.typing import NDArray
@@ -104,7 +104,7 @@ def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list
     for (t, index, name), end in zip(stages, ends, strict=True):
         orders = plan.actions[index].orders
         free = all(isinstance(order, Wait) for order in orders)
-        lifts = any(isinstance(order, Move) and isinstance(order.until, Lifted) for order in orders)
+        lifts = any(isinstance(order, Move) and isinstance(order.until, LiftedCondition) for order in orders)
         out.append(Span(name or f"action {index + 1}", t, end, free, lifts))
     return out
 

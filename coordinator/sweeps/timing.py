@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.plan.actions import Landed, Lifted, Move, Slings, Turn
+from heavylift.nodes.plan.actions import LandedCondition, LiftedCondition, Move, SlingsCondition, Turn
 from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
@@ -86,7 +86,9 @@ def speeds(scene: LoadedScene) -> Iterator[Step]:
 
 def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
     """Whether hooks lift off or set down in an action: by what it waits for, or on the path at rest."""
-    meets = any(isinstance(t, Slings | Lifted | Landed) for m in moves for t in terms(m.until))
+    meets = any(
+        isinstance(t, SlingsCondition | LiftedCondition | LandedCondition) for m in moves for t in terms(m.until)
+    )
     slings = [tie.rope for machine in scene.plan.machines for tie in machine.ties]
     stands = (x.tensions for x in scene.statics.states if x.action == number + 1 and x.grounded)
     carries = meets or any(tensions.get(sling, 0.0) > 0.0 for tensions in stands for sling in slings)

@@ -15,7 +15,7 @@ from heavylift.kernel.description.findings import Finding
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.parts.messages import BrakeState, Limit, OperatorCommand, Overload, Skipped, Stage, Tripped
-from heavylift.nodes.plan.actions import Action, Condition, Landed, Move, Turn
+from heavylift.nodes.plan.actions import Action, Condition, LandedCondition, Move, Turn
 from heavylift.nodes.plan.plan import Plan, driven
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import recorded_peaks
@@ -138,7 +138,7 @@ def _stages(plan: Plan, said: Conduct) -> Iterator[tuple[float, float, Sequence[
 
 
 def _lands(until: Condition | None) -> bool:
-    return any(isinstance(x, Landed) for x in terms(until))
+    return any(isinstance(x, LandedCondition) for x in terms(until))
 
 
 def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge as limits_judged
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.messages import WORDS
-from heavylift.nodes.limits.reach import Reached
+from heavylift.nodes.limits.reach import HookReach
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
@@ -66,7 +66,7 @@ def _limits(bench: CheckContext) -> None:
         return
     stages = [(t, name) for t, _, name in said.stages if name]
     peaks = said.peaks | impacts(plan, shown)
-    reached = Reached(plan)
+    reached = HookReach(plan)
     signals = (
         signals_of_run(
             plan, part.t, part.tensions, part.poses, part.rigs,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.kernel.forces.joint_laws import BrakeAt
 from heavylift.kernel.forces.supports import SupportAt
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 
 from .poses import Poses
 
@@ -25,14 +25,14 @@ SETTLED = 20  # rounds of switching at one pose after which laws contradict each
 OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed"}
 
 
-def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateEvent]:
+def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
     """Switch every law whose guard has fallen at pose q (nq,), until the active set stays; what has happened.
 
     `thresholds`: those that were armed, too.
     """
     simulation = poses.simulation
     guards = simulation.program.guards
-    happened: list[StateEvent] = []
+    happened: list[StateChange] = []
     for _ in range(SETTLED):
         poses.accelerations(q)
         fallen = [int(i) for i in np.flatnonzero(poses.guards() < 0.0)]
@@ -45,7 +45,7 @@ def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateE
     return happened
 
 
-def _rub(simulation: Simulation, kind: str, name: str) -> StateEvent:
+def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
     """Friction that held slides from here on, in the direction in which it was pulled; what slid holds."""
     program, row = simulation.program, simulation.row()
     law = program.of_guard[kind, name]
@@ -58,7 +58,7 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateEvent:
         at, value, direction = BrakeAt, float(shown[0]), np.sign(shown[0] - p[BrakeAt.ANCHOR])
     slips = p[at.STICK] > 0.0
     p[at.STICK], p[at.DIRECTION] = float(not slips), direction
-    return StateEvent(name, "slip" if slips else "stick", 0.0 if slips and kind == "brake" else value)
+    return StateChange(name, "slip" if slips else "stick", 0.0 if slips and kind == "brake" else value)
 
 
 def give_way(simulation: Simulation) -> float:
@@ -82,9 +82,9 @@ def give_way(simulation: Simulation) -> float:
     return slid
 
 
-def net(events: list[StateEvent]) -> list[StateEvent]:
+def net(events: list[StateChange]) -> list[StateChange]:
     """Events without those that were taken back: of each law and pair of states the last, if its state has changed."""
-    last: dict[tuple[str, str], StateEvent] = {}
+    last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}
     for e in events:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 from heavylift.kernel.model.tangent_stiffness import SECOND
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.safeguards.deflection_check import check_bending
@@ -57,13 +57,13 @@ def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilib
     return Equilibrium(q, _shown(simulation, "tension"), _shown(simulation, "support/force"), steps)
 
 
-def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateEvent]]:
+def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
     """The pose (nq,) at which what starts from q comes to rest, the steps to it, and the laws that have switched.
 
     Raises KernelError, naming the body that finds no rest.
     """
     h, before, last, stalled = SHORT, np.inf, np.inf, 0
-    events: list[StateEvent] = []
+    events: list[StateChange] = []
     for steps in range(MOST + MORE):
         switched = switch(poses, q)
         events += switched

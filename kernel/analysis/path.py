@@ -22,7 +22,7 @@ from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.profile import REST
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import ReferenceProfile
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 from heavylift.kernel.simulation.native.native_state import NEVER
 from heavylift.kernel.simulation.safeguards.deflection_check import check_bending
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
@@ -53,7 +53,7 @@ class Rest:
     t_ns: int
     q: np.ndarray
     row: SimpleNamespace
-    events: tuple[StateEvent, ...]
+    events: tuple[StateChange, ...]
 
 
 class EquilibriumPath:
@@ -76,7 +76,7 @@ class EquilibriumPath:
 
     # ---- life ---------------------------------------------------------------------------------------------
 
-    def start(self) -> list[StateEvent]:
+    def start(self) -> list[StateChange]:
         """Start the simulation and find its first rest.  Raises KernelError if there is none."""
         self.command.start()
         self._commanded()
@@ -84,7 +84,7 @@ class EquilibriumPath:
         self._near = Corrector(self.command)
         return self._fall("")
 
-    def settle(self) -> list[StateEvent]:
+    def settle(self) -> list[StateChange]:
         """The rest after commands, near or far.  Raises KernelError if there is none."""
         self._commanded()
         self._near.renew(self._q)
@@ -98,7 +98,7 @@ class EquilibriumPath:
         self._keep([])
         return []
 
-    def run(self, until_ns: int) -> list[StateEvent]:
+    def run(self, until_ns: int) -> list[StateChange]:
         """Go along the path to `until_ns`, or to the first event that is heard; what happened there.
 
         Raises KernelError where the path ends.
@@ -126,7 +126,7 @@ class EquilibriumPath:
         following = self.command.references.histories.breaks(self.epoch, 0.0)
         return self.epoch + round(min(following) * 1e9) if following else FOREVER_NS
 
-    def _step(self, end_ns: int) -> list[StateEvent]:
+    def _step(self, end_ns: int) -> list[StateChange]:
         """One step of the path that ends by `end_ns`; what happened at its end."""
         t0, q0 = self.epoch, self._q
         G0, P0 = self._near.guards(q0), self.command.P.copy()
@@ -156,7 +156,7 @@ class EquilibriumPath:
         self._check_stability()
         return []
 
-    def _beyond(self, end_ns: int) -> list[StateEvent]:
+    def _beyond(self, end_ns: int) -> list[StateChange]:
         """The rest to which the scene falls where the path ends; a fold is left slowly, so commands may go on."""
         t0, later = self.epoch, SHORTEST_NS
         if t0 < self._fallen + SOON * self._later:  # falls in a row, as of stick and slip
@@ -171,7 +171,7 @@ class EquilibriumPath:
                     raise
                 later *= 10
 
-    def _settled(self, happened: list[StateEvent]) -> list[StateEvent]:
+    def _settled(self, happened: list[StateChange]) -> list[StateChange]:
         """The rest after laws have switched."""
         for _ in range(CHATTER if self._instant < CHATTER else 0):
             self._near.renew(self._q)
@@ -188,7 +188,9 @@ class EquilibriumPath:
             happened += more
         return net(happened + self._fall("", happened))
 
-    def _fall(self, why: str, before: list[StateEvent] | None = None, since_ns: int | None = None) -> list[StateEvent]:
+    def _fall(
+        self, why: str, before: list[StateChange] | None = None, since_ns: int | None = None
+    ) -> list[StateChange]:
         """To the rest into which the scene falls from where it is; told if that is far."""
         poses, start = self._near.poses, self._q
         try:
@@ -269,7 +271,7 @@ class EquilibriumPath:
                 self._driven.append((range(len(s.P))[place][1], a))
         self._clock = at.get(("clock", ""))
 
-    def _keep(self, events: list[StateEvent]) -> None:
+    def _keep(self, events: list[StateChange]) -> None:
         self._near.poses.count_turns(self._q)
         self._near.poses.accelerations(self._q)
         check_bending(self.command.native)

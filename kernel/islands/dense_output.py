@@ -11,7 +11,7 @@ from hashlib import sha256
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.kernel.simulation.simulation import Simulation
 from numpy.typing import NDArray
@@ -39,7 +39,7 @@ class Looks:
             self._look()
         self._run(until_ns, pause)
 
-    def fire(self) -> list[StateEvent]:
+    def fire(self) -> list[StateChange]:
         """The same of an event that was located before somebody asked for the time up to it."""
         if self._waiting and self._waiting[0] < self._simulation.next_ns:
             self.run(self._simulation.next_ns)

@@ -19,7 +19,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.model.checks import accepted, check_description
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.model.switching import ROPES, StateEvent
+from heavylift.kernel.model.switching import ROPES, StateChange
 from heavylift.kernel.multibody.joint_locking import lock_of
 from heavylift.kernel.simulation import call_protocol
 from heavylift.kernel.simulation.call_protocol import CallProtocol, check_present, check_time, passed_by
@@ -156,12 +156,12 @@ class Islands(RunningAhead):
         self._soonest = None
         return row
 
-    def preview(self) -> list[StateEvent]:
+    def preview(self) -> list[StateChange]:
         """What `fire` will return; changes nothing."""
         self.order.check_settled("preview", self.epoch)
         return [e for p in self._firing for e in p.preview()]
 
-    def fire(self) -> list[StateEvent]:
+    def fire(self) -> list[StateChange]:
         """Integrate the islands of the located event to it and switch what has fallen there."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
@@ -248,7 +248,7 @@ class Islands(RunningAhead):
         for p in owners:
             self._stop(p).set_profile(name, start_ns, speed, accel, distance)
 
-    def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
+    def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
         """The event is in the common log, too."""
         self.order.command("set_lock", self.epoch)
         lock_of(self.system, lock)

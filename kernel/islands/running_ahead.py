@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 from heavylift.kernel.description.findings import Note
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 from heavylift.kernel.simulation.command_target import CommandTarget
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 
@@ -32,7 +32,7 @@ class RunningAhead(CommandTarget):
         self.subscribed, self._sample_ns = subscribed, sample_ns
         self.parts: list[Island] = []
         self.rows: list[tuple[int, np.ndarray]] = []
-        self.log: list[tuple[int, StateEvent]] = []
+        self.log: list[tuple[int, StateChange]] = []
         self.notes: list[Note] = []
         self.epoch = self.reached = 0
         self._stopped: list[Island] = []

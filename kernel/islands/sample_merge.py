@@ -19,7 +19,7 @@ from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.mechanics import RigidRope, Rope, System, merge
 from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.sample_row import labels, row_layout
 
@@ -172,7 +172,7 @@ class Joining(Merge):
         return out
 
 
-def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateEvent]]:
+def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateChange]]:
     """What islands have logged since it was asked last."""
     for p in parts:
         entries, noted = p.told

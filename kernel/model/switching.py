@@ -25,7 +25,7 @@ ROPES = ("rope", "rigid", ReevingLaw.kind)  # kinds of numbers that ropes have
 
 
 @dataclass(frozen=True)
-class StateEvent:
+class StateChange:
     """A change of state: `what` is taut, slack, closed, open, stick, slip, bent or reached, of a lock locked or freed;
     `value` is the law's own."""
 
@@ -49,15 +49,15 @@ class Switches:
         self.watched: dict[str, float] = {}
         self.admit: Callable[[str], None] = lambda command: None
 
-    def fire(self, guard: int, row: SimpleNamespace) -> StateEvent:
+    def fire(self, guard: int, row: SimpleNamespace) -> StateChange:
         """Switch the law behind a fallen guard."""
         what, name = label = self._program.guards[guard]
         if what == "threshold":
             self._disarm(name)
-            return StateEvent(name, "reached", self.watched[name])
+            return StateChange(name, "reached", self.watched[name])
         law = self._program.of_guard[label]
         shown = self._program.shown(law, row)
-        return StateEvent(name, *law.law.switch(law.force, self._P[self._at[law.law.kind, name]], what, shown))
+        return StateChange(name, *law.law.switch(law.force, self._P[self._at[law.law.kind, name]], what, shown))
 
     def watch(self, name: str, value: float, rising: bool) -> None:
         """Arm a threshold; raises KernelError if there is none of this name."""

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 from heavylift.kernel.description.mechanics import Vector
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 
 from .commands import CommandSwitches
 from .native.native_functions import Stepping
@@ -47,7 +47,7 @@ class CommandTarget(ABC):
         """Close a brake where its joint stands, or open it."""
         self._addressed("set_brake", "brake", brake).set_brake(brake, engaged)
 
-    def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
+    def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
         """Lock a joint where it stands, or free it; the event tells the energy that stopping it has taken [J].
 
         In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.

@@ -20,7 +20,7 @@ from heavylift.kernel.model.parameters import PROFILE
 from heavylift.kernel.model.poses import poses_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.references import References
-from heavylift.kernel.model.switching import StateEvent, Switches
+from heavylift.kernel.model.switching import StateChange, Switches
 from heavylift.kernel.multibody.joint_locking import lock_of
 from heavylift.kernel.simulation.native.native_state import NativeState
 from msgspec import structs
@@ -69,7 +69,7 @@ class CommandSwitches:
     def _standing(self, what: str) -> None:
         self._order.check_standing(what, self._native.epoch)
 
-    def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
+    def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
         """Lock a joint where it stands, or free it; the event tells the energy that stopping it has taken [J].
 
         In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
@@ -93,7 +93,7 @@ class CommandSwitches:
                 changed = self._held.resolve([], native.epoch)
                 self._events.log += [(native.epoch, e) for e in changed]
                 native.state[at_lock] += self._kept(before) - self._kept(native.row())  # what the loops' impulses took
-        event = StateEvent(lock, "locked" if engaged else "freed", float(native.state[at_lock] - heat))
+        event = StateChange(lock, "locked" if engaged else "freed", float(native.state[at_lock] - heat))
         self._events.log.append((native.epoch, event))
         return event
 

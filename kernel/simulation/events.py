@@ -14,7 +14,7 @@ from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import LawBreakdown
 from heavylift.kernel.forces.ropes import RopeAt
-from heavylift.kernel.model.switching import StateEvent, Switches
+from heavylift.kernel.model.switching import StateChange, Switches
 from heavylift.kernel.simulation.impacts.unilateral import KINDS
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NativeState
 from heavylift.kernel.simulation.safeguards.chatter import RESOLVED, Rattling, critical, moved_mass
@@ -39,7 +39,7 @@ class Events:
         self.t_ns = FOREVER_NS
         self.before: np.ndarray | None = None
         self.instant = 0
-        self.log: list[tuple[int, StateEvent]] = []
+        self.log: list[tuple[int, StateChange]] = []
         self._elastic = [r.name for r in native.program.system.ropes]
         self.rattling = Rattling(max(step, RESOLVED))
         self.patience = StepBudget(round(RESOLVED * 1e9))
@@ -111,14 +111,14 @@ class Events:
             raise self._chatter(fallen, t_ns)
         return fallen, t_ns
 
-    def preview(self) -> list[StateEvent]:
+    def preview(self) -> list[StateChange]:
         """What will happen at the located event; changes nothing."""
         P, X = self._native.P.copy(), self._native.X.copy()
         events = self.switch(self.fallen, self.t_ns)
         self._native.P[:], self._native.X[:] = P, X
         return events
 
-    def switch(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
+    def switch(self, fallen: list[int], t_ns: int) -> list[StateChange]:
         """Switch the laws behind fallen guards in fixed order, then all rigid ropes and contacts together."""
         native, guards = self._native, self._native.program.guards
         row = native.row()
@@ -144,7 +144,7 @@ class Events:
         stored = native.method.row_layout.at["stored"]
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
-    def hear(self, events: list[StateEvent], t_ns: int) -> None:
+    def hear(self, events: list[StateChange], t_ns: int) -> None:
         """Log what has happened; a beam at its first limit is noted, and a rope that rattles is calmed."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
@@ -162,7 +162,7 @@ class Events:
         p[RopeAt.DAMPING] = max(p[RopeAt.DAMPING], critical(p[RopeAt.EA], float(native.row().length[i]), mass))
         native.calm |= {rope}
         native.use(native.program.locked)
-        self.log.append((t_ns, StateEvent(rope, "chatter", hertz)))
+        self.log.append((t_ns, StateChange(rope, "chatter", hertz)))
         told = (
             f"rope '{rope}' at {t_ns * 1e-9:.3f} s: it goes slack and taut at {hertz:.3g} Hz, faster than events can "
             f"resolve; it goes on without events, damped with {p[RopeAt.DAMPING]:.3g} N s/m, until it is hooked anew"

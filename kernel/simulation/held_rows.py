@@ -7,7 +7,7 @@ from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import References
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 from heavylift.kernel.simulation.assembly.assembly import assemble, locked, lost, torn
 from heavylift.kernel.simulation.impacts.active_sets import Act, ContactSets
 from heavylift.kernel.simulation.impacts.rope_impacts import resolve
@@ -83,7 +83,7 @@ class HeldRows:
 
     # ---- events -------------------------------------------------------------------------------------------
 
-    def resolve(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
+    def resolve(self, fallen: list[int], t_ns: int) -> list[StateChange]:
         """The next set of rigid ropes and contacts, all together."""
         native = self._native
         if not native.program.contacts.sites:
@@ -96,7 +96,7 @@ class HeldRows:
                 native.state[native.account(*account)] += energy
         return after.events
 
-    def _ropes(self) -> list[StateEvent]:
+    def _ropes(self) -> list[StateChange]:
         """Impulses of rigid ropes and loops, and the ropes that are taut then; what has changed."""
         native = self._native
         p, ropes, at = native.program, native.program.system.rigid_ropes, native.program.parameters.at
@@ -115,7 +115,7 @@ class HeldRows:
                 y[native.account("work", r.name)] += work
         self._set_state(y)
         changes = zip(ropes, before, after.taut, after.impulse, strict=True)
-        return [StateEvent(r.name, "taut" if b else "slack", x) for r, a, b, x in changes if a != b]
+        return [StateChange(r.name, "taut" if b else "slack", x) for r, a, b, x in changes if a != b]
 
     def _onto_rows(self) -> None:
         """Places and speeds that the rows allow."""

@@ -24,7 +24,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.tolerance_scale import rounded, scale_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.references import References
-from heavylift.kernel.model.switching import StateEvent, Switches
+from heavylift.kernel.model.switching import StateChange, Switches
 from heavylift.kernel.multibody.continuous_angles import starting
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NEVER, NativeState
@@ -184,12 +184,12 @@ class Simulation(CommandTarget):
             self.events.take_back()
             self.still = True
 
-    def preview(self) -> list[StateEvent]:
+    def preview(self) -> list[StateChange]:
         """What `fire` will return; changes nothing."""
         self.order.check_settled("preview", self.epoch)
         return self.events.preview()
 
-    def fire(self) -> list[StateEvent]:
+    def fire(self) -> list[StateChange]:
         """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING
 
 from heavylift.kernel.description.findings import Finding
 from heavylift.kernel.on_demand import face, on_demand
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import RatedLimit, Use
 
 if TYPE_CHECKING:
     from .checks import checks_of, line_of, rows
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from .signals import SignalColumns, signals_of
 
 __all__ = [
-    "Finding", "Limit", "SignalColumns", "Use", "checks_of", "judge", "line_of", "rows", "signals_of", "uses_of",
+    "Finding", "RatedLimit", "SignalColumns", "Use", "checks_of", "judge", "line_of", "rows", "signals_of", "uses_of",
     "uses_on_path",
 ]  # fmt: skip
 CHECKS = dict.fromkeys(("checks_of", "line_of", "rows"), ".checks")

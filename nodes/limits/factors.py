@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from heavylift.kernel.algebra.elementary import sin
 from heavylift.nodes.plan.factors import Factor, Factors
-from heavylift.nodes.plan.limit import Limit, Quantity, Rest, Use
+from heavylift.nodes.plan.limit import Quantity, RatedLimit, Rest, Use
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.goals import world
@@ -73,7 +73,7 @@ def design_limits(
     uses: Sequence[Use],
     states: Sequence[StaticState],
     aside: Mapping[Key, float],
-) -> Iterator[Limit]:
+) -> Iterator[RatedLimit]:
     """A row for each part with a limit, and one for each factor that nobody gives; `uses`, `states`: of the path at
     rest, `aside`: how much each limit is used more at the corners of the box of the centre of mass."""
     clauses, missing = PRACTICES.get(practice, {}), dict[str, str]()
@@ -111,7 +111,7 @@ def design_limits(
                 row = replace(row, rest=replace(rest, bound=row.value))
             yield row
     for name, source in missing.items():
-        yield Limit(subject=name, quantity="factor", unit="", note=source)
+        yield RatedLimit(subject=name, quantity="factor", unit="", note=source)
 
 
 def _rigging(plan: Plan, rope: str) -> float:
@@ -128,7 +128,7 @@ def _rigging(plan: Plan, rope: str) -> float:
     return total
 
 
-def _lift(plan: Plan, limit: Limit) -> Lift | None:
+def _lift(plan: Plan, limit: RatedLimit) -> Lift | None:
     """The load that a part carries."""
     for machine in plan.machines:
         for cargo in machine.cargo:
@@ -166,7 +166,7 @@ def _value(
     clauses: Mapping[str, Clause],
     lift: Lift,
     plan: Plan,
-    limit: Limit,
+    limit: RatedLimit,
     states: Sequence[StaticState],
     aside: Mapping[Key, float],
 ) -> tuple[float | None, str]:
@@ -207,7 +207,7 @@ def _wind(given: Factors, lift: Lift) -> tuple[float | None, str]:
 
 
 def tilted(
-    plan: Plan, hooks: Sequence[str], limit: Limit, states: Sequence[StaticState], sine: float, rise: float
+    plan: Plan, hooks: Sequence[str], limit: RatedLimit, states: Sequence[StaticState], sine: float, rise: float
 ) -> float | None:
     """How much more a part carries of a load on two hooks that tilts by an angle, or as one hook is higher by `rise`
     [m] if that is more: the shares of plumb ropes (0027/ND, B.1.2), where the part carries most at rest."""
@@ -267,6 +267,6 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
     return (x, y, z), world(state, body, com)
 
 
-def product(limit: Limit, *, dynamic: bool) -> float:
+def product(limit: RatedLimit, *, dynamic: bool) -> float:
     """Of the factors of a limit; with what was simulated, `dynamic`, all but the dynamic one."""
     return prod(x.value for x in limit.factors if not (dynamic and x.name == "dynamic"))

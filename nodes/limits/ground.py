@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import WORLD, Line, Point
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.plan.plan import Plan
 
@@ -59,7 +59,7 @@ def way_to_tip(x: Column, y: Column, base: tuple[float, float], *, lifts: bool) 
     return np.asarray(u + v if lifts else np.maximum(u, v))
 
 
-def stood(plan: Plan, limit: Limit, signals: SignalColumns) -> Column | None:
+def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
     """The pressure [Pa], the load of a wheel [kg] or the way to tipping of a machine's footing (n,)."""
     machine = next((m for m in plan.machines if m.name in limit.elements), None)
     footing = machine.footing if machine else None
@@ -70,7 +70,7 @@ def stood(plan: Plan, limit: Limit, signals: SignalColumns) -> Column | None:
     return np.asarray(np.maximum.reduce(values))
 
 
-def _of(plan: Plan, limit: Limit, footing: Footing, V: Column, x: Column, y: Column) -> Column:
+def _of(plan: Plan, limit: RatedLimit, footing: Footing, V: Column, x: Column, y: Column) -> Column:
     """The quantity of a limit by the force on the ground [N] and its place [m]."""
     base = footing.length, footing.width
     if limit.quantity == "uplift":

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 from heavylift.kernel.description.findings import Finding
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import RatedLimit, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
@@ -54,7 +54,7 @@ def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
 class _Worst:
     """The worst value of a limit, and where it is met first."""
 
-    def __init__(self, limit: Limit, dynamic: bool) -> None:
+    def __init__(self, limit: RatedLimit, dynamic: bool) -> None:
         self._limit, self._dynamic = limit, dynamic
         self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
         self._exact: Use | None = None

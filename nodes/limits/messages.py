@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees
 
-from heavylift.nodes.plan.limit import TOUCHING, Limit, Use
+from heavylift.nodes.plan.limit import TOUCHING, RatedLimit, Use
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 
 NOISE = {
@@ -32,7 +32,7 @@ def percent(use: float) -> str:
     return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 or abs(use - 1.0) < 5e-5 else f"{100 * use:.2f} %"
 
 
-def shown(limit: Limit, value: float | None) -> str:
+def shown(limit: RatedLimit, value: float | None) -> str:
     """A value of a limit's quantity, as people write it."""
     if value is None:
         return ""

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.description.mechanics import Quantity as Kind
 from heavylift.kernel.description.signals import Signal
-from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.limit import Quantity, RatedLimit
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 
@@ -47,7 +47,7 @@ def hooks_of(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
     return {hook.rope: hook for machine in machines for hook in machine.hooks}
 
 
-def signal_of(limit: Limit, machines: Sequence[Mechanism], gravity: float) -> Signal | None:
+def signal_of(limit: RatedLimit, machines: Sequence[Mechanism], gravity: float) -> Signal | None:
     """The signal of a limit of these machines, with gravity [m/s2]; None of what no one signal tells: the angle of a
     sling that changes lugs, the strongest of winds, a clearance."""
     kind, (first, *_) = KINDS.get(limit.quantity), (*limit.elements, "")

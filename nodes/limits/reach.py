@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 from heavylift.kernel.description.findings import clock
-from heavylift.nodes.plan.limit import Limit, Reach
+from heavylift.nodes.plan.limit import RatedLimit, Reach
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
@@ -19,7 +19,7 @@ REACH = ("stage", "hook", "", "at", "radius [m]", "load [t]", "chart [t]", "used
 WHEN = ("begins", "most", "ends")
 
 
-class Reached:
+class HookReach:
     """What hooks with a chart by radius reached; parts of a path or a run are seen one after the other."""
 
     def __init__(self, plan: Plan) -> None:
@@ -45,7 +45,9 @@ class Reached:
         self.see(signals_of(states))
         return self.found
 
-    def _add(self, limit: Limit, signals: SignalColumns, t: float, radius: float, load: float, k: int | None) -> None:
+    def _add(
+        self, limit: RatedLimit, signals: SignalColumns, t: float, radius: float, load: float, k: int | None
+    ) -> None:
         stage = signals.stage_at(t, k)
         one = Reach(hook=limit.subject, stage=stage, t=t, radius=radius, load=load, capacity=limit.at(radius))
         first, most, last = self._found.setdefault((limit.subject, stage), [one] * 3)

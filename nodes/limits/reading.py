@@ -17,7 +17,7 @@ from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import Point, System
 from heavylift.kernel.description.signals import Signal
 from heavylift.kernel.model.quantities import LINED, lines, names, numbers, points, scalar
-from heavylift.nodes.plan.limit import STANDING, TOUCHING, Limit
+from heavylift.nodes.plan.limit import STANDING, TOUCHING, RatedLimit
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 
@@ -38,12 +38,12 @@ class Reading:
     exact: tuple[float, float] | None = None
 
 
-def read(plan: Plan, limit: Limit, signals: SignalColumns) -> Reading | None:
+def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """The quantity of a limit; None if nothing of it can be read."""
     return READERS.get(limit.quantity, _named)(plan, limit, signals)
 
 
-def axis_of(plan: Plan, limit: Limit, signals: SignalColumns) -> Column | None:
+def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
     """What the chart of a limit is over, at each instant: a trolley's place on its girder, or a hook's radius [m]."""
     if limit.over == "angle":
         angles = [x.values for name in limit.elements if (x := _bridle(plan, limit, signals, name))]
@@ -79,7 +79,7 @@ def evaluated(
         return np.asarray(scalar(x, each, numbers(x, system), values, lines(x, system)))
 
 
-def _named(plan: Plan, limit: Limit, signals: SignalColumns) -> Reading | None:
+def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """The signal of a limit; of its ropes those that are on record, with the exact peak of one, or of all together.
 
     Of a signal that the scene itself limits all must be on record.
@@ -98,7 +98,7 @@ def _named(plan: Plan, limit: Limit, signals: SignalColumns) -> Reading | None:
     return _counted(plan, limit, signals, values, _exact(plan, limit, signals, x) if kind in OF_TENSIONS else None)
 
 
-def _exact(plan: Plan, limit: Limit, signals: SignalColumns, x: Signal) -> tuple[float, float] | None:
+def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: Signal) -> tuple[float, float] | None:
     """The signal at the exact peak of the one rope of a limit, or of several together, and when that was [s]."""
     alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
     cell = f"{limit.subject}.main" if limit.quantity in ("crane load", "tandem load") else limit.subject
@@ -113,7 +113,7 @@ def _exact(plan: Plan, limit: Limit, signals: SignalColumns, x: Signal) -> tuple
 
 
 def _counted(
-    plan: Plan, limit: Limit, signals: SignalColumns, values: Column, exact: tuple[float, float] | None
+    plan: Plan, limit: RatedLimit, signals: SignalColumns, values: Column, exact: tuple[float, float] | None
 ) -> Reading | None:
     """What of a signal counts: of an empty hook no chart is asked, by one over the radius the block counts, too; off
     the vertical a rope leads while it holds a load; sides are alike."""
@@ -129,7 +129,7 @@ def _counted(
     return Reading(np.abs(values) if limit.quantity == "side force" else values, exact)
 
 
-def _hooked(plan: Plan, limit: Limit, signals: SignalColumns) -> dict[str, Column]:
+def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, Column]:
     """What slings pull while they are hooked to the lug of a limit [N]; one that hangs nowhere else whenever it
     carries."""
     found = {}
@@ -141,7 +141,7 @@ def _hooked(plan: Plan, limit: Limit, signals: SignalColumns) -> dict[str, Colum
     return found
 
 
-def _design(plan: Plan, limit: Limit, signals: SignalColumns) -> Reading | None:
+def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """A load times its factors; in a run what is simulated, without the dynamic one."""
     if limit.rest is None or (signals.dynamic and limit.rest.alone):
         return None
@@ -150,7 +150,7 @@ def _design(plan: Plan, limit: Limit, signals: SignalColumns) -> Reading | None:
     return found and Reading(found.values * times, (found.exact[0] * times, found.exact[1]) if found.exact else None)
 
 
-def _assembly(plan: Plan, limit: Limit, signals: SignalColumns) -> Reading | None:
+def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """What the legs of a bridle carry together, plumb [kg]; of their peaks, as if they came together."""
     total, most = np.zeros(len(signals.t)), list[tuple[float, float]]()
     for name in limit.elements:
@@ -164,7 +164,7 @@ def _assembly(plan: Plan, limit: Limit, signals: SignalColumns) -> Reading | Non
     return Reading(total, (sum(x for x, _ in most), max(most)[1]) if most else None)
 
 
-def _bridle(plan: Plan, limit: Limit, signals: SignalColumns, name: str = "") -> Reading | None:
+def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "") -> Reading | None:
     """Angle of a sling to the vertical while it is tight [rad]."""
     tie = tie_of(plan, name or limit.elements[0])
     if tie is None or tie.rope not in signals.tensions:
@@ -180,13 +180,13 @@ def _bridle(plan: Plan, limit: Limit, signals: SignalColumns, name: str = "") ->
     return Reading(values)
 
 
-def _column(plan: Plan, limit: Limit, signals: SignalColumns) -> Reading | None:
+def _column(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """What other modules read: pressure on the ground, speed at lift-off and landing."""
     values = COLUMNS[limit.quantity](plan, limit, signals)
     return None if values is None else Reading(values)
 
 
-def _wind(plan: Plan, limit: Limit, signals: SignalColumns) -> Reading | None:
+def _wind(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """Speed of the strongest wind that the scene tells [m/s]: at each instant, and at the bends of its histories as far
     as a run went; of a path at rest, which knows no time, all that are before the end of the scene."""
     winds = _winds(plan)
@@ -220,11 +220,11 @@ def _strongest(winds: list[forces.Signal], t: Column) -> Column:
     return np.asarray(np.max(speeds, axis=0))
 
 
-COLUMNS: dict[str, Callable[[Plan, Limit, SignalColumns], Column | None]] = {
+COLUMNS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Column | None]] = {
     **dict.fromkeys(STANDING, stood),
     **dict.fromkeys(TOUCHING, touch_speed),
 }
-READERS: dict[str, Callable[[Plan, Limit, SignalColumns], Reading | None]] = {
+READERS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Reading | None]] = {
     "assembly load": _assembly,
     "bridle angle": _bridle,
     **dict.fromkeys(BASES, _design),

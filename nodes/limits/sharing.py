@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.plan.actions import Action, Landed, Lifted, Move
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedCondition, Move
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.plan import Plan
 
@@ -47,18 +47,18 @@ def dynamics_foreseen(plan: Plan) -> tuple[float, str] | None:
     return daf(plan.place, max(masses)) if masses else None
 
 
-def touching(plan: Plan, kind: type[Lifted] | type[Landed]) -> list[tuple[Action, float]]:
+def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) -> list[tuple[Action, float]]:
     """The actions that hoist until a block is lifted, or lower until it has landed, each with its speeds [m/s]."""
     moves = ((action, x) for action in plan.actions for x in action.orders if isinstance(x, Move))
     winding = ((action, x) for action, x in moves if x.verb in ("hoist", "lower"))
     return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]
 
 
-def touch_speed(plan: Plan, limit: Limit, signals: SignalColumns) -> Column:
+def touch_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
     """The fastest ordered speed of a hook (n,) [m/s] in stages in which a block lifts off or lands."""
     values = np.full(len(signals.t), np.nan)
     stages = [signals.stage_at(float(t), k) for k, t in enumerate(signals.t)]
-    for action, speed in touching(plan, Lifted if limit.quantity == "lift-off speed" else Landed):
+    for action, speed in touching(plan, LiftedCondition if limit.quantity == "lift-off speed" else LandedCondition):
         here = np.array([stage == action.stage for stage in stages], dtype=bool)
         values[here] = np.where(values[here] > speed, values[here], speed)
     return values
@@ -66,7 +66,7 @@ def touch_speed(plan: Plan, limit: Limit, signals: SignalColumns) -> Column:
 
 def hoisting_foreseen(plan: Plan) -> list[str]:
     """The factors that EN 13001-2 foresees at the fastest hook speed at which a load is taken up, in each class."""
-    speeds = [speed for _, speed in touching(plan, Lifted)]
+    speeds = [speed for _, speed in touching(plan, LiftedCondition)]
     if not speeds:
         return []
     each = ", ".join(f"{name} {hoisting_factor(max(speeds), name):.3f}" for name in HOISTING)

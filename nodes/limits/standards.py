@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import prod, sqrt
 from typing import Literal, TypeAlias
 
-from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.limit import Quantity, RatedLimit
 
 ISO_4308 = "ISO 4308-1 (withdrawn for ISO 16625), Zp of running ropes"
 ND_0027 = "0027/ND rev 11.2"
@@ -107,11 +107,13 @@ STRENGTHS = (  # a limit by another standard is one row
 Own: TypeAlias = Mapping[str, tuple[float, str, str]]  # by key: a factor with its source and a note
 
 
-def strength_limits(of: str, name: str, breaking: float, where: str, given: Own, note: str = "") -> Iterator[Limit]:
+def strength_limits(
+    of: str, name: str, breaking: float, where: str, given: Own, note: str = ""
+) -> Iterator[RatedLimit]:
     """What a sling or hoist rope may carry by each standard; `breaking` [N], `given`: other factors than the rows'."""
     for row in (row for row in STRENGTHS if row.of == of):
         factor, source, more = given.get(row.own) or (row.factor, row.source, note)
-        yield Limit(
+        yield RatedLimit(
             subject=name, quantity=row.quantity, unit="N", value=breaking / factor, factor=factor, breaking=breaking,
             elements=(name,), source=source, note=more, where=where,
         )  # fmt: skip

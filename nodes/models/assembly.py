@@ -20,7 +20,7 @@ from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.models.parts.drive import DriveActor
 from heavylift.nodes.models.parts.gauges import ThresholdWatcher
 from heavylift.nodes.models.parts.interlock import fit
-from heavylift.nodes.models.parts.parts import LiveActor, Machine, declared, share
+from heavylift.nodes.models.parts.parts import LiveActor, RealObject, declared, share
 from heavylift.nodes.plan.actions import Begin
 from heavylift.nodes.plan.plan import ActionList, Mechanism, Plan
 
@@ -140,7 +140,7 @@ class CommanderModel(Coupled):
         return declared(list(self.children.values()))
 
 
-NodeModel: TypeAlias = CommanderModel | Machine | OwnModel
+NodeModel: TypeAlias = CommanderModel | RealObject | OwnModel
 
 
 def build(plan: Plan, names: Iterable[str] | None = None) -> dict[str, NodeModel]:

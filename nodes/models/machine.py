@@ -18,13 +18,13 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.parts.drive import DriveActor, HeldActor
 from heavylift.nodes.models.parts.gauges import Inclinometer, LoadCell
 from heavylift.nodes.models.parts.messages import Latch as Latched
-from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, Group, JointCoupled, Law, Machine
+from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, Group, JointCoupled, LawModel, RealObject
 from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, LatchActor, SlingActor, Stools
 from heavylift.nodes.models.parts.winch import WinchActor
-from heavylift.nodes.plan.mechanism import Actuator, Cargo, Latch, Mechanism
+from heavylift.nodes.plan.mechanism import Actuator, BrakeLatch, Cargo, Mechanism
 
 
-class MachineModel(Machine):
+class MachineModel(RealObject):
     """One machine of the plan."""
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -36,10 +36,12 @@ class MachineModel(Machine):
         self.common = own if all(name.startswith(own) for name in names) else ""
         self.inner = {piece for rope, parts in mechanism.pieces.items() for piece in parts if piece != rope}
         for joint in self.system.joints:
-            actors = self._joint_actors(joint.name) or [Law("free")]
+            actors = self._joint_actors(joint.name) or [LawModel("free")]
             self.take(JointCoupled(f"{self._name(joint.name)}-joint", joint, *actors))
         for body in self.system.bodies:
-            self.take(BodyCoupled(f"{self._name(body.name)}-body", body, Law("weight"), *self._body_actors(body.name)))
+            self.take(
+                BodyCoupled(f"{self._name(body.name)}-body", body, LawModel("weight"), *self._body_actors(body.name))
+            )
         bodies, joints = self.system.outside
         for name in joints:
             self._act_on(name, self._joint_actors(name))
@@ -48,13 +50,13 @@ class MachineModel(Machine):
         for master in self.system.masters:
             self.take(self._drive(f"{self._name(master.name)}-master", master.name, System(masters=(master,))))
         if measured := self.system.measured:
-            self.take(Law("measured", System(measured=measured)))
+            self.take(LawModel("measured", System(measured=measured)))
         for held in (actuator for actuator in mechanism.actuators if actuator.held):
             self.take(HeldActor(self._name(held.name), held.name, held.held))
         for latch in mechanism.latches:
             self._latch(latch)
 
-    def _latch(self, latch: Latch) -> None:
+    def _latch(self, latch: BrakeLatch) -> None:
         """Have the ties of a latch tell its brake when they are hooked and taken off."""
         groups = [group for group in self.children.values() if isinstance(group, Group)]
         actors = [(group, actor) for group in groups for actor in group.children.values()]
@@ -75,7 +77,7 @@ class MachineModel(Machine):
                 for tie in ties:
                     group.connect(tie.latch, out)
 
-    def _hooked(self, latch: Latch) -> frozenset[str]:
+    def _hooked(self, latch: BrakeLatch) -> frozenset[str]:
         return frozenset(rope.name for rope in self.system.all_ropes if rope.hooked and rope.name in latch.ties)
 
     def _name(self, element: str) -> str:
@@ -94,7 +96,7 @@ class MachineModel(Machine):
         for drive in (d for d in system.drives if d.joint == joint):
             laws = System(drives=(drive,))
             name = self._name(drive.name)
-            actors.append(Law(name, laws) if drive.wave else self._drive(name, drive.name, laws))
+            actors.append(LawModel(name, laws) if drive.wave else self._drive(name, drive.name, laws))
         latches = {latch.brake: latch for latch in self.mechanism.latches}
         for brake in (b for b in system.brakes if b.joint == joint):
             name, laws = self._name(brake.name), System(brakes=(brake,))
@@ -104,10 +106,10 @@ class MachineModel(Machine):
                 actors.append(BrakeActor(name, brake.name, laws, engaged=brake.engaged))
         for lock in (x for x in system.locks if x.joint == joint):
             actors.append(JointLockActor(self._name(lock.name), lock.name, System(locks=(lock,)), engaged=lock.engaged))
-        actors += [Law(self._name(x.name), System(springs=(x,))) for x in system.springs if x.joint == joint]
-        actors += [Law(self._name(x.name), System(stops=(x,))) for x in system.stops if x.joint == joint]
+        actors += [LawModel(self._name(x.name), System(springs=(x,))) for x in system.springs if x.joint == joint]
+        actors += [LawModel(self._name(x.name), System(stops=(x,))) for x in system.stops if x.joint == joint]
         actors += [
-            Law(self._name(f.name), System(forces=(f,))) for f in system.forces if f.along and f.along[0] == joint
+            LawModel(self._name(f.name), System(forces=(f,))) for f in system.forces if f.along and f.along[0] == joint
         ]
         return actors
 
@@ -124,7 +126,7 @@ class MachineModel(Machine):
         for cell in (cell for cell in self.mechanism.cells if cell.body == body):
             actors.append(LoadCell(self._name(cell.name), cell.name, cell.ropes, cell.rated))
         for force in (f for f in system.forces if not isinstance(f, Reeving) and _first(f) == body):
-            actors.append(Law(self._name(force.name), System(forces=(force,))))
+            actors.append(LawModel(self._name(force.name), System(forces=(force,))))
         supports = tuple(s for s in system.supports if s.point.body == body)
         contacts = tuple(c for c in system.contacts if c.a.body == body)
         cargo = next((c for c in self.mechanism.cargo if c.body == body), Cargo(body=body))

@@ -29,7 +29,7 @@ class Term(Item, frozen=True, kw_only=True):
     text: str = ""
 
 
-class Slings(Term, frozen=True, kw_only=True, tag="slings"):
+class SlingsCondition(Term, frozen=True, kw_only=True, tag="slings"):
     """All / any of the hooked ones among these slings (or a mechanism's ropes) are taut / slack."""
 
     names: tuple[str, ...]
@@ -45,19 +45,19 @@ class MovesDone(Term, frozen=True, kw_only=True, tag="moves-done"):
     stopped: bool = False
 
 
-class Lifted(Term, frozen=True, kw_only=True, tag="lifted"):
+class LiftedCondition(Term, frozen=True, kw_only=True, tag="lifted"):
     """No support of this block or mechanism is closed."""
 
     model: str = "block"
 
 
-class Landed(Term, frozen=True, kw_only=True, tag="landed"):
+class LandedCondition(Term, frozen=True, kw_only=True, tag="landed"):
     """All supports of one face of this block are closed."""
 
     model: str = "block"
 
 
-class Crossing(Term, frozen=True, kw_only=True, tag="crossing"):
+class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
     """A measured quantity is at or beyond `value` (rising: >=, else <=).
 
     `threshold` has a name of its own in the plan (two conditions never share one); `model` watches it.
@@ -70,19 +70,19 @@ class Crossing(Term, frozen=True, kw_only=True, tag="crossing"):
     rising: bool
 
 
-class After(Term, frozen=True, kw_only=True, tag="after"):
+class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
     """So many seconds have passed since the previous action began (in `until`: since its own began)."""
 
     seconds: float
 
 
-class Begun(Term, frozen=True, kw_only=True, tag="begun"):
+class BegunCondition(Term, frozen=True, kw_only=True, tag="begun"):
     """The list of the whole scene has begun that of this lift."""
 
     lift: str
 
 
-class Ended(Term, frozen=True, kw_only=True, tag="ended"):
+class EndedCondition(Term, frozen=True, kw_only=True, tag="ended"):
     """The action list of this lift is done."""
 
     lift: str
@@ -94,7 +94,17 @@ class And(Term, frozen=True, kw_only=True, tag="and"):
     all: tuple[Condition, ...]
 
 
-Condition: TypeAlias = Slings | MovesDone | Lifted | Landed | Crossing | After | Begun | Ended | And
+Condition: TypeAlias = (
+    SlingsCondition
+    | MovesDone
+    | LiftedCondition
+    | LandedCondition
+    | CrossingCondition
+    | AfterCondition
+    | BegunCondition
+    | EndedCondition
+    | And
+)
 
 
 # orders
@@ -178,7 +188,7 @@ class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
     p: Vector | None = None
 
 
-class Unhook(Item, frozen=True, kw_only=True, tag="unhook"):
+class UnhookSling(Item, frozen=True, kw_only=True, tag="unhook"):
     """A sling is unhooked; `parted`: it breaks, and cannot be hooked again."""
 
     sling: str
@@ -214,29 +224,29 @@ class Begin(Item, frozen=True, kw_only=True, tag="begin"):
     lift: str
 
 
-Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Stop | Wait | Begin
+Order: TypeAlias = Move | Turn | Hookup | UnhookSling | Brake | Stop | Wait | Begin
 
 
 # what an actor is told: an order without what the commander alone looks after, or one that it gives by itself
 
 
-class Watch(Item, frozen=True, kw_only=True, tag="watch"):
+class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
     """A threshold is watched, and reported once as it reaches `value`."""
 
     value: float
     rising: bool
 
 
-class End(Item, frozen=True, kw_only=True, tag="end"):
+class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
     """An order ends: a move ramps down, what follows holds its place (its master is at `s` now), nothing is watched."""
 
     s: float = 0.0
 
 
-Told: TypeAlias = Motion | Follow | Stop | Hookup | Unhook | Brake | Watch | End
+Told: TypeAlias = Motion | Follow | Stop | Hookup | UnhookSling | Brake | WatchThreshold | EndOrder
 
 
-def told(order: Move | Follow | Stop | Hookup | Unhook | Brake, **more: Any) -> Told:
+def told(order: Move | Follow | Stop | Hookup | UnhookSling | Brake, **more: Any) -> Told:
     """What an actor is told of an order, with `more`; no line of a file, on which a run must not depend."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
@@ -265,4 +275,4 @@ class Action(Item, frozen=True, kw_only=True):
 
 def parts(action: Action) -> bool:
     """Whether a sling or rope breaks with it."""
-    return any(isinstance(order, Unhook) and order.parted for order in action.orders)
+    return any(isinstance(order, UnhookSling) and order.parted for order in action.orders)

@@ -77,7 +77,7 @@ class Rest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     alone: bool = False
 
 
-class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
     """A limit of a subject: what may be reached of a quantity, and by which source.
 
     `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value), x being what
@@ -163,7 +163,7 @@ class Use:
     `use` is 1 at the limit and greater beyond it; None if the limit is unknown.
     """
 
-    limit: Limit
+    limit: RatedLimit
     value: float | None
     t: float | None = None
     stage: str = ""

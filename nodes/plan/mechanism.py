@@ -88,7 +88,7 @@ class Cell(Item, frozen=True, kw_only=True):
     capacity: float = 0.0
 
 
-class Latch(Item, frozen=True, kw_only=True):
+class BrakeLatch(Item, frozen=True, kw_only=True):
     """A brake that is engaged as long as none of these ties is hooked."""
 
     brake: str
@@ -224,7 +224,7 @@ class Mechanism(Item, frozen=True, kw_only=True):
     shapes: tuple[Shape, ...] = ()
     ties: tuple[Tie, ...] = ()
     cells: tuple[Cell, ...] = ()
-    latches: tuple[Latch, ...] = ()
+    latches: tuple[BrakeLatch, ...] = ()
     cargo: tuple[Cargo, ...] = ()
     girders: tuple[Girder, ...] = ()
     heavy: tuple[Heavy, ...] = ()

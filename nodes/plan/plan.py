@@ -21,7 +21,7 @@ from .actions import Item, Touch
 from .factors import Place
 from .fidelity import Fidelity as Fidelity
 from .interlock import Interlock as Interlock
-from .limit import Limit
+from .limit import RatedLimit
 from .mechanism import Actuator as Actuator
 from .mechanism import Driven as Driven
 from .mechanism import Hoist as Hoist
@@ -76,7 +76,7 @@ class Plan(Item, frozen=True, kw_only=True):
     end: float | None = None
     machines: tuple[Mechanism, ...] = ()  # in the order of their nodes
     fidelity: Fidelity = Fidelity()
-    limits: tuple[Limit, ...] = ()
+    limits: tuple[RatedLimit, ...] = ()
     gear: tuple[Gear, ...] = ()
     place: Place | None = "onshore"  # where it is lifted, if that is known
     accepts_assumed: bool = False  # limits that heavylift assumes count as the scene's own

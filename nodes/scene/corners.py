@@ -16,7 +16,7 @@ from math import isfinite, sqrt
 import msgspec
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.limits.factors import design_limits
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.quantities import quantity_at
 from heavylift.nodes.scene.text.source import Data, Path, shown
@@ -60,7 +60,7 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
     return found
 
 
-def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[Limit]:
+def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[RatedLimit]:
     """The limits of a scene with what each uses more at its worst corner; an input at whose end nothing is known is a
     limit without a value."""
     corners = _Corners(nominal, build)
@@ -80,7 +80,7 @@ def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[L
     return [*limits, *_lost(nominal, corners)]
 
 
-def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Limit]:
+def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[RatedLimit]:
     """The design loads of a scene that names a practice or factors, with the worst corner of the box of the centre of
     mass of each block; nothing else."""
     if scene.practice is None and not scene.factors.model_fields_set:
@@ -97,11 +97,11 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[Li
     return [*rows, *_lost(nominal, corners)]
 
 
-def _lost(nominal: LoadedScene, corners: _Corners) -> Iterator[Limit]:
+def _lost(nominal: LoadedScene, corners: _Corners) -> Iterator[RatedLimit]:
     """Corners of which nothing is known."""
     where = nominal.plan.limits[0].where if nominal.plan.limits else ""
     for told, why in corners.lost:
-        yield Limit(subject=told, quantity="inputs", unit="", note=why, where=where)
+        yield RatedLimit(subject=told, quantity="inputs", unit="", note=why, where=where)
 
 
 class _Corners:
@@ -137,7 +137,7 @@ def _uses(scene: LoadedScene) -> dict[Key, float]:
     return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
 
 
-def _spread(limit: Limit, corners: _Corners, moved: Mapping[Key, list[str]]) -> Limit:
+def _spread(limit: RatedLimit, corners: _Corners, moved: Mapping[Key, list[str]]) -> RatedLimit:
     """A limit with how its use grows at the worst of the corners."""
     alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
     key = next((key for key in alike if key in corners.usual), None)

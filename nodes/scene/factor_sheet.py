@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 from heavylift.nodes.limits.factors import BASES, NAMES
 from heavylift.nodes.limits.messages import percent, shown
-from heavylift.nodes.plan.limit import Limit, Use
+from heavylift.nodes.plan.limit import RatedLimit, Use
 from heavylift.nodes.plan.plan import Plan
 
 
 class Line(NamedTuple):
     """A line of the sheet: loads in the unit of `limit`, `factors` by name, `met`: what a run has simulated."""
 
-    limit: Limit
+    limit: RatedLimit
     rest: float
     factors: dict[str, float]
     design: float

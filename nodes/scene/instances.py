@@ -17,7 +17,7 @@ from heavylift.kernel.description.contacts import Ball, Box, Plane
 from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
-from heavylift.nodes.plan.actions import Action, Begin, Begun, Wait
+from heavylift.nodes.plan.actions import Action, Begin, BegunCondition, Wait
 from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape
 from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
 from heavylift.nodes.plan.user_models import Own
@@ -104,7 +104,7 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         part = moved(loaded.plan, f"{name}-", (*given.at, 0.0))
         wait: tuple[Action, ...] = ()
         if given.start == ORDERED:
-            wait = (Action(when=Begun(lift=name), orders=()),)
+            wait = (Action(when=BegunCondition(lift=name), orders=()),)
         elif given.start:
             wait = (Action(orders=(Wait(seconds=given.start),)),)
         actions = (*wait, *(msgspec.structs.replace(x, stage=_named(name, x.stage)) for x in part.actions))

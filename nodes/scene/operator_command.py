@@ -57,7 +57,7 @@ def _refused(scene: LoadedScene, order: actions.Order) -> str:
     """Why an order is impossible during a run, or for its crane."""
     until = order.until if isinstance(order, actions.Move | actions.Turn) else None
     parts = until.all if isinstance(until, actions.And) else (until,)
-    if any(isinstance(part, actions.Crossing) for part in parts):
+    if any(isinstance(part, actions.CrossingCondition) for part in parts):
         return "what is measured can be waited for in the scene only: say a distance, or a time with 'until after'"
     if isinstance(order, actions.Move) and order.pulses:
         return "what swings is known of the action list only: say an acceleration, 'ramp 0.05 m/s2'"

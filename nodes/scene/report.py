@@ -16,7 +16,7 @@ from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import HEAD, line_of, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
-from heavylift.nodes.limits.reach import REACH, Reached, reach_rows
+from heavylift.nodes.limits.reach import REACH, HookReach, reach_rows
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.table_rows import likewise
 from heavylift.nodes.models.machine import turning
@@ -205,7 +205,7 @@ def _page(rows: list[HookLoadRow]) -> list[str]:
 
 def _reached(built: plan.Plan, path: Followed) -> list[str]:
     """Radius and use of the chart of each hook that has one."""
-    found = reach_rows(Reached(built).see_path(path.states)) if path.states else []
+    found = reach_rows(HookReach(built).see_path(path.states)) if path.states else []
     told = [REACH, *(row for before, row in pairwise([REACH, *found]) if before[4:] != row[4:])]
     widths = [max(map(len, column)) for column in zip(*told, strict=True)]
     lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in told]

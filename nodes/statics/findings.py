@@ -8,7 +8,7 @@ from typing import Any
 from heavylift.kernel.description.findings import Finding, Severity
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.actions import Move, Slings, Turn
+from heavylift.nodes.plan.actions import Move, SlingsCondition, Turn
 
 from .static_path import Followed
 
@@ -49,7 +49,9 @@ def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
     for number, (begin, end) in enumerate(pairwise(times), 1):
         action = built.actions[number - 1]
         waits = [o.until for o in action.orders if isinstance(o, Move | Turn) and o.until is not None]
-        tight = all(isinstance(term, Slings) and term.state == "taut" for until in waits for term in terms(until))
+        tight = all(
+            isinstance(term, SlingsCondition) and term.state == "taut" for until in waits for term in terms(until)
+        )
         if any(isinstance(o, Move) and o.trims for o in action.orders):
             continue
         if waits and end == begin and len(waits) == len(action.orders) and not (tight and begin == 0.0):

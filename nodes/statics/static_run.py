@@ -16,7 +16,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
 from heavylift.kernel.methods.null_method import AtRest
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.model.switching import StateEvent as Switched
+from heavylift.kernel.model.switching import StateChange as Switched
 from heavylift.kernel.simulation.native.samples import shown
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, seconds, succ

@@ -11,7 +11,7 @@ class Token(Message):
     number: int
 
 
-class Station(Atomic):
+class RingStation(Atomic):
     """Holds what arrives together for `hold` [ns], then passes it on; `first`: a token that it starts with."""
 
     into, out = In(Token), Out(Token)
@@ -47,7 +47,7 @@ class Station(Atomic):
 def ring(stations: int, tokens: int, hold: int) -> Coupled:
     """A ring of stations, the first `tokens` of which start with a token; hold in ns."""
     model = Coupled("ring")
-    members = [model.add(Station(f"s{i}", hold, Token(i) if i < tokens else None)) for i in range(stations)]
+    members = [model.add(RingStation(f"s{i}", hold, Token(i) if i < tokens else None)) for i in range(stations)]
     for i, member in enumerate(members):
         model.connect(member.out, members[(i + 1) % stations].into)
     return model

@@ -18,7 +18,7 @@ from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 
-from .ink import TEXT, Dimension, Path, View
+from .ink import TEXT, DimensionLine, Path, View
 from .sheets import SIZE, drawn
 
 ENDINGS = (".dxf",)
@@ -62,7 +62,7 @@ def _view(space: Any, view: View, scale: float, place: Any) -> None:
         if isinstance(item, Path):
             points = np.asarray(item.points) * scale + place
             space.add_lwpolyline(points.tolist(), close=item.closed, dxfattribs={"layer": item.style.replace(" ", "-")})
-        elif isinstance(item, Dimension):
+        elif isinstance(item, DimensionLine):
             a, b = (np.array(p) * scale + place for p in (item.a, item.b))
             along = item.way == "h"
             base = (a[0], item.at * scale + place[1]) if along else (item.at * scale + place[0], a[1])

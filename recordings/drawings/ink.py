@@ -37,7 +37,7 @@ class Text(NamedTuple):
     bold: bool = False
 
 
-class Dimension(NamedTuple):
+class DimensionLine(NamedTuple):
     """A distance between two points along h (horizontal) or v, its line at y or x = `at`."""
 
     a: tuple[float, float]
@@ -47,7 +47,7 @@ class Dimension(NamedTuple):
     words: str
 
 
-Item = Path | Text | Dimension
+Item = Path | Text | DimensionLine
 
 
 @dataclass
@@ -71,11 +71,11 @@ class View:
 
     def across(self, a: Floats, b: Floats, at: float, words: str = "") -> None:
         """A horizontal dimension between two points on paper."""
-        self.items.append(Dimension(_pair(a), _pair(b), at, "h", words + self.length(b[0] - a[0])))
+        self.items.append(DimensionLine(_pair(a), _pair(b), at, "h", words + self.length(b[0] - a[0])))
 
     def upright(self, a: Floats, b: Floats, at: float, words: str = "") -> None:
         """A vertical one."""
-        self.items.append(Dimension(_pair(a), _pair(b), at, "v", words + self.length(b[1] - a[1])))
+        self.items.append(DimensionLine(_pair(a), _pair(b), at, "v", words + self.length(b[1] - a[1])))
 
 
 def _pair(p: Floats) -> tuple[float, float]:
@@ -128,7 +128,7 @@ def clipped(outline: Floats, low: Floats, high: Floats) -> Floats:
 def points_of(item: Item) -> Floats:
     if isinstance(item, Path):
         return item.points
-    if isinstance(item, Dimension):
+    if isinstance(item, DimensionLine):
         return np.concatenate([points_of(part) for part in parts(item)])
     width = WIDE * item.size * len(item.words)
     start = {"start": 0.0, "middle": -width / 2, "end": -width}[item.anchor]
@@ -140,10 +140,10 @@ def points_of(item: Item) -> Floats:
 
 def parts(item: Item) -> Sequence[Path | Text]:
     """What is drawn of an item."""
-    return _dimension(item) if isinstance(item, Dimension) else (item,)
+    return _dimension(item) if isinstance(item, DimensionLine) else (item,)
 
 
-def _dimension(d: Dimension) -> list[Path | Text]:
+def _dimension(d: DimensionLine) -> list[Path | Text]:
     """A dimension as lines with slashes and its number above; beside it where there is no room."""
     flip = d.way == "v"  # drawn as if it were horizontal, then mirrored at the diagonal
     a, b = sorted((d.a[::-1], d.b[::-1])) if flip else sorted((d.a, d.b))

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Kind = Literal["block", "deck", "hook", "frame", "crane", "world"]
 
 
-class Solid(NamedTuple):
+class DrawnSolid(NamedTuple):
     """The corners (8, 3) of a shape, what it is, and its body; a deck marks the upper face of a block."""
 
     kind: Kind
@@ -55,12 +55,12 @@ class Hook(NamedTuple):
     axis: Floats | None
 
 
-class Instant(NamedTuple):
+class DrawnInstant(NamedTuple):
     """What is where at a time [s]; mass [kg] of the block, and the smallest clearance if it is then."""
 
     title: str
     t: float
-    solids: list[Solid]
+    solids: list[DrawnSolid]
     lines: list[Line]
     hooks: list[Hook]
     lugs: dict[str, Floats]
@@ -74,7 +74,7 @@ class Instant(NamedTuple):
         return np.concatenate([np.zeros((0, 3)), *(x.corners for x in self.solids if x.kind in kinds)])
 
 
-def instants_of(rec: Recording, verdict: Judged | None) -> list[Instant]:
+def instants_of(rec: Recording, verdict: Judged | None) -> list[DrawnInstant]:
     """Those of a recording in which something hangs on a hook; none of any other."""
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
     if not _hooks(plan) or "/poses" not in rec.topics:
@@ -118,9 +118,9 @@ def _wanted(rec: Recording, near: Clearance | None) -> list[tuple[float, str, Cl
     return sorted(found, key=lambda x: x[:2])
 
 
-def _thinned(frames: Sequence[Instant]) -> list[Instant]:
+def _thinned(frames: Sequence[DrawnInstant]) -> list[DrawnInstant]:
     """Without ends of stages in which nothing has moved, and no more of them than are looked at."""
-    ends = list[Instant]()
+    ends = list[DrawnInstant]()
     for x in (x for x in frames if x.title.startswith("end of")):
         if not ends or _moved(ends[-1], x) > MOVED:
             ends.append(x)
@@ -129,13 +129,13 @@ def _thinned(frames: Sequence[Instant]) -> list[Instant]:
     return sorted([*chosen, *(x for x in frames if not x.title.startswith("end of"))], key=lambda x: x.t)
 
 
-def _moved(a: Instant, b: Instant) -> float:
+def _moved(a: DrawnInstant, b: DrawnInstant) -> float:
     return max((float(np.abs(x.corners - y.corners).max()) for x, y in zip(a.solids, b.solids, strict=True)), default=0)
 
 
 def _instant(
     rec: Recording, plan: dict[str, Any], title: str, t: float, poses: dict[str, Floats], near: Clearance | None
-) -> Instant:
+) -> DrawnInstant:
     def world(body: str, p: object) -> Floats:
         pose, point = poses.get(POSE + body), np.asarray(p, np.float64)
         return point if pose is None else turned(pose[3:], point) + pose[:3]
@@ -161,7 +161,7 @@ def _instant(
         return "world" if body == WORLD else "hook" if body in eyes else "frame" if body in frames else "crane"
 
     boxes = (box for box in rec.boxes() if box.body != WORLD or max(box.size) > ANCHOR)
-    solids = [Solid(kind(box), box.body, world(box.body, corners(box))) for box in boxes]
+    solids = [DrawnSolid(kind(box), box.body, world(box.body, corners(box))) for box in boxes]
     rig = next((rig for rig in reversed(rec.rigs()) if rig.t_ns * 1e-9 <= t + 1e-9), None)
     tension = rec.signal("rope/tension").at(np.array([t])) if "rope/tension" in rec.signals() else None
     lines = [
@@ -177,7 +177,7 @@ def _instant(
     com = next((world(body, x.get("com", (0, 0, 0))) for body, x in cargo.items()), None)
     afloat = any(shape.get("part") == "hull" for machine in every for shape in machine.get("shapes", []))
     mass = sum(float(x.get("mass", 0.0)) for x in cargo.values())
-    return Instant(title, t, solids, lines, found, lugs, com, mass, near, afloat)
+    return DrawnInstant(title, t, solids, lines, found, lugs, com, mass, near, afloat)
 
 
 def _value(signal: Any, name: str) -> float:

@@ -13,7 +13,7 @@ from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.sheets.sheet import Chart
 
 from .ink import Path, Text, View, points_of
-from .instants import Instant, instants_of
+from .instants import DrawnInstant, instants_of
 from .svg import svg_of
 from .views import general, rigging
 
@@ -44,7 +44,7 @@ def drawn(rec: Recording, verdict: Judged | None, project: Mapping[str, str]) ->
         return [_drawing(x, i, len(found), rec, project) for i, x in enumerate(found, 1)]
 
 
-def _drawing(x: Instant, number: int, of: int, rec: Recording, project: Mapping[str, str]) -> Drawing:
+def _drawing(x: DrawnInstant, number: int, of: int, rec: Recording, project: Mapping[str, str]) -> Drawing:
     title = f"Drawing {number}: {x.title}, {clock(x.t, 1)}"
     height = SIZE[1] - STRIP
     plan, elevation = general(x, (LEFT, height))

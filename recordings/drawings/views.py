@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .ink import ROW, TEXT, WIDE, Path, Text, View, clipped, fitting, hull, parts, points_of, within
-from .instants import Instant, Line
+from .instants import DrawnInstant, Line
 
 Floats = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
@@ -28,7 +28,7 @@ SHOWN = 0.3  # of a clearance: what is shorter in a view is not drawn there
 LEVEL = 0.02  # [m] below which a height is no dimension
 
 
-def main_axis(x: Instant) -> Floats:
+def main_axis(x: DrawnInstant) -> Floats:
     """The horizontal direction (3,) that lies to the right in all views."""
     hook = next((hook for hook in x.hooks if hook.axis is not None), None)
     if hook is not None and hook.axis is not None:
@@ -40,7 +40,7 @@ def main_axis(x: Instant) -> Floats:
     return np.array([1.0, 0.0, 0.0] if size_x >= size_y else [0.0, 1.0, 0.0])
 
 
-def general(x: Instant, room: tuple[float, float]) -> tuple[View, View]:
+def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
     """Plan and elevation, one above the other at one scale, within a room [mm] that has their dimensions, too."""
     h = main_axis(x)
     v = np.cross(UP, h)
@@ -54,7 +54,7 @@ def general(x: Instant, room: tuple[float, float]) -> tuple[View, View]:
     )
 
 
-def _drawn(x: Instant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
+def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
     """Solids from far to near and the ropes; low and high corner on paper [mm] of what is drawn."""
     axes, ahead = np.column_stack([right, up]), np.cross(right, up)
     seen = view.paper(x.of("crane", "block", "hook", "frame") @ axes)
@@ -68,7 +68,7 @@ def _drawn(x: Instant, view: View, right: Floats, up: Floats, last: Sequence[str
     return low, high
 
 
-def _elevation(x: Instant, view: View, h: Floats, v: Floats) -> View:
+def _elevation(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
     low, high = _drawn(x, view, h, UP)
     low[1] = min(low[1], 0.0)
     view.items.append(Path(np.array([[low[0] - 4.0, 0.0], [high[0] + 4.0, 0.0]]), "frame line"))
@@ -91,7 +91,7 @@ def _elevation(x: Instant, view: View, h: Floats, v: Floats) -> View:
     return view
 
 
-def _heights(x: Instant, view: View, h: Floats, eyes: list[Floats], low: Floats, high: Floats) -> None:
+def _heights(x: DrawnInstant, view: View, h: Floats, eyes: list[Floats], low: Floats, high: Floats) -> None:
     """Of block, hooks and crane above the ground: on the side where the hooks are, the crane's on the other."""
     right = sum(p[0] for p in eyes) / len(eyes) > (low[0] + high[0]) / 2
     side, other = (high[0], low[0]) if right else (low[0], high[0])
@@ -110,7 +110,7 @@ def _heights(x: Instant, view: View, h: Floats, eyes: list[Floats], low: Floats,
         view.upright(np.array([other, 0.0]), view.paper(np.array([top @ h, top[2]])), other - out * ROW)
 
 
-def _plan(x: Instant, view: View, h: Floats, v: Floats) -> View:
+def _plan(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
     low, high = _drawn(x, view, h, v, FROM_ABOVE)
     out = (low[1] - ROW - ROW * k for k in count())
     for hook in x.hooks:
@@ -149,7 +149,7 @@ def _cross(view: View, p: Floats, size: float = 1.6) -> None:
         view.items.append(Path(np.array([p - way, p + way]), "axis"))
 
 
-def _near(x: Instant, view: View, right: Floats, up: Floats) -> None:
+def _near(x: DrawnInstant, view: View, right: Floats, up: Floats) -> None:
     """The smallest clearance between its two nearest points, in the views that show it at some length."""
     if x.near is None:
         return
@@ -191,7 +191,7 @@ def _spread(points: list[Floats], axis: int) -> list[Floats]:
     return found
 
 
-def rigging(x: Instant, room: tuple[float, float]) -> View:
+def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
     """Block, slings and hooks close by, with what each rope pulls and how it leans."""
     h = main_axis(x)
     axes = np.column_stack([h, UP])
@@ -226,7 +226,7 @@ def rigging(x: Instant, room: tuple[float, float]) -> View:
     return view
 
 
-def _close(x: Instant, line: Line) -> tuple[Floats, Floats] | None:
+def _close(x: DrawnInstant, line: Line) -> tuple[Floats, Floats] | None:
     """The part of a rope that a rigging sketch shows: slings whole, of hook ropes what is next to the hook."""
     if line.sling:
         return line.a, line.b
@@ -235,7 +235,7 @@ def _close(x: Instant, line: Line) -> tuple[Floats, Floats] | None:
     return line.b + (line.a - line.b) * min(1.0, STRETCH / max(float(np.linalg.norm(line.a - line.b)), 1e-9)), line.b
 
 
-def _named(x: Instant) -> list[tuple[Floats, str]]:
+def _named(x: DrawnInstant) -> list[tuple[Floats, str]]:
     """Where (3,) in the rigging what is said: ropes with lug, tension and angle, the centre of gravity."""
     found: dict[str, tuple[Floats, str]] = {}
     for line in x.lines:

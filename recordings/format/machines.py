@@ -10,7 +10,7 @@ import msgspec
 Data = dict[str, Any]
 
 
-class Crane(NamedTuple):
+class HookMachine(NamedTuple):
     """A machine with hooks: what always hangs on each of its ropes [kg], and its set-up in words."""
 
     name: str
@@ -18,13 +18,13 @@ class Crane(NamedTuple):
     configuration: dict[str, str]
 
 
-def cranes(plan: Data) -> list[Crane]:
+def cranes(plan: Data) -> list[HookMachine]:
     """All of them."""
     found = []
     for machine in (machine for machine in plan.get("machines", []) if machine.get("hooks")):
         hooks = sorted(machine["hooks"], key=lambda hook: str(hook["rope"]))
         dead = {hook["rope"]: float(hook.get("below", 0.0) or hook.get("block_mass", 0.0)) for hook in hooks}
-        found.append(Crane(machine["name"], dead, machine.get("configuration", {})))
+        found.append(HookMachine(machine["name"], dead, machine.get("configuration", {})))
     return found
 
 

@@ -44,7 +44,7 @@ def chosen(rec: SignalSource, pattern: str) -> list[tuple[str, str]]:
     return [(name, column) for name, column in every if name == pattern or fnmatchcase(f"{name}/{column}", pattern)]
 
 
-class Part:
+class RecordedPart:
     """Signals by attribute: `part.tension`, `part.pose`; dir(part) and `part.signals` tell which there are."""
 
     def __init__(self, rec: SignalSource, name: str, columns: dict[str, list[str]]) -> None:
@@ -56,7 +56,7 @@ class Part:
             self._words.setdefault(word, []).append(signal)
 
     @staticmethod
-    def of(rec: SignalSource, name: str) -> Part:
+    def of(rec: SignalSource, name: str) -> RecordedPart:
         """The part of this name; "legs/1" is legs-1."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(HANGING, {}).items() if hung in names}
@@ -77,7 +77,7 @@ class Part:
         if not found:
             near = meant(name, [*rec.signals(), *sorted(parts)])
             raise SignalError(f"{rec.path}: has no signal or part {name}; {near}")
-        return Part(rec, name, found)
+        return RecordedPart(rec, name, found)
 
     @property
     def signals(self) -> list[str]:

@@ -35,7 +35,7 @@ from .container import Container
 from .contents import Contents, sampler_note
 from .decoding import Form, Rows, decoded, with_own_rows
 from .notebook import drawing, recording_html
-from .part import Part, chosen
+from .part import RecordedPart, chosen
 from .signal import Signal, only
 
 SHOWN = 60  # characters of a version that a file names
@@ -173,11 +173,11 @@ class Recording:
             ((signal, columns),) = found.items()
             with self.reading():
                 return with_own_rows(only(self.signal(signal), columns), self.topics.values(), self.numbers)
-        return Part(self, name, found) if found else self.part(name)
+        return RecordedPart(self, name, found) if found else self.part(name)
 
-    def part(self, name: str) -> Part:
+    def part(self, name: str) -> RecordedPart:
         """All about a crane, rope, joint or body, "legs/1" being legs-1; SignalError if there is none."""
-        return Part.of(self, name)
+        return RecordedPart.of(self, name)
 
     def _repr_html_(self) -> str:
         """In a notebook: facts, the tensions, stages, and which signals there are."""

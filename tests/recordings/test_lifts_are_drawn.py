@@ -13,9 +13,9 @@ from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, report
 from heavylift.recordings.drawings import (
     SIZE,
-    Dimension,
+    DimensionLine,
     Drawing,
-    Instant,
+    DrawnInstant,
     Text,
     clipped,
     drawings,
@@ -44,18 +44,18 @@ def lift(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 
 @pytest.fixture(scope="module")
-def made(lift: Recording) -> list[tuple[Instant, Drawing]]:
+def made(lift: Recording) -> list[tuple[DrawnInstant, Drawing]]:
     verdict = recorded_verdict(lift)
     return list(zip(instants_of(lift, verdict), drawn(lift, verdict, PROJECT), strict=True))
 
 
 def dimensions(drawing: Drawing, view: int, way: str) -> list[float]:
     """What the dimensions of a view say [m]."""
-    found = (x for x in drawing.views[view].items if isinstance(x, Dimension) and x.way == way)
+    found = (x for x in drawing.views[view].items if isinstance(x, DimensionLine) and x.way == way)
     return [float(x.words.rpartition(" ")[2]) for x in found]
 
 
-def test_heights_and_radii_are_those_of_the_instant(made: list[tuple[Instant, Drawing]]) -> None:
+def test_heights_and_radii_are_those_of_the_instant(made: list[tuple[DrawnInstant, Drawing]]) -> None:
     for x, drawing in made:
         heights = dimensions(drawing, 1, "v")
         lowest = float(x.of("block")[:, 2].min())
@@ -70,7 +70,7 @@ def test_heights_and_radii_are_those_of_the_instant(made: list[tuple[Instant, Dr
                     assert radius == pytest.approx(dimensions(drawing, view, "h")[0], abs=0.006)
 
 
-def test_no_text_lies_over_another_or_beyond_its_sheet(made: list[tuple[Instant, Drawing]]) -> None:
+def test_no_text_lies_over_another_or_beyond_its_sheet(made: list[tuple[DrawnInstant, Drawing]]) -> None:
     for _, drawing in made:
         boxes = []
         for view in drawing.views:
@@ -100,7 +100,7 @@ def test_a_page_and_a_cad_program_get_the_same(lift: Recording, tmp_path: Path) 
     space = ezdxf.readfile(tmp_path / "a.dxf").modelspace()
     measured = [x.get_measurement() for x in space.query("DIMENSION")]
     said = [
-        x for d in drawn(lift, verdict, PROJECT) for view in d.views for x in view.items if isinstance(x, Dimension)
+        x for d in drawn(lift, verdict, PROJECT) for view in d.views for x in view.items if isinstance(x, DimensionLine)
     ]
     assert measured == pytest.approx([float(x.words.rpartition(" ")[2]) for x in said], abs=0.006)
 

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.kernel import RecordingError
-from heavylift.recordings import Part, Recorder, Recording, Signal
+from heavylift.recordings import RecordedPart, Recorder, Recording, Signal
 from heavylift.recordings.format import mcapfile
 from heavylift.recordings.read import MESSAGE, RECORD, tables_of
 from small_run import SECOND
@@ -72,13 +72,13 @@ def test_what_blocks_have_kept_is_not_read_again(recorded: Path, monkeypatch: py
 def test_parts_tell_what_they_have(recorded: Path) -> None:
     rec = Recording(recorded)
     block, rope = rec["block"], rec["west.H1"]
-    assert isinstance(block, Part)
-    assert isinstance(rope, Part)
+    assert isinstance(block, RecordedPart)
+    assert isinstance(rope, RecordedPart)
     assert block.signals == ["pose/block"]
     assert {"tension", "peak", "peak_time"} <= set(dir(rope))
     assert np.array_equal(rope.tension.values[:, 0], rec.signal("rope/tension").values[:, 0])
     both = rec["pose/*"]
-    assert isinstance(both, Part)
+    assert isinstance(both, RecordedPart)
     assert both.pose.names[6:9] == ["block.qw", "hook.x", "hook.y"]
     with pytest.raises(AttributeError, match="block has no tension; there are pose"):
         _ = block.tension

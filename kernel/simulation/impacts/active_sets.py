@@ -20,7 +20,7 @@ from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_
 from heavylift.kernel.constraints.contact.contact_points import RESTING
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.evaluation import evaluate
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 
 from .condensed import Condensed, part
 from .coulomb import ContactProblem, FrictionSolution, settle
@@ -53,7 +53,7 @@ class Act:
 class ImpactResult:
     """What happened at an event, what goes to the accounts (heat, work; by name) [J], impulses by name [N s]."""
 
-    events: list[StateEvent]
+    events: list[StateChange]
     accounts: dict[tuple[str, str], float]
     impulse: dict[str, float]
 
@@ -95,13 +95,13 @@ class ContactSets:
         self._force(t, act, [x for x in self._all if x.guard in fallen])
         for r, was in zip(self._ropes, taut, strict=True):
             if r.on != was:
-                out.events.append(StateEvent(r.name, "taut" if r.on else "slack", out.impulse.get(r.name, 0.0)))
+                out.events.append(StateChange(r.name, "taut" if r.on else "slack", out.impulse.get(r.name, 0.0)))
         now, slides = self._closed(), self._sliding()
         for name in dict.fromkeys(x.name for x in self._slots):
             if (name in now) != (name in closed):
-                out.events.append(StateEvent(name, "closed" if name in now else "open", 0.0))
+                out.events.append(StateChange(name, "closed" if name in now else "open", 0.0))
             elif name in now and (name in slides) != (name in slid):
-                out.events.append(StateEvent(name, "slip" if name in slides else "stick", 0.0))
+                out.events.append(StateChange(name, "slip" if name in slides else "stick", 0.0))
         return out
 
     def _closed(self) -> set[str]:
@@ -138,10 +138,10 @@ class ContactSets:
                     out.accounts["work", name] = -push * reeling[name]
                     continue
                 if push > 0.0 and min(u[3 * i] for i in own) < -RESTING:
-                    out.events.append(StateEvent(name, "impact", push))
+                    out.events.append(StateChange(name, "impact", push))
                 slow |= {i for i in own if on[i].restitution > 0.0 > u[3 * i] + RESTING and not bounce[i]}
                 if slow & set(own):
-                    out.events.append(StateEvent(name, "captured", push))
+                    out.events.append(StateChange(name, "captured", push))
             u = after
         for x, speed_n in zip(on, u[::3], strict=True):
             if speed_n > RESTING:

@@ -19,7 +19,7 @@ from heavylift.kernel.model.program import Program
 Label = tuple[str, str, int]  # group of columns, whose, which of its own
 
 
-class Instant:
+class SampleInstant:
     """An evaluation, with what several groups of columns have in common."""
 
     def __init__(self, x: Evaluation) -> None:
@@ -49,7 +49,7 @@ class ColumnGroup:
     unit: str
     frame: str
     owners: Callable[[Program], Sequence[str]]
-    read: Callable[[Instant], Value] | None = None
+    read: Callable[[SampleInstant], Value] | None = None
     kept: str = ""
     single: bool = False
 
@@ -76,7 +76,7 @@ def _law(group: str, unit: str, frame: str) -> ColumnGroup:
     )
 
 
-def _signals(i: int) -> Callable[[Instant], list[Value]]:
+def _signals(i: int) -> Callable[[SampleInstant], list[Value]]:
     """Values (0) or rates (1) of what elastic ropes are led by."""
     return lambda x: [x.x.signals[r.name][i] for r in x.program.system.ropes]
 
@@ -129,7 +129,7 @@ def row_layout(program: Program) -> Layout:
 
 def columns(x: Evaluation) -> list[Value]:
     """The values of all columns that are read of an evaluation."""
-    instant = Instant(x)
+    instant = SampleInstant(x)
     return flatten([c.read(instant) for c in ROW if c.read])
 
 

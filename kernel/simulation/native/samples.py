@@ -25,7 +25,7 @@ UNITS = {c.name: c.unit for c in ROW}
 
 
 @dataclass(frozen=True)
-class SampleChannel:
+class SampleSlice:
     """Columns start to stop of a sample under one topic."""
 
     topic: str
@@ -146,11 +146,11 @@ def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
     return groups
 
 
-def channels(method: Stepping) -> list[SampleChannel]:
+def channels(method: Stepping) -> list[SampleSlice]:
     """The channels of a scene in the order of `published`'s columns."""
     out, at = [], 0
     for topic, names, unit, _ in _topics(method.program):
-        out.append(SampleChannel(topic, tuple(names), unit, at, at + len(names)))
+        out.append(SampleSlice(topic, tuple(names), unit, at, at + len(names)))
         at += len(names)
     return out
 

@@ -14,7 +14,7 @@ from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.flexible import REFUSED, WARNED
 from heavylift.kernel.description.forces import Load, Wind
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.switching import StateChange
 from heavylift.kernel.multibody.flexible.small_deflections import NEVER, sentence
 from heavylift.kernel.simulation.native.native_state import NativeState
 
@@ -29,7 +29,7 @@ LASTING = 0.1  # [s] that compression lasts in a row of samples before it counts
 LAST = (REFUSED / WARNED) ** 2  # the second limit, as part of the first one, squared
 
 
-def pass_limit(native: NativeState, name: str, t_ns: int) -> StateEvent:
+def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
     """A flexible body has come to the limit that holds now; its value is the part of the length that it bends by.
 
     Raises KernelError at the second one.
@@ -39,7 +39,7 @@ def pass_limit(native: NativeState, name: str, t_ns: int) -> StateEvent:
     if limit[0] >= LAST:
         raise KernelError(_told(native, link, t_ns, refused=True))
     limit[0] = LAST
-    return StateEvent(name, "bent", _use(native, link)[0] * WARNED)
+    return StateChange(name, "bent", _use(native, link)[0] * WARNED)
 
 
 def bent(native: NativeState, name: str, t_ns: int) -> Note:

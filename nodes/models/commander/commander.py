@@ -101,7 +101,7 @@ class Commander(Orders):
                     self.jobs.remove(job)
                     closed = True
                 else:
-                    self._tell(job.actor, job.id, job.at, scene.End())
+                    self._tell(job.actor, job.id, job.at, scene.EndOrder())
         return closed
 
     def _next_action(self) -> bool:

@@ -36,12 +36,12 @@ def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
         yield condition
 
 
-def crossings(condition: scene.Condition | None) -> list[tuple[int, scene.Crossing]]:
+def crossings(condition: scene.Condition | None) -> list[tuple[int, scene.CrossingCondition]]:
     """The thresholds that a condition needs, each with the number of its term."""
-    return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, scene.Crossing)]
+    return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, scene.CrossingCondition)]
 
 
-def crossed(action: scene.Action) -> Iterator[scene.Crossing]:
+def crossed(action: scene.Action) -> Iterator[scene.CrossingCondition]:
     """The thresholds that an action waits for, and its orders."""
     untils = [order.until for order in action.orders if isinstance(order, (scene.Move, scene.Turn))]
     return (crossing for condition in (action.when, *untils) for _, crossing in crossings(condition))
@@ -60,11 +60,11 @@ def concerned(plan: Plan) -> set[str]:
     found = set[str]()
     for term in (term for action in plan.actions for term in terms(action.when)):
         match term:
-            case scene.Slings():
+            case scene.SlingsCondition():
                 found |= {*term.names}
-            case scene.Lifted() | scene.Landed() | scene.Crossing():
+            case scene.LiftedCondition() | scene.LandedCondition() | scene.CrossingCondition():
                 found.add(term.model)
-            case scene.Ended():
+            case scene.EndedCondition():
                 found.add(term.lift)
     return found
 
@@ -76,7 +76,9 @@ def holds(condition: scene.Condition, picture: ObservedState, moment: Evaluation
 
 def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> list[int]:
     """The times to come [ns] at which the condition can become true by itself."""
-    times = [moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.After)]
+    times = [
+        moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.AfterCondition)
+    ]
     return [t for t in times if t > moment.now_ns]
 
 
@@ -88,23 +90,23 @@ def words(condition: scene.Condition, picture: ObservedState, moment: Evaluation
 
 def _true(term: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> bool:
     match term:
-        case scene.Slings():
+        case scene.SlingsCondition():
             states = [picture.ropes[name] == term.state for name in _hooked(term, picture)]
             return all(states) if term.each == "all" else any(states)
         case scene.MovesDone():
             return not _open(term, moment)
-        case scene.Lifted():
+        case scene.LiftedCondition():
             return not picture.on_ground(term.model)
-        case scene.Landed():
+        case scene.LandedCondition():
             bodies = picture.bodies.get(term.model, ())
             return bool(bodies) and all(body in picture.landed for body in bodies)
-        case scene.Crossing():
+        case scene.CrossingCondition():
             return term.threshold.name in picture.reached
-        case scene.After():
+        case scene.AfterCondition():
             return moment.now_ns >= moment.since_ns + seconds(term.seconds)
-        case scene.Begun():
+        case scene.BegunCondition():
             return term.lift in picture.begun
-        case scene.Ended():
+        case scene.EndedCondition():
             return term.lift in picture.ended
         case scene.And():
             return holds(term, picture, moment)
@@ -112,29 +114,29 @@ def _true(term: scene.Condition, picture: ObservedState, moment: EvaluationConte
 
 def _words(term: scene.Condition, picture: ObservedState, moment: EvaluationContext) -> str:
     match term:
-        case scene.Slings():
+        case scene.SlingsCondition():
             wrong = [name for name in _hooked(term, picture) if picture.ropes[name] != term.state]
             states = _list([f"{name} is {picture.ropes[name]}" for name in wrong])
             return f"{term.text or f'{term.each} of {len(term.names)} slings {term.state}'} ({states})"
         case scene.MovesDone():
             return f"{term.text or 'moves done'} ({_list([_told(*x) for x in _open(term, moment)])})"
-        case scene.Lifted() | scene.Landed():
-            wanted = "lifted" if isinstance(term, scene.Lifted) else "landed"
+        case scene.LiftedCondition() | scene.LandedCondition():
+            wanted = "lifted" if isinstance(term, scene.LiftedCondition) else "landed"
             return f"{term.text or f'{term.model} {wanted}'}"
-        case scene.Crossing():
+        case scene.CrossingCondition():
             guard = f"{term.threshold.quantity} {'>=' if term.rising else '<='} {term.value:g}"
             return term.text or f"{guard} of {term.model}"
-        case scene.After():
+        case scene.AfterCondition():
             return term.text or f"after {term.seconds:g} s"
-        case scene.Begun():
+        case scene.BegunCondition():
             return f"the list of the whole scene to begin {term.lift}"
-        case scene.Ended():
+        case scene.EndedCondition():
             return term.text or f"{term.lift} done"
         case scene.And():
             return words(term, picture, moment)
 
 
-def _hooked(term: scene.Slings, picture: ObservedState) -> list[str]:
+def _hooked(term: scene.SlingsCondition, picture: ObservedState) -> list[str]:
     names = [name for name in term.names if picture.ropes.get(name, OFF) != OFF]
     if not names:
         what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))

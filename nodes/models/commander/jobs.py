@@ -13,7 +13,7 @@ from .order_rejected import OrderRejected
 
 
 @dataclass
-class Job:
+class CommanderJob:
     """An order that is being carried out, until its Done (or, for a wait, its time) has come."""
 
     id: int
@@ -39,7 +39,7 @@ def addressed(order: scene.Order) -> str | None:
     match order:
         case scene.Move():
             return order.actuator
-        case scene.Hookup() | scene.Unhook():
+        case scene.Hookup() | scene.UnhookSling():
             return order.sling
         case scene.Brake():
             return order.brake
@@ -48,26 +48,26 @@ def addressed(order: scene.Order) -> str | None:
     return ""
 
 
-def still_open(jobs: list[Job], action: int) -> tuple[tuple[str, str, bool], ...]:
+def still_open(jobs: list[CommanderJob], action: int) -> tuple[tuple[str, str, bool], ...]:
     """The orders of an action that are not done, as (verb, actor, or of a wait when it ends, whether something stopped
     it)."""
     of = [(job, job.actor if job.ends_ns is None else clock(job.ends_ns)) for job in jobs if job.action == action]
     return tuple((job.verb, actor, bool(job.limit)) for job, actor in of)
 
 
-def partners(jobs: list[Job], actor: str) -> list[Job]:
+def partners(jobs: list[CommanderJob], actor: str) -> list[CommanderJob]:
     """Orders that are carried out together with one of this actor, and may not go on without it."""
     names = {name for job in jobs if job.actor == actor and job.move for name in job.move.together}
     return [job for job in jobs if job.actor in names - {actor} and job.move and not job.halting and not job.limit]
 
 
-def barred(jobs: list[Job], stops: Iterable[Stopped]) -> list[tuple[str, float | None]]:
+def barred(jobs: list[CommanderJob], stops: Iterable[Stopped]) -> list[tuple[str, float | None]]:
     """Actors that an interlock stops on their way, with the deceleration of each."""
     ways = {job.actor: job.move.by or 0.0 for job in jobs if job.move and not job.halting}
     return [(x.actuator, x.emergency) for x in stops if x.actuator in ways and x.way * ways[x.actuator] >= 0.0]
 
 
-def make_way(jobs: list[Job], actor: str) -> None:
+def make_way(jobs: list[CommanderJob], actor: str) -> None:
     """Refuse a second order to an actor that is busy; one that is ramping down or at a limit is not."""
     for job in list(jobs):
         if job.actor == actor and job.limit:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Container, Mapping, Sequence
 
 from heavylift.kernel.description.mechanics import Joint
-from heavylift.nodes.plan.actions import Brake, Follow, Hookup, Move, Order, Stop, Turn, Unhook
+from heavylift.nodes.plan.actions import Brake, Follow, Hookup, Move, Order, Stop, Turn, UnhookSling
 from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
@@ -44,7 +44,7 @@ class Machines:
                     raise OrderRejected(f"{order.model} has no hook or drive {order.actuator}")
                 if isinstance(order, Move) and VERBS[order.verb].along:
                     self._check_ground(order, picture, lugs)
-            case Hookup() | Unhook():
+            case Hookup() | UnhookSling():
                 self._check_sling(order, picture, lugs)
             case Brake():
                 if self.owners.get(order.brake) != order.model:
@@ -80,7 +80,7 @@ class Machines:
 
     def lets_fall(self, orders: Sequence[Order], picture: ObservedState, lugs: Mapping[str, str]) -> str:
         """What would fall if these orders unhook all taut slings of a load that stands on nothing; "" if nothing."""
-        off = {order.sling for order in orders if isinstance(order, Unhook) and not order.parted}
+        off = {order.sling for order in orders if isinstance(order, UnhookSling) and not order.parted}
         held: dict[str, set[str]] = {}
         for tie in (tie for machine in self.parts for tie in machine.ties if off and picture.ropes[tie.rope] == "taut"):
             if end := tie.lower or self.lugs.get(lugs.get(tie.rope, "")):
@@ -101,7 +101,7 @@ class Machines:
                     f"{tie.rope} is taut, wait until it is lifted or slacken the slings"
                 )
 
-    def _check_sling(self, order: Hookup | Unhook, picture: ObservedState, lugs: Mapping[str, str]) -> None:
+    def _check_sling(self, order: Hookup | UnhookSling, picture: ObservedState, lugs: Mapping[str, str]) -> None:
         """A sling that exists is hooked once, to a lug that exists, and unhooked where it hangs."""
         if isinstance(order, Hookup) and order.sling not in picture.ropes:
             raise OrderRejected(f"there is no sling {order.sling}")
@@ -121,6 +121,6 @@ def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], p
         case Hookup() if order.sling in hooked:
             on = f"lug {lugs[order.sling]}" if lugs.get(order.sling) else "its place"
             return f"sling {order.sling} hangs on {on} already, unhook it first"
-        case Unhook() if order.sling not in hooked:
+        case UnhookSling() if order.sling not in hooked:
             return f"sling {order.sling} is not hooked and cannot be unhooked"
     return ""

@@ -19,7 +19,7 @@ from heavylift.nodes.plan.user_models import Led
 
 from .actuator_registry import first_lugs, first_picture, machines, turn_of, turns
 from .conditions import EvaluationContext, crossings, holds, watched
-from .jobs import Job, barred, make_way, partners, still_open
+from .jobs import CommanderJob, barred, make_way, partners, still_open
 from .order_checks import Machines
 from .order_rejected import OrderRejected
 
@@ -57,7 +57,7 @@ class Orders(Atomic):
         """Nothing is ordered yet."""
         machines = self.known.parts
         self.picture, self.lugs, self.theta = first_picture(machines), first_lugs(machines), self.plan.start
-        self.jobs: list[Job] = []
+        self.jobs: list[CommanderJob] = []
         self.places = {each.name: each.start for machine in self.plan.machines for each in machine.actuators}
         self.led: dict[str, float] = {}  # speed that models ask of actuators
         self.ids = 0
@@ -113,7 +113,7 @@ class Orders(Atomic):
                 job = self._job(at, "hook", order.sling)
                 lug = self.known.lugs.get(order.lug)
                 self._tell(order.sling, job.id, at, scene.told(order, p=lug.p if lug else None))
-            case scene.Unhook():
+            case scene.UnhookSling():
                 job = self._job(at, "release" if order.parted else "unhook", order.sling)
                 self.picture.parted |= {order.sling} if order.parted else set()
                 self._tell(order.sling, job.id, at, scene.told(order))
@@ -132,7 +132,7 @@ class Orders(Atomic):
         for job in (job for job in self.jobs if actor in (f.actuator for f in job.followers)):
             if not job.halting:
                 job.halting, job.at = True, at
-                self._tell(job.actor, job.id, at, scene.End())
+                self._tell(job.actor, job.id, at, scene.EndOrder())
             return
         if not any(job.verb == "stop" and job.actor == actor for job in self.jobs):
             others = partners(self.jobs, actor)
@@ -141,7 +141,7 @@ class Orders(Atomic):
             led = tuple(f for job in self.jobs if job.actor == actor for f in job.followers)
             for job in (job for job in self.jobs if job.actor == actor):
                 job.followers = ()  # they follow until it stands
-            self.jobs.append(Job(self.ids, at, "stop", actor, self.now.t, followers=led, halting=True))
+            self.jobs.append(CommanderJob(self.ids, at, "stop", actor, self.now.t, followers=led, halting=True))
             self._tell(actor, self.ids, at, scene.told(order))
             for job in others:
                 self._stop(self._stopping(job.actor, order.accel), at)
@@ -158,12 +158,12 @@ class Orders(Atomic):
         *,
         ends_ns: int | None = None,
         followers: tuple[scene.Follow, ...] = (),
-    ) -> Job:
+    ) -> CommanderJob:
         """Open a job and have the thresholds of its `until` watched."""
         if actor:
             make_way(self.jobs, actor)
         self.ids += 1
-        job = Job(self.ids, at, verb, actor, self.now.t, until, ends_ns, followers)
+        job = CommanderJob(self.ids, at, verb, actor, self.now.t, until, ends_ns, followers)
         self.jobs.append(job)
         self._watch(until, at)
         return job
@@ -203,7 +203,7 @@ class Orders(Atomic):
             assert job.move is not None
             self._stop(self._stopping(job.actor, accel or job.move.accel), job.at)
 
-    def _close(self, job: Job, position: float) -> None:
+    def _close(self, job: CommanderJob, position: float) -> None:
         """An order is done; after a turn the followers hold their places."""
         self.jobs.remove(job)
         if job.until is not None:
@@ -212,21 +212,21 @@ class Orders(Atomic):
             self.theta = position
         self._release(job, position)
 
-    def _release(self, job: Job, position: float) -> None:
+    def _release(self, job: CommanderJob, position: float) -> None:
         """What follows an order holds its place."""
         for f in job.followers:
-            self._tell(f.actuator, job.id, job.at, scene.End(s=position))
+            self._tell(f.actuator, job.id, job.at, scene.EndOrder(s=position))
         job.followers = ()
 
     def _watch(self, condition: scene.Condition | None, at: tuple[int, int]) -> None:
         for i, c in crossings(condition):
-            watch = scene.Watch(value=c.value, rising=c.rising)
+            watch = scene.WatchThreshold(value=c.value, rising=c.rising)
             self._tell(c.threshold.name, 0, (*at, i), watch, self.to[c.model])
 
     def _forget(self, condition: scene.Condition, at: tuple[int, int]) -> None:
         for i, c in crossings(condition):
             if c.threshold.name not in self.picture.reached:
-                self._tell(c.threshold.name, 0, (*at, i), scene.End(), self.to[c.model])
+                self._tell(c.threshold.name, 0, (*at, i), scene.EndOrder(), self.to[c.model])
 
     def _tell(
         self, actor: str, number: int, at: tuple[int, ...], what: scene.Told, port: OutPort[m.Order] | None = None

@@ -15,7 +15,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import Bag, InPort, seconds
 from heavylift.nodes.plan import pulses
-from heavylift.nodes.plan.actions import End, Follow, Motion, Stop
+from heavylift.nodes.plan.actions import EndOrder, Follow, Motion, Stop
 from heavylift.nodes.plan.interlock import Stopped
 from heavylift.nodes.plan.plan import Driven
 
@@ -107,9 +107,9 @@ class DriveActor(LiveActor):
                 self.follow(order, order.what)
             case Stop(accel=accel):
                 self.stand(order, accel)
-            case End() if self.law is None:
+            case EndOrder() if self.law is None:
                 self.halt(order)
-            case End(s=s):
+            case EndOrder(s=s):
                 self.release(s)
             case _:
                 super().obey(order)

@@ -85,9 +85,9 @@ class ThresholdWatcher(LiveActor):
     def obey(self, order: Order) -> None:
         """Arm or disarm."""
         match order.what:
-            case plan.Watch(value=value, rising=rising):
+            case plan.WatchThreshold(value=value, rising=rising):
                 self.say(Watch(order.actor, value, rising))
-            case plan.End():
+            case plan.EndOrder():
                 self.say(Unwatch(order.actor))
             case _:
                 super().obey(order)

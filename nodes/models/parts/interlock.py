@@ -15,7 +15,7 @@ from heavylift.nodes.plan.interlock import Interlock
 
 from . import messages as m
 from .drive import DriveActor
-from .parts import LiveActor, Machine
+from .parts import LiveActor, RealObject
 
 
 class InterlockActor(LiveActor):
@@ -65,7 +65,7 @@ class InterlockActor(LiveActor):
         self.say(m.Watch(guard, value, self.plan.rising != back))
 
 
-def fit(machine: Machine, plan: Interlock) -> None:
+def fit(machine: RealObject, plan: Interlock) -> None:
     """Build an interlock into a machine, connected to the drives that it stops."""
     actor = machine.take(InterlockActor(f"interlock-{plan.name.rpartition('.')[2]}", plan))
     for stopped in plan.stops:

@@ -3,7 +3,7 @@
     joint coupled = joint atomic (type of the joint)       + actors, which generate the forces on the joint
     body coupled  = body atomic (properties of the body)   + actors, which generate the forces on the body
     machine       = joint coupled and body coupled models: one per real object
-Each part declares what the kernel must know of it.  A `Law` is an actor whose force never changes its law;
+Each part declares what the kernel must know of it.  A `LawModel` is an actor whose force never changes its law;
 a `LiveActor` hears orders and state events and answers with kernel inputs and reports.  Part, machine and
 live actor have the same four ports, so a message passes to the actor that it names without a dispatcher.
 """
@@ -76,7 +76,7 @@ class Actor(Part):
     """Generates a force on the body or joint that it is coupled with, by the laws that it declares."""
 
 
-class Law(Actor):
+class LawModel(Actor):
     """An actor without orders: weight, damper, stop, nothing at all on a free joint."""
 
 
@@ -214,5 +214,5 @@ class BodyCoupled(Group):
             self.take(part)
 
 
-class Machine(Group):
+class RealObject(Group):
     """One real object: a crane, a lifting frame, a block, a mechanism."""

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Bag, In, Out
-from heavylift.nodes.plan.actions import Brake, Hookup, Unhook
+from heavylift.nodes.plan.actions import Brake, Hookup, UnhookSling
 
 from . import messages as m
 from .parts import LiveActor
@@ -30,7 +30,7 @@ class SlingActor(LiveActor):
         match order.what:
             case Hookup(lug=lug, p=p):
                 self.say(m.Hook(self.element, b=p), m.Hooked(self.element, lug))
-            case Unhook():
+            case UnhookSling():
                 self.say(m.Unhook(self.element), m.Unhooked(self.element))
             case _:
                 super().obey(order)

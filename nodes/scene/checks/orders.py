@@ -104,7 +104,7 @@ def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[
             scene, machines, action, acted, [x for x in path.states if x.action == number], hooked, parted
         )
         hooked = order.lugs
-        parted = parted | {o.sling for o in action.orders if isinstance(o, actions.Unhook) and o.parted}
+        parted = parted | {o.sling for o in action.orders if isinstance(o, actions.UnhookSling) and o.parted}
         for check in CHECKS:
             for each in check(order):
                 found.take(f"{each[1]} {check.__name__}", iter([each]), where=each[1])
@@ -119,7 +119,7 @@ def _hook(order: actions.Order, lugs: dict[str, str]) -> None:
     """The lug of each hooked sling, once an order is carried out."""
     if isinstance(order, actions.Hookup):
         lugs[order.sling] = order.lug
-    elif isinstance(order, actions.Unhook):
+    elif isinstance(order, actions.UnhookSling):
         lugs.pop(order.sling, None)
 
 
@@ -161,7 +161,11 @@ def _spoken(x: CheckedOrder) -> Violations:
     slings = {tie.rope for machine in x.machines.parts for tie in machine.ties}
     for condition, lugs in [(x.action.when, x.hooked), *untils]:
         for term in terms(condition):
-            if isinstance(term, actions.Slings) and set(term.names) <= slings and not set(term.names) & set(lugs):
+            if (
+                isinstance(term, actions.SlingsCondition)
+                and set(term.names) <= slings
+                and not set(term.names) & set(lugs)
+            ):
                 message = f"'{term.text}' says nothing here: none of {len(term.names)} slings is hooked then"
                 yield term.text, term.where, message
 
@@ -184,7 +188,7 @@ def _reaches(x: CheckedOrder) -> Violations:
 def _hangs(x: CheckedOrder) -> Violations:
     """A sling is hooked once, and unhooked where it hangs."""
     for order in x.action.orders:
-        if not isinstance(order, actions.Hookup | actions.Unhook):
+        if not isinstance(order, actions.Hookup | actions.UnhookSling):
             continue
         if fault := sling_fault(order, x.hooked, x.hooked, x.parted):
             yield order.sling, order.where, fault
@@ -192,7 +196,7 @@ def _hangs(x: CheckedOrder) -> Violations:
 
 def _lets_fall(x: CheckedOrder) -> Violations:
     """Something holds a load while it hangs."""
-    unhooked = {o.sling for o in x.action.orders if isinstance(o, actions.Unhook) and not o.parted}
+    unhooked = {o.sling for o in x.action.orders if isinstance(o, actions.UnhookSling) and not o.parted}
     taut = {rope for rope, tension in x.before.tensions.items() if tension > SLACK}
     hooks = [hook for machine in x.machines.parts for hook in machine.hooks]
     holding: dict[str, set[str]] = {}

@@ -22,7 +22,7 @@ from heavylift.kernel.description.mechanics import (
 )
 from heavylift.nodes.limits.reeving import lead_factor
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.mechanism import Cell, Heavy, Latch
+from heavylift.nodes.plan.mechanism import BrakeLatch, Cell, Heavy
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -53,7 +53,7 @@ class OnHook:
     beam: plan.Mechanism
 
 
-def on_hook(yard: SceneBuilder, rig: schema.Rig, name: str, given: schema.Beam) -> OnHook:
+def on_hook(yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.Beam) -> OnHook:
     """What hangs on the hook of a beam, which is there."""
     path: Path = ("rig", BEAMS, name)
     crane_name, hook = yard.hooks[name]
@@ -139,7 +139,7 @@ def _frame(yard: SceneBuilder, name: str, parts: FrameParts, block: float) -> pl
 
 
 def _slung(
-    yard: SceneBuilder, rig: schema.Rig, name: str, given: schema.Beam, frame: plan.Mechanism, lugs: list[str],
+    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.Beam, frame: plan.Mechanism, lugs: list[str],
     over: list[Edges],
 ) -> plan.Mechanism:  # fmt: skip
     """A frame with its slings, which lock brakes of it while none is hooked."""
@@ -169,14 +169,14 @@ def _slung(
         system=merge([own, System(ropes=tuple(ropes), forces=tuple(bent))], yard.scene.gravity),
         ties=tuple(ties),
         cells=(Cell(name=f"{name}.load", body=ties[0].upper.body, ropes=names, rated=load),),
-        latches=tuple(Latch(brake=brake.name, ties=names) for brake in brakes if brake.name in locks),
+        latches=tuple(BrakeLatch(brake=brake.name, ties=names) for brake in brakes if brake.name in locks),
         levels=True,
         where=yard.source.where(path),
     )
 
 
 def _over(
-    yard: SceneBuilder, rig: schema.Rig, name: str, given: schema.Beam, own: kinematics.Poses, lugs: list[Point],
+    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.Beam, own: kinematics.Poses, lugs: list[Point],
     exit_: Vector, hangs: float,
 ) -> tuple[list[Edges], float]:  # fmt: skip
     """The edges of each sling, and how far below its trolley the beam hangs, for which `hangs` is a guess [m]; `own`:
@@ -230,7 +230,7 @@ def _rope(yard: SceneBuilder, name: str, given: schema.Beam, carried: float, L0:
     return Rope(f"{crane_name}.{hook}", lines, EA, L0, damping, winch=True)
 
 
-def trolley_start(yard: SceneBuilder, name: str, crane: schema.Crane, trolley: str) -> float:
+def trolley_start(yard: SceneBuilder, name: str, crane: schema.CraneKeys, trolley: str) -> float:
     """y of a trolley at the start: as written, or above the mean of the lugs its beams carry [m]."""
     written = crane.upper_trolley if trolley == UPPER else crane.lower_trolley
     rig, known = yard.scene.rig, lugs_of(yard.scene)

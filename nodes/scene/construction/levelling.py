@@ -70,7 +70,7 @@ class Levelling:
                     on, end = self.hangs[order.sling]
                     self.hangs[order.sling] = on, self.lugs.get(order.lug, end)
                     self.held |= {order.sling, f"{order.sling}/1"} & {*self.hangs}
-                case actions.Unhook():
+                case actions.UnhookSling():
                     self.held -= {order.sling, f"{order.sling}/1"}
                 case actions.Turn():
                     self.turned[order.block] = order.to

@@ -11,7 +11,7 @@ from heavylift.kernel.description.forces import Wind
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import TOUCHING, Limit, Quantity
+from heavylift.nodes.plan.limit import TOUCHING, Quantity, RatedLimit
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.base import written
@@ -31,7 +31,7 @@ from .rigging.ratings import (
 from .scene_builder import LEVELS, LOWER, UPPER, SceneBuilder
 
 
-def rated_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
+def rated_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[RatedLimit, ...]:
     """Rows of what holds a load: crane by crane, then those of the rig, of lugs and of other ropes."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
     rows += [row for crane in yard.cranes for row in rigging_limits(yard, crane)]
@@ -46,7 +46,7 @@ def rated_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tu
     return (*rows, *_ropes(yard, mechanisms))
 
 
-def scene_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+def scene_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
     """What counts for everything that is lifted."""
     limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
     where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
@@ -58,7 +58,7 @@ def scene_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> It
         yard.source.fault(("limits", written(key)), f"nothing is judged by it, for {told}", on_key=True)
     if hooks:
         by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
-        yield Limit(
+        yield RatedLimit(
             subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
         )
     winds = tuple(f.name for m in mechanisms for f in m.system.forces if isinstance(f, Wind))
@@ -69,7 +69,7 @@ def scene_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> It
         yield from standing_limits(yard, machine)
 
 
-def _supports(yard: SceneBuilder, lifting: bool) -> Iterator[Limit]:
+def _supports(yard: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
     """What supports carry: each of them, and all of a block together as it lands; how fast it may lift off and land."""
     limits = yard.scene.limits
     most, by = limits.impact, "the scene" if "impact" in limits.model_fields_set else "assumed"
@@ -79,16 +79,16 @@ def _supports(yard: SceneBuilder, lifting: bool) -> Iterator[Limit]:
         both = {"subject": name, "elements": (*pads,), "where": yard.source.where((*base, "supports"))}
         given = block.supports.capacity
         of, note = ("the scene", "") if given else ("", "give 'capacity' of its supports")
-        yield Limit(quantity="support load", unit="kg", value=given, source=of, note=note, **both)  # type: ignore[arg-type]
+        yield RatedLimit(quantity="support load", unit="kg", value=given, source=of, note=note, **both)  # type: ignore[arg-type]
         weight, of = block.mass * yard.scene.gravity, f"{by}: {most:g} times its weight"
         by = "the scene" if "touch" in limits.model_fields_set else "assumed"
         for quantity in TOUCHING if lifting else ():
             row = {**both, "value": limits.touch, "unit": "m/s", "source": by}
-            yield Limit(quantity=quantity, **row)  # type: ignore[arg-type]
-        yield Limit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
+            yield RatedLimit(quantity=quantity, **row)  # type: ignore[arg-type]
+        yield RatedLimit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
 
 
-def _ropes(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+def _ropes(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
     """Ropes that the scene itself limits; those of a mechanism without a limit are unknown."""
     rigged = {sling for m in mechanisms for slings in m.rigged.values() for sling in slings}
     hooks = {hook.rope for m in mechanisms for hook in m.hooks}
@@ -96,7 +96,7 @@ def _ropes(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator
     for name in (name for name in free if name not in {*yard.scene.limits.ropes, *rigged, *hooks}):
         where = yard.source.where(("mechanism", "ropes", name))
         note = "give it under 'limits: {ropes: ...}'"
-        yield Limit(subject=name, quantity="rope tension", unit="N", elements=(name,), note=note, where=where)
+        yield RatedLimit(subject=name, quantity="rope tension", unit="N", elements=(name,), note=note, where=where)
     known = [*yard.ropes, *(tie.rope for tie in yard.slings()), *free]
     for name, given in yard.scene.limits.ropes.items():
         path: Path = ("limits", "ropes", name)
@@ -105,13 +105,13 @@ def _ropes(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator
         where, breaking = yard.source.where(path), given.breaking or 0.0
         message = {"subject": name, "unit": "N", "elements": (name,), "source": given.source, "where": where}
         most, factor = given.tension or breaking / given.factor, given.factor if breaking else 1.0
-        yield Limit(quantity="rope tension", value=most, factor=factor, breaking=breaking, **message)  # type: ignore[arg-type]
+        yield RatedLimit(quantity="rope tension", value=most, factor=factor, breaking=breaking, **message)  # type: ignore[arg-type]
         if given.partial_factor and breaking:
             most, factor = breaking / given.partial_factor, given.partial_factor
-            yield Limit(quantity="sling peak", value=most, factor=factor, breaking=breaking, **message)  # type: ignore[arg-type]
+            yield RatedLimit(quantity="sling peak", value=most, factor=factor, breaking=breaking, **message)  # type: ignore[arg-type]
 
 
-def reeving(crane: schema.Crane) -> tuple[int, float, str]:
+def reeving(crane: schema.CraneKeys) -> tuple[int, float, str]:
     """Drum ends and sheave efficiency of a crane's hoists, and their description with what is assumed."""
     ends = drum_ends(crane.falls, crane.drum_ends)
     efficiency = crane.sheave_efficiency or ROLLING
@@ -121,7 +121,7 @@ def reeving(crane: schema.Crane) -> tuple[int, float, str]:
     return ends, efficiency, f"{crane.falls} falls, {ways}, {sheaves}: lead part {lead:.3f} of the mean"
 
 
-def rope_factor(crane: schema.Crane) -> tuple[float, str]:
+def rope_factor(crane: schema.CraneKeys) -> tuple[float, str]:
     """Design factor of a crane's hoist ropes, and its source."""
     if crane.rope_factor is not None:
         return crane.rope_factor, "the scene"
@@ -129,7 +129,7 @@ def rope_factor(crane: schema.Crane) -> tuple[float, str]:
     return ROPE_FACTORS[crane.mechanism_group], f"{ISO_4308}, {crane.mechanism_group}{assumed}"
 
 
-def _crane(yard: SceneBuilder, crane: plan.Mechanism, given: schema.Crane) -> Iterator[Limit]:
+def _crane(yard: SceneBuilder, crane: plan.Mechanism, given: schema.CraneKeys) -> Iterator[RatedLimit]:
     path: Path = ("cranes", crane.name)
     hooks, slides = sorted(crane.hooks, key=lambda hook: hook.rope), crane.actuators[1:3]
     trolleys = [
@@ -138,11 +138,13 @@ def _crane(yard: SceneBuilder, crane: plan.Mechanism, given: schema.Crane) -> It
     ]
     every = tuple(hook.rope for hook in hooks)
 
-    def row(subject: str, quantity: Quantity, unit: str, key: str, elements: tuple[str, ...], **more: object) -> Limit:
+    def row(
+        subject: str, quantity: Quantity, unit: str, key: str, elements: tuple[str, ...], **more: object
+    ) -> RatedLimit:
         own = key in given.model_fields_set
         where = yard.source.where((*path, written(key))) if own else crane.where
         message = {"source": "the scene" if own else f"type {given.type}", "where": where, **more}
-        return Limit(subject=subject, quantity=quantity, unit=unit, elements=elements, **message)  # type: ignore[arg-type]
+        return RatedLimit(subject=subject, quantity=quantity, unit=unit, elements=elements, **message)  # type: ignore[arg-type]
 
     for hook in hooks:
         chart = tuple(given.capacity_chart or ())
@@ -181,7 +183,7 @@ def _crane(yard: SceneBuilder, crane: plan.Mechanism, given: schema.Crane) -> It
         yield row(f"{crane.name} {of}", "girder", "m", "girder", (body,), between=given.girder, where=slide.where)
 
 
-def _hoist(hook: plan.Hoist, given: schema.Crane, row: Callable[..., Limit]) -> Iterator[Limit]:
+def _hoist(hook: plan.Hoist, given: schema.CraneKeys, row: Callable[..., RatedLimit]) -> Iterator[RatedLimit]:
     """Rope and drum of a hook."""
     (factor, source), (_, _, message) = rope_factor(given), reeving(given)
     at = {"where": hook.where, "note": message}
@@ -196,7 +198,9 @@ def _hoist(hook: plan.Hoist, given: schema.Crane, row: Callable[..., Limit]) -> 
     yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, **pull})
 
 
-def _off_lead(yard: SceneBuilder, crane: plan.Mechanism, hook: plan.Hoist, given: schema.Crane, way: str) -> Limit:
+def _off_lead(
+    yard: SceneBuilder, crane: plan.Mechanism, hook: plan.Hoist, given: schema.CraneKeys, way: str
+) -> RatedLimit:
     """How far a hook rope may lead off the vertical: its crane's own limit, or that of the scene."""
     limits, key = yard.scene.limits, f"off_lead_{way}"
     own, scene = getattr(given, key), getattr(limits, key)
@@ -204,7 +208,7 @@ def _off_lead(yard: SceneBuilder, crane: plan.Mechanism, hook: plan.Hoist, given
     value = own if own is not None else scene if scene is not None else limits.off_lead
     given_there = own is not None or scene is not None or "off_lead" in limits.model_fields_set
     quantity: Quantity = "off-lead along" if way == "along" else "off-lead across"
-    return Limit(
+    return RatedLimit(
         subject=hook.rope,
         quantity=quantity,
         unit="rad",
@@ -217,14 +221,14 @@ def _off_lead(yard: SceneBuilder, crane: plan.Mechanism, hook: plan.Hoist, given
 
 
 def _pushes(
-    given: schema.Crane,
-    row: Callable[..., Limit],
+    given: schema.CraneKeys,
+    row: Callable[..., RatedLimit],
     axis: str,
     subject: str,
     way: str,
     ropes: tuple[str, ...],
     where: str,
-) -> Iterator[Limit]:
+) -> Iterator[RatedLimit]:
     """What ropes that lead off the vertical may pull on a drive and its brake."""
     for what, does in (("drive", "moves"), ("brake", "holds")) if ropes else ():
         force = getattr(given, f"{axis}_{what}")
@@ -235,7 +239,7 @@ def _pushes(
         )  # fmt: skip
 
 
-def _rig(yard: SceneBuilder) -> Iterator[Limit]:
+def _rig(yard: SceneBuilder) -> Iterator[RatedLimit]:
     """Slings and the beams that they hang on."""
     rig = yard.scene.rig
     if rig is None:
@@ -244,7 +248,7 @@ def _rig(yard: SceneBuilder) -> Iterator[Limit]:
     for beam in beams:
         slings, (cell,) = tuple(tie.rope for tie in beam.ties), beam.cells
         source = "the scene" if "capacity" in rig.beams[beam.name].model_fields_set else "assumed"
-        yield Limit(
+        yield RatedLimit(
             subject=beam.name, quantity=BEAM_LOAD, unit="N", value=cell.rated, elements=slings, source=source,
             where=beam.where,
         )  # fmt: skip

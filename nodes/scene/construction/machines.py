@@ -86,7 +86,7 @@ def _check_ends(source: Source, scene: schema.Scene) -> None:
         source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
 
 
-def _hang(yard: SceneBuilder, rig: schema.Rig) -> None:
+def _hang(yard: SceneBuilder, rig: schema.RigKeys) -> None:
     """Which beam hangs on which hook."""
     known = [f"{crane} {hook}" for crane, given in yard.scene.cranes.items() for hook in parts_of(given).hooks]
     taken: dict[str, str] = {}
@@ -118,7 +118,7 @@ def _hang(yard: SceneBuilder, rig: schema.Rig) -> None:
 
 
 def _crane(
-    yard: SceneBuilder, name: str, crane: schema.Crane, hung: Sequence[OnHook], *, tandem: bool
+    yard: SceneBuilder, name: str, crane: schema.CraneKeys, hung: Sequence[OnHook], *, tandem: bool
 ) -> plan.Mechanism:
     """A main body on rails with two trolleys on servos, from which its hook ropes hang."""
     parts, (accel, pulses) = parts_of(crane), ramp_of(crane.ramp)
@@ -183,7 +183,7 @@ def _body(name: str, given: PortalBody) -> Body:
 
 
 def _cells(
-    yard: SceneBuilder, name: str, crane: schema.Crane, capacity: float, hung: Sequence[OnHook]
+    yard: SceneBuilder, name: str, crane: schema.CraneKeys, capacity: float, hung: Sequence[OnHook]
 ) -> Iterator[Cell]:
     """Load cells of all hooks together, and of those of a trolley that has several; rated for the blocks, too."""
     groups: dict[str, tuple[float, list[OnHook]]] = {"main": (capacity, [*hung])} if hung else {}
@@ -197,7 +197,7 @@ def _cells(
         yield Cell(name=f"{body}.load", body=body, ropes=ropes, rated=rated, capacity=most)
 
 
-def _portal(name: str, crane: schema.Crane, girder: Girder, hung: Sequence[OnHook]) -> Iterator[plan.Shape]:
+def _portal(name: str, crane: schema.CraneKeys, girder: Girder, hung: Sequence[OnHook]) -> Iterator[plan.Shape]:
     """Girder between the two levels of rope exits (about its axis if nothing hangs from it), two pairs of legs on the
     rails under cross beams, each on a sill as long as the portal is wide over its buffers."""
     exits, axis = [line.a.p[2] for x in hung for line in x.rope.lines], girder.height
@@ -222,7 +222,7 @@ def _trolleys(name: str, parts: PortalParts) -> Iterator[plan.Shape]:
         yield plan.Shape(body=f"{name}.{of}", centre=body.com, size=size, thing=f"{of} trolley of {name}")
 
 
-def _groups(yard: SceneBuilder, rig: schema.Rig) -> None:
+def _groups(yard: SceneBuilder, rig: schema.RigKeys) -> None:
     on_hook = {" ".join(yard.hooks[beam]): beam for beam in yard.hooks}
     for name, members in rig.groups.items():
         found = []

@@ -8,7 +8,7 @@ import msgspec
 from heavylift.kernel.description.mechanics import System, merge
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
-from heavylift.nodes.scene.keys.parts.mechanics import Mechanism, Parts
+from heavylift.nodes.scene.keys.parts.mechanics import MechanismKeys, Parts
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source
@@ -53,7 +53,7 @@ def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanis
     tree = RiggingTree(source, scene, around, spare_hooks(yard)) if scene.rigging else None
     for crane in yard.cranes if tree else ():
         if own := {name: hook for name, hook in spare_hooks(yard, crane.name).items() if tree and tree.of_any(name)}:
-            keys = Mechanism.model_construct(name=crane.name, hooks=own)
+            keys = MechanismKeys.model_construct(name=crane.name, hooks=own)
             hung = build_mechanism(source, keys, scene.gravity, around, ("cranes", crane.name), tree, scene.edges)
             yard.machines[yard.machines.index(crane)] = with_hooks(yard, crane, hung)
             around = merge([around, hung.system], scene.gravity)
@@ -77,7 +77,7 @@ def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanis
     return tuple(built)
 
 
-def _wind(source: Source, scene: Scene, around: System) -> Mechanism | None:
+def _wind(source: Source, scene: Scene, around: System) -> MechanismKeys | None:
     """The forces of the wind, where there is one."""
     if scene.wind is None:
         return None
@@ -90,4 +90,4 @@ def _wind(source: Source, scene: Scene, around: System) -> Mechanism | None:
         source.fault(("mechanism", "name"), f"'{WIND}' is what the wind is called; give the mechanism another name")
     if not forces:
         source.fault((WIND,), "there is no block in the wind; name bodies and their sides under 'on'", on_key=True)
-    return None if source.faults else Mechanism.model_construct(name=WIND, forces=forces)
+    return None if source.faults else MechanismKeys.model_construct(name=WIND, forces=forces)

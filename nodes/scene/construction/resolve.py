@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import msgspec
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.verbs import VERBS
-from heavylift.nodes.scene.keys.actions import Action
+from heavylift.nodes.scene.keys.actions import ActionLine
 from heavylift.nodes.scene.keys.schema import ORDERED
 from heavylift.nodes.scene.language import phrases
 from heavylift.nodes.scene.text import units
@@ -58,7 +58,7 @@ class _Resolver:
         self.rigged = {x: slings for name in yard.scene.rigging for x, slings in self._entries(name).items()}
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
-    def listed(self, index: int, action: Action) -> list[plan.Action]:
+    def listed(self, index: int, action: ActionLine) -> list[plan.Action]:
         """An action, with those that it becomes after it."""
         first, after = self.action(index, action), list[tuple[actions.Order, ...]]()
         for target, phrase in action.orders.items():
@@ -102,7 +102,7 @@ class _Resolver:
             action = msgspec.structs.replace(action, orders=tuple(led if x == move else x for x in action.orders))
         return action
 
-    def action(self, index: int, action: Action) -> plan.Action:
+    def action(self, index: int, action: ActionLine) -> plan.Action:
         path: Path = ("actions", index)
         orders: list[actions.Order] = []
         busy: dict[str, str] = {}
@@ -176,7 +176,7 @@ class _Resolver:
             case "hook":
                 return self._hookups(path, found, phrase, where)
             case "unhook":
-                return [actions.Unhook(sling=s, where=where) for a in found for s in self._slings_of(a)]
+                return [actions.UnhookSling(sling=s, where=where) for a in found for s in self._slings_of(a)]
             case "level":
                 return []
             case "stop" if phrase.height:
@@ -187,7 +187,7 @@ class _Resolver:
                 return self._stops(path, found, phrase, where)
             case "brake" | "release":
                 if found[0].kind in ("sling", "rope"):
-                    return [actions.Unhook(sling=a.name, parted=True, where=where) for a in found]
+                    return [actions.UnhookSling(sling=a.name, parted=True, where=where) for a in found]
                 locks = {m.name: [latch.brake for latch in m.latches] for m in self.yard.machines}
                 brakes = ((a.beam or a.model, b) for a in found for b in (locks[a.beam] if a.beam else [a.name]))
                 return [actions.Brake(model=m, brake=b, engaged=verb.engages, where=where) for m, b in brakes]
@@ -242,7 +242,7 @@ class _Resolver:
             parted = phrase.verb == "release"
             found = [rope for rope in slings if rope in self.hangs] or [rope for rope, x in slings.items() if x.hooked]
             self.hangs -= {*found}
-            return [actions.Unhook(sling=rope, parted=parted, where=where) for rope in found]
+            return [actions.UnhookSling(sling=rope, parted=parted, where=where) for rope in found]
         if unknown := [lug for lug in phrase.lugs if lug not in self.lugs]:
             self.source.fault(path, f"no block has a lug '{unknown[0]}'", closest(unknown[0], self.lugs))
             return []

@@ -9,7 +9,7 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.table import check_force
-from heavylift.nodes.scene.keys.base import End
+from heavylift.nodes.scene.keys.base import BodyPoint
 from heavylift.nodes.scene.keys.parts import kinematics, mechanics
 from heavylift.nodes.scene.text.source import Path
 
@@ -57,7 +57,7 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reev
     if rope.start is None or rope.end is None or rope.lines:
         message = "a rope over sheaves or edges has 'start' and 'end', no 'lines'"
         checks.fault(path, message, on_key=True)
-    start, end = (x or End(body=k.WORLD) for x in (rope.start, rope.end))
+    start, end = (x or BodyPoint(body=k.WORLD) for x in (rope.start, rope.end))
     _nodes(checks, path, start, rope.over, end)
     _wound(checks, path, rope)
     _stretch(checks, path, rope)
@@ -76,9 +76,11 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reev
     return made
 
 
-def _nodes(checks: Checking, path: Path, start: End, over: list[mechanics.Over], end: End) -> list[End]:
+def _nodes(
+    checks: Checking, path: Path, start: BodyPoint, over: list[mechanics.Over], end: BodyPoint
+) -> list[BodyPoint]:
     """Start, what lies between, end; their bodies are checked."""
-    placed: list[tuple[Path, End]] = [((*path, "start"), start)]
+    placed: list[tuple[Path, BodyPoint]] = [((*path, "start"), start)]
     placed += [((*path, "over", i), node) for i, node in enumerate(over)]
     for at, node in [*placed, ((*path, "end"), end)]:
         checks.known((*at, "body"), node.body)

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.machines import PortalParts
@@ -32,7 +32,7 @@ class SceneBuilder:
     hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # beam -> (crane, hook)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> beams
     interlocks: tuple[plan.Interlock, ...] = ()
-    limits: tuple[Limit, ...] = ()  # where they are known before: of several lifts
+    limits: tuple[RatedLimit, ...] = ()  # where they are known before: of several lifts
 
     @property
     def cranes(self) -> list[plan.Mechanism]:
@@ -66,7 +66,7 @@ def box(mass: float, size: Vector) -> Vector:
     return (mass / 12 * (y + z), mass / 12 * (x + z), mass / 12 * (x + y))
 
 
-def parts_of(crane: schema.Crane) -> PortalParts:
+def parts_of(crane: schema.CraneKeys) -> PortalParts:
     """What its type makes of a crane: bodies, drives, and where the ropes of its hooks leave the trolleys."""
     assert crane.parts is not None
     return crane.parts

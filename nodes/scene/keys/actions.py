@@ -42,7 +42,7 @@ Condition = Annotated[ConditionPhrase, _phrase(read_condition, "a condition, suc
 Touching = list[tuple[str, str]]  # pairs of things that may touch each other
 
 
-class Action(BaseModel):
+class ActionLine(BaseModel):
     """One line of the action list: `target: what to do`, as many targets at once as one likes."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
@@ -70,7 +70,7 @@ class Action(BaseModel):
         return dict(self.__pydantic_extra__)
 
 
-class Interlock(Base):
+class InterlockKeys(Base):
     """A measured quantity at which a machine stops some of its motions, and lets them go again where it is back."""
 
     when: Condition  # `moment of main >= 100 %`; of `any hook`: each of the machine is watched
@@ -82,7 +82,7 @@ class Interlock(Base):
     tells: str = ""  # a sentence for the verdict, with or without stopping
 
     @model_validator(mode="after")
-    def _does(self) -> Interlock:
+    def _does(self) -> InterlockKeys:
         if not self.stops and not self.tells:
             raise ValueError("an interlock stops something, or tells something: add 'stops' or 'tells'")
         return self

@@ -63,7 +63,7 @@ class Base(BaseModel):
     struct: ClassVar[type | None] = None  # the class whose fields are its keys, if there is one
 
 
-class End(Base):
+class BodyPoint(Base):
     """A point of a body."""
 
     body: str
@@ -124,7 +124,7 @@ def _exact(x: float) -> float:
     return float(round(x)) if abs(x - round(x)) < EXACT else x
 
 
-class Project(Base):
+class ProjectKeys(Base):
     """What the document says of itself."""
 
     model_config = ConfigDict(coerce_numbers_to_str=True)

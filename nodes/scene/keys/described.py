@@ -23,7 +23,7 @@ from heavylift.kernel.description.units import Unit
 from heavylift.nodes.scene.text import units as u
 from pydantic import Field, create_model
 
-from .base import Base, Direction, End, Quaternion, Station, quaternion_matrix, unit
+from .base import Base, BodyPoint, Direction, Quaternion, Station, quaternion_matrix, unit
 
 WORDS = {  # for the symbols of laws
     "a": "start", "b": "end", "R_a": "start_attitude", "R_b": "end_attitude",
@@ -72,10 +72,12 @@ class Described(Base):
             match getattr(self, key):
                 case str(body) if key in ("body", "start", "end"):
                     yield (key,), body
-                case End(body=body):
+                case BodyPoint(body=body):
                     yield (key, "body"), body
                 case [*ends]:
-                    yield from (((key, i, "body"), end.body) for i, end in enumerate(ends) if isinstance(end, End))
+                    yield from (
+                        ((key, i, "body"), end.body) for i, end in enumerate(ends) if isinstance(end, BodyPoint)
+                    )
 
 
 def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **otherwise: Spelling) -> Any:
@@ -114,14 +116,14 @@ def _spelling(name: str, kind: Any, default: Any) -> Spelling:
 
 
 def _plain(value: object) -> object:
-    return Point(value.body, value.at) if isinstance(value, End) else value
+    return Point(value.body, value.at) if isinstance(value, BodyPoint) else value
 
 
 def _read(kind: Any) -> Any:
     """The annotation with which scenes are read: units as quantities, limits as pydantic has them."""
     inner = get_args(kind)
     if kind is Point:
-        return End
+        return BodyPoint
     if get_origin(kind) is tuple:
         return tuple[tuple(map(_read, inner))]  # type: ignore[misc]
     if NoneType in inner:

@@ -48,7 +48,7 @@ def _parameter(given: object) -> object:
 Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 
 
-class OwnModel(Base):
+class ModelKeys(Base):
     """A model: the samples that it hears, the orders that it gives; `delay`: so much later its set-points arrive."""
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene

@@ -17,15 +17,15 @@ from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandler, model_validator
 
-from .actions import Action, Condition, Interlock, Touching
-from .base import Base, Name, Place, Project
+from .actions import ActionLine, Condition, InterlockKeys, Touching
+from .base import Base, Name, Place, ProjectKeys
 from .described import keys_of
 from .environment import Floor, Obstacle, Vessel, Waves, Wind
-from .nodes import OwnModel, Process
+from .nodes import ModelKeys, Process
 from .parts.flexible import Hull, Mode
-from .parts.machines import FrameParts, Machine, PartName, PortalParts
-from .parts.mechanics import Chart, Mechanism, MechanismGroup, Moments, Ramp
-from .parts.rigging import Edge, Gear, Rigging, SlingType
+from .parts.machines import FrameParts, MachineKeys, PartName, PortalParts
+from .parts.mechanics import Chart, MechanismGroup, MechanismKeys, Moments, Ramp
+from .parts.rigging import Edge, GearKeys, Rigging, SlingType
 from .parts.standing import Ground
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
@@ -52,7 +52,7 @@ Range = Annotated[tuple[u.Length, u.Length], AfterValidator(_ordered)]
 OffLead = u.Swing | Literal["unknown"]
 
 
-class Crane(Base):
+class CraneKeys(Base):
     """A crane on rails: portal along x; upper trolley (H1, H2) and lower trolley (H3) along y.
 
     What is left out its type says, `parts` it makes; the defaults are those of the smallest bundled one.
@@ -115,7 +115,7 @@ class Crane(Base):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _of_its_type(cls, data: Any, handler: ModelWrapValidatorHandler[Crane]) -> Crane:
+    def _of_its_type(cls, data: Any, handler: ModelWrapValidatorHandler[CraneKeys]) -> CraneKeys:
         """Parameters of the type stand for keys that are left out, and do not count as set."""
         theirs = data.get("parameters") if isinstance(data, dict) else None
         if not isinstance(theirs, dict):
@@ -217,7 +217,7 @@ class LiftLimits(Base):
     ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too
 
 
-class Rig(Base):
+class RigKeys(Base):
     """What connects the machines: beams on hooks, slings to lugs; and names for groups of hooks."""
 
     beams: dict[Name, Beam]
@@ -227,11 +227,11 @@ class Rig(Base):
     groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 
 
-class Fidelity(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
+class FidelityKeys(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
     """How much of the machines is modelled."""
 
 
-class Factors(keys_of(f.Factors, "where")):  # type: ignore[misc]
+class FactorKeys(keys_of(f.Factors, "where")):  # type: ignore[misc]
     """Factors between the load at rest and that for which hooks, slings, shackles and lugs are chosen."""
 
 
@@ -249,7 +249,7 @@ class Scene(Base):
 
     heavylift: Literal[1]
     name: Name
-    project: Project | None = None
+    project: ProjectKeys | None = None
     gravity: u.Gravity = 9.80665
     accuracy: u.Accuracy | None = None  # of what is asked, by default 1 %; alone: of rope tensions
     ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more
@@ -261,32 +261,34 @@ class Scene(Base):
     seed: Annotated[int, Field(ge=0)] = 0
     microsteps: Annotated[int, Field(ge=1, le=2**31 - 1)] = LIMIT  # so many steps in no time are a loop
     end: u.Duration | None = None
-    cranes: dict[Name, Crane] = Field(default_factory=dict)  # of other types: their parameters
+    cranes: dict[Name, CraneKeys] = Field(default_factory=dict)  # of other types: their parameters
     block: Block | None = None
     blocks: dict[Name, Block] = Field(default_factory=dict)  # several, which machines made of parts lift
-    rig: Rig | None = None
-    fidelity: Fidelity = Fidelity()
+    rig: RigKeys | None = None
+    fidelity: FidelityKeys = FidelityKeys()
     limits: LiftLimits = LiftLimits()
     practice: f.Practice | None = None  # fills the factors that the scene leaves out, where its clause was read
-    factors: Factors = Factors()  # of design loads
+    factors: FactorKeys = FactorKeys()  # of design loads
     assumed: Literal["accept"] | None = None  # accept: the limits that heavylift assumes are confirmed
-    mechanism: Mechanism | None = None
+    mechanism: MechanismKeys | None = None
     wind: Wind | None = None
     waves: Waves | None = None
     floor: Floor | None = None
     ground: Ground = Ground()
     obstacles: dict[Name, Obstacle] = Field(default_factory=dict)
     vessels: dict[Name, Vessel] = Field(default_factory=dict)
-    machines: dict[Name, Machine] = Field(default_factory=dict)  # in parts, as types make them
+    machines: dict[Name, MachineKeys] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
-    gear: dict[str, Gear] = Field(default_factory=dict)  # items of rigging by ID, or files of them
+    gear: dict[str, GearKeys] = Field(default_factory=dict)  # items of rigging by ID, or files of them
     edges: dict[Name, Edge] = Field(default_factory=dict)  # that ropes bend over
     lifts: dict[Name, Instance] = Field(default_factory=dict)  # several scenes side by side
-    interlocks: dict[PartName, Interlock] = Field(default_factory=dict)  # what stops machines, besides their types' own
-    models: dict[Name, OwnModel] = Field(default_factory=dict)  # of a user's own, beside the kernel
+    interlocks: dict[PartName, InterlockKeys] = Field(
+        default_factory=dict
+    )  # what stops machines, besides their types' own
+    models: dict[Name, ModelKeys] = Field(default_factory=dict)  # of a user's own, beside the kernel
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     may_touch: Touching = Field(default_factory=list)  # what the lift means to touch, besides `landed on`
-    actions: list[Action] = Field(default_factory=list)
+    actions: list[ActionLine] = Field(default_factory=list)
 
     @property
     def all_blocks(self) -> dict[str, Block]:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Literal, TypeVar, cast
 
 import msgspec
-from heavylift.nodes.plan.actions import After, MovesDone
+from heavylift.nodes.plan.actions import AfterCondition, MovesDone
 from heavylift.nodes.plan.spellings import BEAM
 from heavylift.nodes.plan.verbs import VERBS, Verb
 from heavylift.nodes.scene.text import units
@@ -155,7 +155,7 @@ def _worded(r: PhraseReader) -> Test:
 def _test(r: PhraseReader) -> Test:
     column = r.at
     if r.take("after"):
-        return After(seconds=r.quantity(units.DURATION))
+        return AfterCondition(seconds=r.quantity(units.DURATION))
     moves = ("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
     states = ("lifted", "landed") if r.next in moves else ("lifted", "landed", "done")
     of = r.name("a block") if re.match(rf"[\w-]+\s+({'|'.join(states)})\b", r.text[r.at :]) else ""

@@ -47,7 +47,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from heavylift.nodes.plan.actions import After, MovesDone, Term
+from heavylift.nodes.plan.actions import AfterCondition, MovesDone, Term
 
 State = Literal["taut", "slack"]
 
@@ -93,7 +93,7 @@ class CrossTest(Term, frozen=True):
     share: bool = False
 
 
-Test: TypeAlias = SlingTest | GroundTest | CrossTest | MovesDone | After
+Test: TypeAlias = SlingTest | GroundTest | CrossTest | MovesDone | AfterCondition
 ConditionPhrase: TypeAlias = tuple[Test, ...]  # all of these at once
 
 

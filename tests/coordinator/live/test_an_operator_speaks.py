@@ -17,7 +17,7 @@ from heavylift.nodes.models.parts import (
     Order,
     Stage,
 )
-from heavylift.nodes.plan import Brake, End, Move, located
+from heavylift.nodes.plan import Brake, EndOrder, Move, located
 from heavylift.nodes.scene import load, parse, spoken
 from sledge import SLEDGE
 
@@ -131,5 +131,5 @@ def test_an_empty_command_ends_the_run() -> None:
     said = commander((seconds(3), OperatorCommand("stop")))
     assert said[-1] == (3.0, Finished())
     assert not [
-        message for t, message in said if t > 0 and isinstance(message, Order) and isinstance(message.what, End)
+        message for t, message in said if t > 0 and isinstance(message, Order) and isinstance(message.what, EndOrder)
     ]

@@ -7,7 +7,7 @@ from math import acos, cos, degrees, radians
 
 import pytest
 from heavylift.coordinator.ladder import Played, play
-from heavylift.nodes.limits import Reached
+from heavylift.nodes.limits import HookReach
 from heavylift.nodes.scene import check, load
 
 LIGHT = "block.mass=40 t"
@@ -21,7 +21,7 @@ def played(name: str, *settings: str) -> Played:
 def test_each_stage_has_its_radius_load_and_chart() -> None:
     """At rest: the tip of 42 m stands 14 m out, then luffs by the scene; the next longer radius of the chart counts."""
     scene = load("crawler", [LIGHT])
-    found = Reached(scene.plan).see_path(scene.states)
+    found = HookReach(scene.plan).see_path(scene.states)
     stages = list(dict.fromkeys(x.stage for x in found))
     assert [x.when for x in found] == ["begins", "most", "ends"] * len(stages)
     chart = {14.0: 104.5e3, 16.0: 86e3, 18.0: 72.5e3, 20.0: 62.5e3, 24.0: 48.5e3}

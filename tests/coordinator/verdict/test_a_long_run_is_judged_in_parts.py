@@ -24,18 +24,20 @@ from heavylift.coordinator.verdict import clearances as looking
 from heavylift.coordinator.verdict import history as kept
 from heavylift.coordinator.verdict.moving import moving
 from heavylift.nodes.limits import SignalColumns, uses_of
-from heavylift.nodes.plan import Limit, Shapes
+from heavylift.nodes.plan import RatedLimit, Shapes
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording, SampleLayout
 from heavylift.recordings.format import SampleChannel, spool
 
 ROPE = "crane.H1"
 LIMITS = (
-    Limit(subject="hook", quantity="hook load", unit="kg", value=1.0, elements=(ROPE,)),
-    Limit(subject="rope", quantity="rope peak", unit="N", value=1e5, elements=(ROPE,)),
-    Limit(subject="rope", quantity="rope factor", unit="", value=5.0, least=True, elements=(ROPE,)),
-    Limit(subject="drum", quantity="rope length", unit="m", between=(10.0, 60.0), elements=(ROPE,)),
-    Limit(subject="trolley", quantity="trolley load", unit="kg", chart=((0.0, 2e5), (50.0, 1e5)), elements=(ROPE,)),
+    RatedLimit(subject="hook", quantity="hook load", unit="kg", value=1.0, elements=(ROPE,)),
+    RatedLimit(subject="rope", quantity="rope peak", unit="N", value=1e5, elements=(ROPE,)),
+    RatedLimit(subject="rope", quantity="rope factor", unit="", value=5.0, least=True, elements=(ROPE,)),
+    RatedLimit(subject="drum", quantity="rope length", unit="m", between=(10.0, 60.0), elements=(ROPE,)),
+    RatedLimit(
+        subject="trolley", quantity="trolley load", unit="kg", chart=((0.0, 2e5), (50.0, 1e5)), elements=(ROPE,)
+    ),
 )
 
 

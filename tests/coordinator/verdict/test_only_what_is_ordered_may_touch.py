@@ -12,7 +12,7 @@ from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Finding
 from heavylift.nodes.models.commander import Machines, first_lugs, first_picture
-from heavylift.nodes.plan import Unhook
+from heavylift.nodes.plan import UnhookSling
 from heavylift.nodes.scene import LoadedScene, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 from typer.testing import CliRunner
@@ -132,11 +132,11 @@ def test_a_load_that_hangs_is_not_unhooked(crane: str) -> None:
     picture, lugs = first_picture(machines.parts), first_lugs(machines.parts)
     ties = [tie.rope for machine in machines.parts for tie in machine.ties]
     picture.ropes |= dict.fromkeys(ties, "taut")
-    all_of_them = [Unhook(sling=rope) for rope in ties]
+    all_of_them = [UnhookSling(sling=rope) for rope in ties]
     assert machines.lets_fall(all_of_them, picture, lugs) == ""
     picture.grounded.clear()
     assert machines.lets_fall(all_of_them, picture, lugs).startswith("block hangs in what is unhooked and would fall")
-    assert machines.lets_fall([Unhook(sling=rope, parted=True) for rope in ties], picture, lugs) == ""
+    assert machines.lets_fall([UnhookSling(sling=rope, parted=True) for rope in ties], picture, lugs) == ""
     picture.ropes |= dict.fromkeys(ties, "slack")
     assert machines.lets_fall(all_of_them, picture, lugs) == ""
 

@@ -4,7 +4,7 @@ from devs_stories import kinds
 from heavylift.nodes import drive
 from heavylift.nodes.devs import Message, Simulator, Tag, seconds
 from heavylift.nodes.zoo import Colour, Light, Mode, Show, Take, ring
-from heavylift.nodes.zoo.token_ring import Station
+from heavylift.nodes.zoo.token_ring import RingStation
 
 
 def shown(inputs: list[tuple[int | Tag, str, Message]], until: float) -> list[tuple[float, str]]:
@@ -42,7 +42,7 @@ def test_one_token_goes_round() -> None:
     simulator = Simulator(model)
     simulator.start()
     simulator.run(seconds(10))
-    assert [station.passed for station in simulator.atomics if isinstance(station, Station)] == [3, 2, 2, 2]
+    assert [station.passed for station in simulator.atomics if isinstance(station, RingStation)] == [3, 2, 2, 2]
 
 
 def test_as_many_tokens_as_stations_make_every_step_confluent() -> None:

@@ -9,7 +9,7 @@ from typing import get_args
 
 import pytest
 from heavylift.coordinator.commands.common import fails
-from heavylift.nodes.limits import ABSENT, NOT_CHECKED, STATES, UNKNOWN, Limit, checks_of, line_of
+from heavylift.nodes.limits import ABSENT, NOT_CHECKED, STATES, UNKNOWN, RatedLimit, checks_of, line_of
 from heavylift.nodes.plan import Quantity, Use
 from heavylift.nodes.scene import load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
@@ -23,7 +23,7 @@ def drawn(rng: random.Random) -> Use:
     """A use of a random limit."""
     ends = {"between": (0.0, 10.0)} if rng.random() < 0.3 else {"value": rng.uniform(1.0, 10.0)}
     least = "value" in ends and rng.random() < 0.3
-    limit = Limit(
+    limit = RatedLimit(
         subject="one", quantity=rng.choice(QUANTITIES), unit="kN", least=least, source="the scene", **ends  # type: ignore[arg-type]
     )  # fmt: skip
     value = rng.uniform(0.1, 12.0)
@@ -59,13 +59,15 @@ def test_a_value_of_unknown_error_is_never_green(seed: int) -> None:
 @pytest.mark.parametrize("quantity", get_args(Quantity))
 def test_a_quantity_without_a_limit_is_not_checked(quantity: Quantity, elements: tuple[str, ...]) -> None:
     """Only where there is no wind, or no footing, is there nothing to check."""
-    use = Use(Limit(subject="one", quantity=quantity, unit="N", elements=elements), None, None)
+    use = Use(RatedLimit(subject="one", quantity=quantity, unit="N", elements=elements), None, None)
     expected = "none" if quantity in ABSENT and not elements else NOT_CHECKED
     assert state(use, {}) == expected
 
 
 def test_a_load_is_as_wrong_as_the_tensions_of_its_ropes_where_nothing_else_is_known() -> None:
-    limit = Limit(subject="load", quantity="hook load", unit="kg", value=10.0, elements=("a", "b"), source="the scene")
+    limit = RatedLimit(
+        subject="load", quantity="hook load", unit="kg", value=10.0, elements=("a", "b"), source="the scene"
+    )
     use = Use(limit, 9.5, 1.0, use=0.95)
     assert state(use, {"peak tension a": 0.1, "peak tension b": 0.01}) == "undecided"
     assert state(use, {"peak tension a": 0.01, "peak tension b": 0.01}) == "green"
@@ -114,7 +116,7 @@ def test_an_exit_code_is_that_of_the_state_that_is_named(state: str, failing: st
 
 
 def test_a_use_beyond_its_tolerance_alone_is_red() -> None:
-    limit = Limit(subject="crane", quantity="rails", unit="m", between=(0.0, 10.0), source="the scene")
+    limit = RatedLimit(subject="crane", quantity="rails", unit="m", between=(0.0, 10.0), source="the scene")
     use = Use(limit, 10.04, 1.0, use=limit.use(10.04), tolerance=0.05)
     known = {"use of crane rails": 1e-6}
     assert state(use, known) == "green"

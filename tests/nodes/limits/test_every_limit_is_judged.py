@@ -9,7 +9,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import Conduct, History, judge
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import KINDS, READERS, WORDS, Limit, Use, signals_of, uses_of, uses_on_path
+from heavylift.nodes.limits import KINDS, READERS, WORDS, RatedLimit, Use, signals_of, uses_of, uses_on_path
 from heavylift.nodes.limits import judge as judged
 from heavylift.nodes.plan import Quantity
 from heavylift.nodes.scene import LoadedScene, check, load
@@ -30,7 +30,7 @@ ELSEWHERE = ("clearance", "inputs", "factor", "sharing")  # rows without a value
 PEAKS = {"sling peak", "rope peak"}  # of runs alone
 
 
-def narrow(use: Use) -> Limit:
+def narrow(use: Use) -> RatedLimit:
     """A limit that is a little beyond, or short of, the worst that was met."""
     value, limit = use.value, use.limit
     assert value is not None

@@ -11,7 +11,7 @@ import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.kernel.description import Point, System
 from heavylift.nodes.limits import BASES, PRACTICES, daf, tilted
-from heavylift.nodes.plan import Cargo, Hoist, Limit, Mechanism, Plan, Tie, Use
+from heavylift.nodes.plan import Cargo, Hoist, Mechanism, Plan, RatedLimit, Tie, Use
 from heavylift.nodes.scene import LoadedScene, load, new_scene_with, parse, sheet
 from heavylift.nodes.scene.text import library
 from heavylift.nodes.statics import StaticState
@@ -127,7 +127,7 @@ def test_a_tilt_of_two_hooks_is_that_of_the_standard() -> None:
             1.0, 1, "up", "", {"s1": 1.0, "s2": 1.0, "h1": 1.0, "h2": 1.0}, {}, poses, {}, {}, {},
             {"s1": "P1", "s2": "P2"}, False, None,
         )  # fmt: skip
-        limit = Limit(subject="s", quantity="hook load", unit="kg", elements=(f"h{mine + 1}",))
+        limit = RatedLimit(subject="s", quantity="hook load", unit="kg", elements=(f"h{mine + 1}",))
         found = tilted(plan, ("h1", "h2"), limit, [state], sin(tilt), 0.0)
         assert found is not None
         assert found * level == pytest.approx(expected, abs=5e-5)

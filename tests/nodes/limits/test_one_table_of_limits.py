@@ -12,7 +12,7 @@ from heavylift.kernel import SceneError
 from heavylift.nodes.limits import (
     NOT_CHECKED,
     Finding,
-    Limit,
+    RatedLimit,
     SignalColumns,
     checks_of,
     judge,
@@ -24,7 +24,7 @@ from heavylift.nodes.limits import (
 )
 from heavylift.nodes.plan import Use, plan
 from heavylift.nodes.scene import check, json_schema, load
-from heavylift.nodes.scene.keys import Block, Crane, Supports, comments
+from heavylift.nodes.scene.keys import Block, CraneKeys, Supports, comments
 from heavylift.nodes.scene.keys.parts import SlingType
 from heavylift.nodes.scenes import frames_folder
 from lifting import hook_ropes
@@ -74,7 +74,7 @@ def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
 
 def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
     found = {}
-    for model in (Crane, SlingType, Supports, Block):
+    for model in (CraneKeys, SlingType, Supports, Block):
         found |= {(model.__name__, key): told for key, told in comments(model).items() if "damping" in key}
         keys = {field.alias for field in model.model_fields.values() if "damping" in str(field.alias)}
         assert keys == {key for owner, key in found if owner == model.__name__}
@@ -105,7 +105,7 @@ def test_a_chart_is_read_between_its_points() -> None:
     for _ in range(50):
         xs = sorted(draw.sample(range(100), draw.randint(2, 6)))
         chart = tuple((float(x), draw.uniform(1, 9)) for x in xs)
-        limit = Limit(subject="a", quantity="hook load", unit="kg", chart=chart)
+        limit = RatedLimit(subject="a", quantity="hook load", unit="kg", chart=chart)
         for x in (draw.uniform(-20, 120) for _ in range(20)):
             assert limit.at(x) == pytest.approx(np.interp(x, *zip(*chart, strict=True)), rel=1e-12)
 
@@ -218,7 +218,7 @@ def test_a_use_is_not_rounded_to_its_limit() -> None:
 
 def test_rounding_decides_nothing_that_is_told() -> None:
     """Of subjects that are loaded alike the first is told, and a force below a newton is none."""
-    limits = [Limit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
+    limits = [RatedLimit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
 
     def told(*uses: Use) -> tuple[str, ...]:
         row = next(x for x in rows(checks_of(load("lift").plan, uses, [], None, [])) if x[1] == "side force")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import KL, TERMINATIONS, Terms, assembly, at_rest, bending, in_a_run, shackle
-from heavylift.nodes.plan import Limit
+from heavylift.nodes.plan import RatedLimit
 from heavylift.nodes.scene import check, gear, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 from msgspec.structs import replace
@@ -98,7 +98,9 @@ def test_a_bridle_is_rated_as_an_assembly_or_leg_by_leg() -> None:
 
 
 def test_beyond_45_degrees_an_assembly_carries_less() -> None:
-    limit = Limit(subject="a", quantity="assembly load", unit="kg", over="angle", chart=assembly(Terms(1e6), 4, G)[0])  # type: ignore[index]
+    limit = RatedLimit(
+        subject="a", quantity="assembly load", unit="kg", over="angle", chart=assembly(Terms(1e6), 4, G)[0]
+    )  # type: ignore[index]
     assert limit.at(radians(44)) / limit.at(radians(46)) == pytest.approx(2.1 / 1.5)
     assert limit.at(radians(61)) == 0.0
 

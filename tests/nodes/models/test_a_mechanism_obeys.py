@@ -40,7 +40,7 @@ def test_the_brake_is_released_before_the_motor_turns() -> None:
 
 
 def test_a_load_is_lifted_off_its_two_supports() -> None:
-    up = a.Action(orders=(move("rope", -0.1, until=a.Lifted(model="rig")),))
+    up = a.Action(orders=(move("rope", -0.1, until=a.LiftedCondition(model="rig")),))
     script = [(7.0, StateEvent("left", "open", 0.0)), (8.0, StateEvent("right", "open", 0.0))]
     yard = Yard(plan(up), *script).run()
     assert [t for t, _ in yard.inputs(SetProfile)] == [0.0, 8.0]
@@ -48,8 +48,8 @@ def test_a_load_is_lifted_off_its_two_supports() -> None:
 
 
 def test_touching_one_support_is_not_landing() -> None:
-    down = a.Action(when=a.Landed(model="rig"), orders=(move("rope", 0.1, by=1.0),))
-    wait = a.Action(when=a.Lifted(model="rig"), orders=())
+    down = a.Action(when=a.LandedCondition(model="rig"), orders=(move("rope", 0.1, by=1.0),))
+    wait = a.Action(when=a.LiftedCondition(model="rig"), orders=())
     script = [(7.0 + i, StateEvent(name, "open", 0.0)) for i, name in enumerate(("left", "right"))]
     script += [(17.0 + i, StateEvent(name, "closed", 0.0)) for i, name in enumerate(("left", "right"))]
     yard = Yard(plan(wait, down), *script).run()
@@ -64,7 +64,7 @@ def test_a_motor_stops_at_the_end_of_its_range() -> None:
 
 def test_a_tension_is_watched_by_the_mechanism() -> None:
     guard = Threshold("tension-1", "tension", ropes=("rope",))
-    tight = a.Crossing(model="rig", threshold=guard, value=5e3, rising=True)
+    tight = a.CrossingCondition(model="rig", threshold=guard, value=5e3, rising=True)
     pull = a.Action(orders=(move("rope", -0.1, until=tight),))
     yard = Yard(plan(pull), (4.0, StateEvent("tension-1", "reached", 5e3))).run()
     assert yard.inputs(Watch) == [(0.0, Watch("tension-1", 5e3, True))]

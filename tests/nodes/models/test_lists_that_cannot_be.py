@@ -8,14 +8,14 @@ from heavylift.nodes.plan import (
     And,
     Brake,
     Hookup,
-    Lifted,
+    LiftedCondition,
     Move,
     MovesDone,
     Order,
     Plan,
-    Slings,
+    SlingsCondition,
     Turn,
-    Unhook,
+    UnhookSling,
     Wait,
 )
 from test_the_action_list import SLINGS, events, hoist, taut, travel
@@ -51,7 +51,7 @@ def test_two_orders_for_one_actor_in_one_action() -> None:
 def test_an_order_for_an_actor_that_is_still_moving() -> None:
     first = Action(orders=(line(hoist("west.H1", -9.5)),))
     lifted = [e for i in (1, 2, 3, 4) for e in events("open", 5.0, f"block.lower-{i}")]
-    second = Action(when=Lifted(), orders=(hoist("west.H1", 2.0),))
+    second = Action(when=LiftedCondition(), orders=(hoist("west.H1", 2.0),))
     assert f"west.H1 gets an order while its hoist ({LINE}) is not done" in fails(turnover(first, second), *lifted)
 
 
@@ -89,7 +89,7 @@ def test_the_other_crane_may_travel() -> None:
             "sling loader-1.sling-1 hangs on lug A-26 already, unhook it first",
         ),
         (Hookup(sling="loader-3.sling-1", lug="C"), "there is no lug C"),
-        (Unhook(sling="loader-3.sling-1"), "sling loader-3.sling-1 is not hooked and cannot be unhooked"),
+        (UnhookSling(sling="loader-3.sling-1"), "sling loader-3.sling-1 is not hooked and cannot be unhooked"),
         (Brake(model="loader-1", brake="lock", engaged=True), "loader-1 has no brake lock"),
     ],
 )
@@ -98,7 +98,9 @@ def test_orders_without_an_object(order: Order, sentence: str) -> None:
 
 
 def test_all_slings_of_an_empty_set() -> None:
-    when = Slings(names=("loader-3.sling-1", "loader-3.sling-2"), state="taut", text="B slings taut", where=LINE)
+    when = SlingsCondition(
+        names=("loader-3.sling-1", "loader-3.sling-2"), state="taut", text="B slings taut", where=LINE
+    )
     assert fails(turnover(Action(when=when, orders=()), hooked="A")) == (
         f"(0 s, 0): {LINE}: `B slings taut` refers to no sling, none of loader-3.sling-1, loader-3.sling-2 is hooked"
     )
@@ -115,7 +117,7 @@ def test_a_timeout_ends_the_wait_with_a_sentence() -> None:
 
 def test_a_list_that_stands_still_says_what_it_waits_for() -> None:
     first = Action(orders=(hoist("west.H1", -9.5),))
-    when = And(all=(MovesDone(), Slings(names=SLINGS, state="taut", text="all slings taut")), where=LINE)
+    when = And(all=(MovesDone(), SlingsCondition(names=SLINGS, state="taut", text="all slings taut")), where=LINE)
     second = Action(when=MovesDone(), orders=(hoist("west.H2", -9.5),))
     script = [e for s in SLINGS if s != "loader-3.sling-2" for e in events("taut", 30.0, s)]
     yard = Yard(turnover(first, second, Action(when=when, orders=())), *script).run()

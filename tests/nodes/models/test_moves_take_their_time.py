@@ -20,7 +20,7 @@ from heavylift.nodes.models.parts import (
     Watch,
     WinchActor,
 )
-from heavylift.nodes.plan import End, Follow, Motion
+from heavylift.nodes.plan import EndOrder, Follow, Motion
 from yard import Bench
 
 MIN = 1 / 60
@@ -40,7 +40,7 @@ def run(speed: float, accel: float = 0.05, by: float | None = None, to: float | 
 
 
 def end(id: int, s: float = 0.0) -> Order:
-    return Order("x", id, (0, 0), End(s=s))
+    return Order("x", id, (0, 0), EndOrder(s=s))
 
 
 def follow(kc: float) -> Order:

@@ -22,7 +22,7 @@ from heavylift.nodes.devs import Coupled, Model
 from heavylift.nodes.models import build, build_one, couplings, subscriptions, system, tree
 from heavylift.nodes.models.commander import Commander
 from heavylift.nodes.models.parts import Actor, BodyAtomic, BodyCoupled, JointAtomic, JointCoupled, LoadCell
-from heavylift.nodes.plan import Action, Crossing, Mechanism, Plan, Turn, decode, encode
+from heavylift.nodes.plan import Action, CrossingCondition, Mechanism, Plan, Turn, decode, encode
 from yard import turnover
 
 TURN = Action(orders=(Turn(rate=0.0026, accel=0.00026, to=1.5),))
@@ -174,7 +174,7 @@ def test_changing_a_joint_a_body_or_an_actor_changes_what_is_declared() -> None:
 
 def test_conditions_bring_their_thresholds_to_the_model_that_watches() -> None:
     guard = Threshold("block.angle-1", "angle", of="block")
-    plan = turnover(Action(when=Crossing(model="block", threshold=guard, value=1.5, rising=True), orders=()))
+    plan = turnover(Action(when=CrossingCondition(model="block", threshold=guard, value=1.5, rising=True), orders=()))
     assert guard in build_one(plan, "block").declare().thresholds
     assert subscriptions(plan)["block.angle-1"] == ("block",)
 

@@ -22,7 +22,7 @@ from heavylift.nodes.models.parts import (
     Watch,
 )
 from heavylift.nodes.plan import Brake, Hookup
-from heavylift.nodes.plan import Unhook as Release
+from heavylift.nodes.plan import UnhookSling as Release
 from yard import Bench, turnover
 
 RATED = Watch("loader-3.load", 2.6e6, True)

@@ -20,23 +20,23 @@ from heavylift.nodes.models.parts import (
 )
 from heavylift.nodes.plan import (
     Action,
-    After,
+    AfterCondition,
     And,
     Condition,
-    Crossing,
-    End,
+    CrossingCondition,
+    EndOrder,
     Follow,
     Hookup,
-    Landed,
-    Lifted,
+    LandedCondition,
+    LiftedCondition,
     Motion,
     Move,
     MovesDone,
-    Slings,
+    SlingsCondition,
     Turn,
     Wait,
 )
-from heavylift.nodes.plan import Unhook as UnhookAction
+from heavylift.nodes.plan import UnhookSling as UnhookAction
 from yard import HOOKS, Yard, turnover
 
 CRANES = ("west", "east")
@@ -54,8 +54,8 @@ def travel(crane: str, by: float) -> Move:
     return Move(verb="travel", model=crane, actuator=f"{crane}.gantry.drive", speed=0.5, accel=0.05, by=by)
 
 
-def taut(*names: str, state: Literal["taut", "slack"] = "taut") -> Slings:
-    return Slings(names=names or SLINGS, state=state)
+def taut(*names: str, state: Literal["taut", "slack"] = "taut") -> SlingsCondition:
+    return SlingsCondition(names=names or SLINGS, state=state)
 
 
 def events(what: str, at: float, *names: str) -> list[tuple[float, StateEvent]]:
@@ -98,7 +98,7 @@ def test_each_hook_creeps_until_its_own_slings_are_taut() -> None:
     load = Action(when=taut(), orders=(hoist("west.H1", -1.0),))
     script = [line for i, s in enumerate(SLINGS) for line in events("taut", 50.0 + i, s)]
     yard = Yard(turnover(creep, load), *script).run(100.0)
-    halts = [(t, m.actor) for t, m in yard.said(COMMANDER, Order) if isinstance(m.what, End)]
+    halts = [(t, m.actor) for t, m in yard.said(COMMANDER, Order) if isinstance(m.what, EndOrder)]
     assert halts == [(51.0 + 2 * i, hook) for i, hook in enumerate(pairs)]
     assert [(t, m.actor) for t, m in yard.said(COMMANDER, Order) if isinstance(m.what, Motion)][6:] == [
         (61.0, "west.H1")
@@ -121,22 +121,24 @@ def test_the_next_action_may_take_over_while_the_last_move_ramps_down() -> None:
 def test_a_condition_that_holds_already_acts_at_once() -> None:
     slack = taut(state="slack")
     skipped = Action(orders=(hoist("west.H1", speed=0.5, until=slack),))
-    at_once = Action(when=And(all=(slack, Landed())), orders=(hoist("west.H2", -9.5),))
+    at_once = Action(when=And(all=(slack, LandedCondition())), orders=(hoist("west.H2", -9.5),))
     yard = Yard(turnover(skipped, at_once)).run()
     assert runs(yard) == [(0.0, "west.H2")]
 
 
 def test_waits_take_their_time_and_times_count_from_the_action_before() -> None:
     wait = Action(orders=(Wait(seconds=60.0), hoist("west.H1", -9.5)))
-    after = Action(when=And(all=(MovesDone(), After(seconds=100.0))), orders=(hoist("west.H2", -9.5),))
-    early = Action(when=And(all=(MovesDone(verbs=("hoist",)), After(seconds=5.0))), orders=(hoist("west.H3", -9.5),))
+    after = Action(when=And(all=(MovesDone(), AfterCondition(seconds=100.0))), orders=(hoist("west.H2", -9.5),))
+    early = Action(
+        when=And(all=(MovesDone(verbs=("hoist",)), AfterCondition(seconds=5.0))), orders=(hoist("west.H3", -9.5),)
+    )
     assert runs(Yard(turnover(wait, after)).run()) == [(0.0, "west.H1"), (100.0, "west.H2")]
     assert runs(Yard(turnover(wait, early)).run()) == [(0.0, "west.H1"), (20.0, "west.H3")]
 
 
 def test_lift_off_starts_the_next_action() -> None:
-    load = Action(orders=(hoist("west.H1", speed=-0.5, until=Lifted()),))
-    up = Action(when=Lifted(), orders=(hoist("east.H1", -9.5),))
+    load = Action(orders=(hoist("west.H1", speed=-0.5, until=LiftedCondition()),))
+    up = Action(when=LiftedCondition(), orders=(hoist("east.H1", -9.5),))
     script = [line for i in (1, 2, 3, 4) for line in events("open", 10.0 + i, f"block.lower-{i}")]
     yard = Yard(turnover(load, up), *script).run()
     assert runs(yard) == [(0.0, "west.H1"), (14.0, "east.H1"), (14.0, "west.H1")]
@@ -145,8 +147,8 @@ def test_lift_off_starts_the_next_action() -> None:
 def test_thresholds_are_watched_only_while_they_are_waited_for() -> None:
     level = Threshold("block.height-1", "height", of="block")
     tilt = Threshold("block.angle-1", "angle", of="block")
-    high = Crossing(model="block", threshold=level, value=30.0, rising=True)
-    turned = Crossing(model="block", threshold=tilt, value=1.5, rising=True)
+    high = CrossingCondition(model="block", threshold=level, value=30.0, rising=True)
+    turned = CrossingCondition(model="block", threshold=tilt, value=1.5, rising=True)
     up = Action(orders=(hoist("west.H1", by=-9.5, until=high),))
     next_ = Action(when=turned, orders=(hoist("west.H2", -9.5),))
     yard = Yard(turnover(up, next_), *events("reached", 33.0, "block.angle-1")).run()
@@ -173,7 +175,7 @@ def test_a_turn_sends_its_laws_once_and_lets_go_at_the_end() -> None:
     assert [t for t, _ in follows] == [0.0] * 10 + [done] * 10
     assert dict((m.actuator, m.law[1:]) for _, m in follows[:10])["west.H3"] == (-5.6, 12.0)
     assert [m.master for _, m in follows] == ["turn"] * 10 + [""] * 10
-    assert {m.what.s for _, m in yard.said(COMMANDER, Order) if isinstance(m.what, Follow | End)} == {0.0, pi / 2}
+    assert {m.what.s for _, m in yard.said(COMMANDER, Order) if isinstance(m.what, Follow | EndOrder)} == {0.0, pi / 2}
 
 
 def test_slings_change_their_lugs_and_the_second_half_follows_them() -> None:

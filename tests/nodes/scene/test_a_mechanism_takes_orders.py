@@ -3,7 +3,7 @@
 import math
 
 from heavylift.kernel.description import Point, Threshold
-from heavylift.nodes.plan import And, Brake, Crossing, Lifted, Move, Slings, Wait
+from heavylift.nodes.plan import And, Brake, CrossingCondition, LiftedCondition, Move, SlingsCondition, Wait
 from heavylift.nodes.scene import parse
 
 SCENE = """\
@@ -51,7 +51,7 @@ def test_orders_reach_their_actuators() -> None:
     release, hoist = first.orders  # parking before rope, whatever the file says first
     assert isinstance(hoist, Move)
     assert (hoist.model, hoist.actuator, hoist.speed, hoist.accel, hoist.by) == ("portal", "rope", -0.05, 1.0, None)
-    assert isinstance(hoist.until, Lifted)
+    assert isinstance(hoist.until, LiftedCondition)
     assert hoist.until.model == "portal"
     assert release == Brake(model="portal", brake="parking", engaged=False, where="scene.yaml:29:5")
     drive, turn = second.orders
@@ -70,13 +70,13 @@ def test_conditions_have_thresholds_of_their_own() -> None:
     when, until = built.actions[2].when, built.actions[2].orders[0]
     assert isinstance(when, And)
     height, taut = when.all
-    assert isinstance(height, Crossing)
+    assert isinstance(height, CrossingCondition)
     assert height.threshold == Threshold("height-2", "height", point=Point("load"))
     assert (height.model, height.value, height.rising) == ("portal", 1.0, True)
-    assert isinstance(taut, Slings)
+    assert isinstance(taut, SlingsCondition)
     assert (taut.names, taut.state) == (("rope",), "taut")
     assert isinstance(until, Move)
-    assert isinstance(until.until, Crossing)
+    assert isinstance(until.until, CrossingCondition)
     assert until.until.threshold == Threshold("tension-1", "tension", ropes=("rope",))
 
 

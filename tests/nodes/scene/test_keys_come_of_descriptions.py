@@ -43,7 +43,7 @@ def test_numbers_arrive_in_the_field_of_their_key(model: Any) -> None:
     units = {name: unit for name, unit in _numbers(model.struct).items() if WORDS.get(name, name) in model.model_fields}
     values = {name: round(random.uniform(0.1, 9.0), 3) for name in units}
     written = {WORDS.get(name, name): f"{x!r} {_si(units[name])}" for name, x in values.items()}
-    folder = "/" if model is forces.Law else None
+    folder = "/" if model is forces.LawKeys else None
     made = model.model_validate(_needed(model) | written).built("it", folder=folder)
     assert {name: getattr(made, name) for name in values} == pytest.approx(values, rel=1e-12)
     for key in (WORDS.get(name, name) for name, unit in units.items() if unit.least):

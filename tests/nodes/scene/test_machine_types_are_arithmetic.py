@@ -9,7 +9,7 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.keys import Crane, written
+from heavylift.nodes.scene.keys import CraneKeys, written
 from heavylift.nodes.scene.text import ExpressionError, Value, evaluated, library, machine_type, shown_as, value_of
 from lifting import cranes
 
@@ -132,7 +132,7 @@ def test_faults_name_the_line_of_type_or_scene(tmp_path: Path, type_text: str, s
 
 def test_the_goliath_is_a_file_whose_numbers_are_the_defaults_of_its_keys() -> None:
     parameters = machine_type("goliath-900").parameters
-    keys = {written(name): field for name, field in Crane.model_fields.items()}
+    keys = {written(name): field for name, field in CraneKeys.model_fields.items()}
     left = {key for key, field in keys.items() if field.default is None or field.is_required()}
     assert {*keys} - left <= {*parameters} <= {*keys}
     for key, text in parameters.items():

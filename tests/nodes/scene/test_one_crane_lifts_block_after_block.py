@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel import SceneError
-from heavylift.nodes.plan import Hookup, Lifted, Unhook
+from heavylift.nodes.plan import Hookup, LiftedCondition, UnhookSling
 from heavylift.nodes.scene import LoadedScene, check, parse
 from heavylift.recordings import Recording
 
@@ -48,11 +48,11 @@ def scene() -> LoadedScene:
 
 def test_slings_are_other_ropes_where_they_are_hooked_next(scene: LoadedScene) -> None:
     orders = [order for action in scene.plan.actions for order in action.orders]
-    assert [o.sling for o in orders if isinstance(o, Unhook)] == [f"legs.sling-{i}" for i in range(1, 5)]
+    assert [o.sling for o in orders if isinstance(o, UnhookSling)] == [f"legs.sling-{i}" for i in range(1, 5)]
     hooked = [f"legs.sling-{i}.second-{lug}" for i, lug in enumerate("ABCD", 1)]
     assert [o.sling for o in orders if isinstance(o, Hookup)] == hooked
     untils = [getattr(o, "until", None) for o in orders]
-    assert [u.model for u in untils if isinstance(u, Lifted)] == ["first", "second"]
+    assert [u.model for u in untils if isinstance(u, LiftedCondition)] == ["first", "second"]
     limited = {limit.subject for limit in scene.plan.limits if limit.quantity == "sling tension"}
     assert limited >= {"legs.sling-1", "legs.sling-1.second-A"}
 

@@ -4,7 +4,7 @@ import math
 from fractions import Fraction
 
 import pytest
-from heavylift.nodes.plan import After, MovesDone
+from heavylift.nodes.plan import AfterCondition, MovesDone
 from heavylift.nodes.scene.language import (
     CrossTest,
     GroundTest,
@@ -35,7 +35,7 @@ CONDITIONS = {
     "moves done": MovesDone(text="moves done"),
     "hoist done": MovesDone(verbs=("hoist",), text="hoist done"),
     "lifted": GroundTest("lifted", 0, text="lifted"),
-    "after 60 s": After(seconds=60.0, text="after 60 s"),
+    "after 60 s": AfterCondition(seconds=60.0, text="after 60 s"),
     "angle >= 90 deg": CrossTest("angle", "", True, math.pi / 2, True, 0, text="angle >= 90 deg"),
     "tension of A slings <= 3 MN": CrossTest(
         "tension", "A slings", False, 3e6, False, 0, text="tension of A slings <= 3 MN"

@@ -5,7 +5,7 @@ import re
 import pytest
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Line, Point, RigidRope
-from heavylift.nodes.plan import Crossing
+from heavylift.nodes.plan import CrossingCondition
 from heavylift.nodes.scene import parse
 
 SCENE = """\
@@ -40,7 +40,7 @@ def test_a_rigid_rope_has_a_length_and_nothing_else():
     assert mechanism.system.ropes == ()
     assert mechanism.taut == ("fall",)
     assert [(a.name, a.start, a.lower, a.upper) for a in mechanism.actuators] == [("fall", 18.0, 5.0, 80.0)]
-    assert isinstance(parsed.plan.actions[0].orders[0].until, Crossing)
+    assert isinstance(parsed.plan.actions[0].orders[0].until, CrossingCondition)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Line, Point, Reeving, Rope, Sheave
 from heavylift.kernel.description.forces import Signal
-from heavylift.nodes.plan import Crossing, Move, Slings
+from heavylift.nodes.plan import CrossingCondition, Move, SlingsCondition
 from heavylift.nodes.scene import parse
 
 SCENE = """\
@@ -66,8 +66,8 @@ def test_a_reeving_takes_orders_and_can_be_waited_for():
     hoist = first.orders[0]
     assert isinstance(hoist, Move)
     assert (hoist.verb, hoist.actuator, hoist.by) == ("hoist", "fall", -1.0)
-    assert isinstance(hoist.until, Crossing)
-    assert isinstance(second.when, Slings)
+    assert isinstance(hoist.until, CrossingCondition)
+    assert isinstance(second.when, SlingsCondition)
     assert second.when.names == ("fall",)
 
 

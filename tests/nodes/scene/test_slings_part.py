@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.run import run
 from heavylift.kernel import SceneError
-from heavylift.nodes.plan import Hookup, Unhook
+from heavylift.nodes.plan import Hookup, UnhookSling
 from heavylift.nodes.scene import LoadedScene, parse
 from heavylift.recordings import Recording
 from lifting import hook_ropes
@@ -69,8 +69,8 @@ def test_a_lift_hangs_on_what_is_left() -> None:
 
 def test_a_single_sling_is_unhooked_and_hooked_elsewhere() -> None:
     orders = [a.orders[0] for a in lift("loader-1.sling-1: unhook", "loader-1.sling-1: hook [P1]").plan.actions]
-    assert [(type(order), order.sling) for order in orders if isinstance(order, Hookup | Unhook)] == [
-        (Unhook, "loader-1.sling-1"),
+    assert [(type(order), order.sling) for order in orders if isinstance(order, Hookup | UnhookSling)] == [
+        (UnhookSling, "loader-1.sling-1"),
         (Hookup, "loader-1.sling-1"),
     ]
 

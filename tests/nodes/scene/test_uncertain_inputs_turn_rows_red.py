@@ -10,7 +10,7 @@ from random import Random
 
 import pytest
 from heavylift.coordinator.ladder import play
-from heavylift.nodes.plan import Limit, Use
+from heavylift.nodes.plan import RatedLimit, Use
 from heavylift.nodes.scene import LoadedScene, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
@@ -99,7 +99,9 @@ def test_at_worst_is_the_value_of_the_use(least: bool) -> None:
         random = Random(seed)
         bound, value, spread = (random.uniform(1.0, 9.0) for _ in range(3))
         unit = random.choice(("N", "m"))
-        limit = Limit(subject="a", quantity="signal", unit=unit, value=bound, least=least, spread=spread, inputs="b")
+        limit = RatedLimit(
+            subject="a", quantity="signal", unit=unit, value=bound, least=least, spread=spread, inputs="b"
+        )
         worst = Use(limit, value, use=limit.use(value)).at_worst
         assert worst.value is not None
         assert limit.use(worst.value) == pytest.approx(worst.use)

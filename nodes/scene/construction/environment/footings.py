@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 from heavylift.nodes.limits.ground import CORNERS, SIDES
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.machines import PortalParts
@@ -82,13 +82,13 @@ def _configuration(machine: Mechanism, given: Parts[Any] | PortalParts | None) -
     return found
 
 
-def standing_limits(yard: SceneBuilder, machine: Mechanism) -> Iterator[Limit]:
+def standing_limits(yard: SceneBuilder, machine: Mechanism) -> Iterator[RatedLimit]:
     """What each track, outrigger or wheel of a machine may bear, and how near the machine may come to tipping."""
     name, footing, given = machine.name, machine.footing, _given(yard, machine)
     if footing is None:
         note = UNKNOWN if given is None else "it stands on a foundation"
         elements = (name,) if given is None else ()
-        yield Limit(
+        yield RatedLimit(
             subject=name, quantity="ground pressure", unit="Pa", elements=elements, note=note, where=machine.where
         )
         return
@@ -97,7 +97,7 @@ def standing_limits(yard: SceneBuilder, machine: Mechanism) -> Iterator[Limit]:
         most = given.wheels.capacity if given and given.wheels else None
         by, note = ("its type", LEFT_OUT) if most else ("", "give its wheels a 'capacity'")
         for corner in CORNERS:
-            yield Limit(
+            yield RatedLimit(
                 subject=f"{name} {corner}", quantity="wheel load", unit="kg", value=most, over=corner, source=by,
                 note=note, **at,  # type: ignore[arg-type]
             )  # fmt: skip
@@ -106,22 +106,22 @@ def standing_limits(yard: SceneBuilder, machine: Mechanism) -> Iterator[Limit]:
         by, note = ("the scene", LEFT_OUT) if most else ("", "write 'ground: {bearing: 200 kPa}', what it may bear")
         at |= {"where": yard.source.where(path)} if most else {}
         for each in SIDES if footing.kind == "tracks" else CORNERS:
-            yield Limit(
+            yield RatedLimit(
                 subject=f"{name} {each}", quantity="ground pressure", unit="Pa", value=most, over=each, source=by,
                 note=note, **at,  # type: ignore[arg-type]
             )  # fmt: skip
-    yield Limit(
+    yield RatedLimit(
         subject=name, quantity="uplift", unit="", value=1.0, source=STATICS, note=LEFT_OUT, **at,  # type: ignore[arg-type]
     )  # fmt: skip
 
 
-def wind_limits(yard: SceneBuilder, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[Limit]:
+def wind_limits(yard: SceneBuilder, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[RatedLimit]:
     """In which wind machines with hooks may work: their own limits, and that of the scene."""
     most, where = yard.scene.limits.wind, yard.source.where(("limits",))
     if not winds:
         by = "the scene" if most is not None else ""
         note = "no wind is modelled"
-        yield Limit(subject="all", quantity="wind", unit="m/s", value=most, source=by, note=note, where=where)
+        yield RatedLimit(subject="all", quantity="wind", unit="m/s", value=most, source=by, note=note, where=where)
         return
     row = {"quantity": "wind", "unit": "m/s", "elements": winds}
     unknown = not machines
@@ -130,11 +130,11 @@ def wind_limits(yard: SceneBuilder, machines: Collection[Mechanism], winds: tupl
         own = given.wind if given else None
         unknown |= own is None
         if own is not None:
-            yield Limit(subject=machine.name, value=own, source="its type", where=machine.where, **row)  # type: ignore[arg-type]
+            yield RatedLimit(subject=machine.name, value=own, source="its type", where=machine.where, **row)  # type: ignore[arg-type]
     if most is not None:
-        yield Limit(subject="all", value=most, source="the scene", where=where, **row)  # type: ignore[arg-type]
+        yield RatedLimit(subject="all", value=most, source="the scene", where=where, **row)  # type: ignore[arg-type]
     elif unknown:
-        yield Limit(subject="all", note="give it under 'limits: {wind: ...}'", where=where, **row)  # type: ignore[arg-type]
+        yield RatedLimit(subject="all", note="give it under 'limits: {wind: ...}'", where=where, **row)  # type: ignore[arg-type]
 
 
 def _given(yard: SceneBuilder, machine: Mechanism) -> Stands | None:

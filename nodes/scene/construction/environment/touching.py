@@ -13,7 +13,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Touch
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
-from heavylift.nodes.scene.keys.actions import Action
+from heavylift.nodes.scene.keys.actions import ActionLine
 from heavylift.nodes.scene.language.phrases import GroundTest
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
@@ -25,7 +25,7 @@ def touches(source: Source, path: Path, pairs: Sequence[tuple[str, str]]) -> Ite
         yield Touch(names=(_ground(a), _ground(b)), where=source.where((*path, "may touch", i)))
 
 
-def landings(yard: SceneBuilder, path: Path, action: Action) -> Iterator[Touch]:
+def landings(yard: SceneBuilder, path: Path, action: ActionLine) -> Iterator[Touch]:
     """What an action orders to land on something else than its supports, which it may touch from then on."""
     blocks, waits = [*yard.scene.all_blocks], [action.when, *(phrase.until for phrase in action.orders.values())]
     for test in (test for wait in waits for test in wait or ()):

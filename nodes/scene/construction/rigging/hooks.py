@@ -16,7 +16,7 @@ from heavylift.nodes.scene.construction.checking import Checking
 from heavylift.nodes.scene.construction.scene_builder import box
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
-from heavylift.nodes.scene.keys.parts.rigging import Slings
+from heavylift.nodes.scene.keys.parts.rigging import SlingKeys
 from heavylift.nodes.scene.text.source import Path
 
 from .edges import along_edges
@@ -158,7 +158,7 @@ def _plumb(name: str, hook: Hook, tip: tuple[float, ...], tree: RiggingTree | No
     return tip[2] - asked - hook.height
 
 
-def _slings(found: Hung, key: str, given: Slings, name: str, hook: Hook, tree: RiggingTree | None) -> None:
+def _slings(found: Hung, key: str, given: SlingKeys, name: str, hook: Hook, tree: RiggingTree | None) -> None:
     """The slings of a rigging, from the hook to lugs of blocks."""
     assert tree is not None
     found.ties += tree.ties(key)

@@ -11,11 +11,11 @@ from heavylift.nodes.limits.sharing import DETERMINATE
 from heavylift.nodes.limits.slings import assembly, at_rest, in_a_run, shackle
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, TANDEM, TANDEM_SOURCE, strength_limits
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.plan.limit import Quantity, RatedLimit
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
-from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Slings, SlingType
+from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingKeys, SlingType
 from heavylift.nodes.scene.text.source import Path, shown
 
 from .slings import lugs_of, slings_of, terms
@@ -23,17 +23,17 @@ from .slings import lugs_of, slings_of, terms
 WAYS: dict[Vector, tuple[Quantity, str]] = {(1.0, 0.0, 0.0): ("rails", "along"), (0.0, 1.0, 0.0): ("girder", "across")}
 
 
-def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limit]:
+def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
     """Hooks of a machine made of parts: capacity or chart, rope, slings."""
     for hook in machine.hooks:
         given = _given(yard, machine, hook.rope)
         at = {"subject": hook.rope, "unit": "kg", "elements": (hook.rope,), "where": hook.where, "source": "its type"}
         if chart := hook.chart:
             note = "with hook block and rigging; the next longer radius counts"
-            yield Limit(quantity="hook load", chart=chart, over="radius", note=note, **at)  # type: ignore[arg-type]
+            yield RatedLimit(quantity="hook load", chart=chart, over="radius", note=note, **at)  # type: ignore[arg-type]
         else:
             note = "" if given.capacity else "give its hook a 'capacity'"
-            yield Limit(quantity="hook load", value=given.capacity, note=note, **at)  # type: ignore[arg-type]
+            yield RatedLimit(quantity="hook load", value=given.capacity, note=note, **at)  # type: ignore[arg-type]
         yield _fall(given, at)
         winch = next((a for a in machine.actuators if a.name == hook.rope), None)
         ends = None if winch is None or winch.lower is None or winch.upper is None else (winch.lower, winch.upper)
@@ -41,11 +41,11 @@ def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limit]:
     if len(machine.hooks) > 1:
         every, where = tuple(hook.rope for hook in machine.hooks), machine.where
         told = "its type states none of all its hooks together"
-        yield Limit(subject=machine.name, quantity="crane load", unit="kg", elements=every, note=told, where=where)
+        yield RatedLimit(subject=machine.name, quantity="crane load", unit="kg", elements=every, note=told, where=where)
     yield from _travels(yard, machine)
 
 
-def _travels(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limit]:
+def _travels(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
     """Between which ends what carries hooks travels along the world's x or y, and what ropes may pull it that way."""
     keys: Any = yard.scene.machines.get(machine.name) or yard.scene.mechanism
     joints = {joint.child: joint for joint in machine.system.joints}
@@ -68,31 +68,33 @@ def _travels(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limit]:
         at = {"subject": subject, "where": actuator.where}
         if actuator.lower is not None and actuator.upper is not None:
             between = actuator.lower, actuator.upper
-            yield Limit(quantity=quantity, unit="m", between=between, elements=(body,), source="its type", **at)  # type: ignore[arg-type]
+            yield RatedLimit(quantity=quantity, unit="m", between=between, elements=(body,), source="its type", **at)  # type: ignore[arg-type]
         for key, does in (("force", "its drive moves"), ("brake", "its brake holds")):
             most = getattr(keys.drives[name], key)
             row = {"note": does, "source": "its type"} if most else {"note": f"its type states no '{key}' of {name}"}
-            yield Limit(quantity="side force", unit="N", value=most, over=over, elements=ropes, **at, **row)  # type: ignore[arg-type]
+            yield RatedLimit(quantity="side force", unit="N", value=most, over=over, elements=ropes, **at, **row)  # type: ignore[arg-type]
 
 
-def _hoist(yard: SceneBuilder, given: Hook, at: dict[str, Any], ends: tuple[float, float] | None) -> Iterator[Limit]:
+def _hoist(
+    yard: SceneBuilder, given: Hook, at: dict[str, Any], ends: tuple[float, float] | None
+) -> Iterator[RatedLimit]:
     """How its rope may lead, its largest tension, and between which ends its winch moves."""
     limits = yard.scene.limits
     by = "the scene" if "off_lead" in limits.model_fields_set else "assumed"
     most = None if limits.off_lead == "unknown" else limits.off_lead
     note = "" if most is not None else "the machine's limit is unknown"
-    yield Limit(quantity="off-lead", value=most, note=note, **{**at, "unit": "rad", "source": by})
+    yield RatedLimit(quantity="off-lead", value=most, note=note, **{**at, "unit": "rad", "source": by})
     if given.fall_breaking:
         yield from strength_limits("hoist rope", at["subject"], given.fall_breaking, at["where"], {})
     pull = {"value": given.drum_pull} if given.drum_pull else {"note": "its type states none", "source": ""}
-    yield Limit(quantity="drum pull", **{**at, "unit": "N", **pull})
+    yield RatedLimit(quantity="drum pull", **{**at, "unit": "N", **pull})
     high = {"value": given.highest} if given.highest is not None else {"note": "its type states none", "source": ""}
-    yield Limit(quantity="hook height", **{**at, "unit": "m", **high})
+    yield RatedLimit(quantity="hook height", **{**at, "unit": "m", **high})
     if ends is not None:
-        yield Limit(quantity="rope length", between=ends, **{**at, "unit": "m"})
+        yield RatedLimit(quantity="rope length", between=ends, **{**at, "unit": "m"})
 
 
-def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
     """Hooks of several machines that carry one load at the start: each may carry a part only of what it could alone."""
     lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
     lugs, levelled = lug_places(mechanisms), {machine.name for machine in mechanisms if machine.levels}
@@ -110,7 +112,7 @@ def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> I
             note = f"{1.0 / more:.1%} of what it may carry alone, as {len(hooks)} cranes lift together"
             note += "" if own else f", not synchronised ({TANDEM_SOURCE})"
             if hook.rope not in seen:
-                yield Limit(
+                yield RatedLimit(
                     subject=hook.rope, quantity="tandem load", unit="kg", elements=(hook.rope,), chart=chart,
                     value=None if chart else hook.capacity / more, over="radius" if chart else "", note=note,
                     source="the scene" if own else "assumed", where=hook.where,
@@ -118,14 +120,14 @@ def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> I
             seen.add(hook.rope)
 
 
-def _fall(given: Hook, at: dict[str, Any]) -> Limit:
+def _fall(given: Hook, at: dict[str, Any]) -> RatedLimit:
     """The rope of a hook at rest, all falls together, of which the one at the drum is loaded most; friction assumed."""
     at = {**at, "unit": "N", "quantity": "rope tension"}
     if not given.fall_breaking:
-        return Limit(note="give its hook a 'fall breaking'", **{**at, "source": ""})
+        return RatedLimit(note="give its hook a 'fall breaking'", **{**at, "source": ""})
     factor, ends = ROPE_FACTORS[given.mechanism_group], drum_ends(given.falls, None)
     most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, ROLLING)
-    return Limit(value=most, factor=factor, **{**at, "source": f"{ISO_4308}, {given.mechanism_group}"})
+    return RatedLimit(value=most, factor=factor, **{**at, "source": f"{ISO_4308}, {given.mechanism_group}"})
 
 
 def _given(yard: SceneBuilder, machine: plan.Mechanism, rope: str) -> Hook:
@@ -134,7 +136,7 @@ def _given(yard: SceneBuilder, machine: plan.Mechanism, rope: str) -> Hook:
     return (scene.machines.get(machine.name) or scene.mechanism).hooks[rope]  # type: ignore[union-attr]
 
 
-def rigging_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limit]:
+def rigging_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
     """Slings of a rigging with their shackles, or the frame that it is."""
     entries = {name: x for name, x in yard.scene.rigging.items() if name in machine.rigged or name == machine.name}
     for name, given in entries.items():
@@ -142,10 +144,10 @@ def rigging_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limi
         if isinstance(given, Frame):
             below = tuple(x for word, slings in _on(yard).items() if word.split(".")[0] == name for x in slings)
             if given.capacity:
-                yield Limit(subject=name, quantity="frame load", value=given.capacity, elements=below, **at)  # type: ignore[arg-type]
+                yield RatedLimit(subject=name, quantity="frame load", value=given.capacity, elements=below, **at)  # type: ignore[arg-type]
             continue
         slings = machine.rigged[name]
-        if isinstance(given, Slings):
+        if isinstance(given, SlingKeys):
             yield from _assembly(yard, name, given, slings, str(at["where"]))
         for sling in slings:
             yield from sling_limits(yard, given.sling, sling, at["where"], ("rigging", name, "sling"))
@@ -154,11 +156,11 @@ def rigging_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[Limi
             yield shackle_limit(yard, given.shackle, sling, ("rigging", name, "shackle"))
 
 
-def shackle_limit(yard: SceneBuilder, WLL: float | None, sling: str, at: Path) -> Limit:
+def shackle_limit(yard: SceneBuilder, WLL: float | None, sling: str, at: Path) -> RatedLimit:
     """Of each shackle of a sling, of an item of gear by its standard."""
     item = _item(yard, at)
     note = "give its 'shackle'" if WLL is None else shackle(WLL, item.partition(", ")[2]) if item else ""
-    return Limit(
+    return RatedLimit(
         subject=sling, quantity="shackle load", unit="kg", value=WLL, elements=(sling,), note=note,
         source=item or ("the scene" if WLL else ""), where=yard.source.where(at[:-1]),
     )  # fmt: skip
@@ -182,7 +184,7 @@ def _on(yard: SceneBuilder) -> dict[str, list[str]]:
     return found
 
 
-def lug_limits(yard: SceneBuilder) -> Iterator[Limit]:
+def lug_limits(yard: SceneBuilder) -> Iterator[RatedLimit]:
     """Lugs of blocks, and points of frames."""
     scene, lugs, held = yard.scene, lugs_of(yard.scene), dict[object, list[str]]()
     for name, given in scene.rigging.items():
@@ -204,27 +206,27 @@ def lug_limits(yard: SceneBuilder) -> Iterator[Limit]:
                 yield from _lug(yard, lug, given.lug_capacity, slings, ("rigging", name))
 
 
-def _lug(yard: SceneBuilder, lug: str, most: float | None, slings: list[str], base: Path) -> Iterator[Limit]:
+def _lug(yard: SceneBuilder, lug: str, most: float | None, slings: list[str], base: Path) -> Iterator[RatedLimit]:
     where = yard.source.where((*base, "lug capacity"))
     if slings:
-        yield Limit(
+        yield RatedLimit(
             subject=lug, quantity="lug load", unit="kg", value=most, elements=tuple(slings),
             source="the scene" if most else "", note="" if most else "give 'lug capacity'", where=where,
         )  # fmt: skip
 
 
-def bridle_limit(yard: SceneBuilder, sling: str, where: str, *, bent: bool) -> Limit:
+def bridle_limit(yard: SceneBuilder, sling: str, where: str, *, bent: bool) -> RatedLimit:
     """How far a sling may stand off the vertical."""
     limits, row = yard.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
         note = "it bends over an edge or a sheave, where no angle to the vertical counts"
-        return Limit(quantity="bridle angle", note=note, **row)  # type: ignore[arg-type]
+        return RatedLimit(quantity="bridle angle", note=note, **row)  # type: ignore[arg-type]
     source = "the scene" if limits.model_fields_set & {"bridle", "bridle_warning"} else "EN 13414-1"
     warning = limits.bridle_warning
-    return Limit(quantity="bridle angle", value=limits.bridle, warning=warning, source=source, **row)  # type: ignore[arg-type]
+    return RatedLimit(quantity="bridle angle", value=limits.bridle, warning=warning, source=source, **row)  # type: ignore[arg-type]
 
 
-def sling_limits(yard: SceneBuilder, given: SlingType, name: str, where: str, base: Path) -> Iterator[Limit]:
+def sling_limits(yard: SceneBuilder, given: SlingType, name: str, where: str, base: Path) -> Iterator[RatedLimit]:
     """A sling, at rest and at its peak."""
     known = terms(given, _item(yard, base))
     own = {"factor": tuple(at_rest(known, yard.scene.gravity)), "partial_factor": tuple(in_a_run(known))}
@@ -232,7 +234,9 @@ def sling_limits(yard: SceneBuilder, given: SlingType, name: str, where: str, ba
     yield from strength_limits("sling", name, given.breaking, where, own)  # type: ignore[arg-type]
 
 
-def _assembly(yard: SceneBuilder, name: str, given: Slings, slings: tuple[str, ...], where: str) -> Iterator[Limit]:
+def _assembly(
+    yard: SceneBuilder, name: str, given: SlingKeys, slings: tuple[str, ...], where: str
+) -> Iterator[RatedLimit]:
     """The legs of a bridle on one hook or frame that were bought together; else, how more than three share a load."""
     scene, sling = yard.scene, given.sling
     if given.over_edges or len({*given.holders}) > 1:
@@ -242,7 +246,7 @@ def _assembly(yard: SceneBuilder, name: str, given: Slings, slings: tuple[str, .
     found = None if own else assembly(known, len(given.to), scene.gravity)
     row = {"subject": name, "elements": slings, "where": where}
     if found:
-        yield Limit(
+        yield RatedLimit(
             quantity="assembly load", unit="kg", chart=found[0], over="angle", source=found[1],
             note="shares as lengths and stiffness make them", **row,  # type: ignore[arg-type]
         )  # fmt: skip
@@ -250,7 +254,7 @@ def _assembly(yard: SceneBuilder, name: str, given: Slings, slings: tuple[str, .
         told = (
             f"{len(given.to)} slings share a load as lengths and stiffness make them: write 'sling: {{legs: single}}'"
         )
-        yield Limit(quantity="sharing", unit="", note=f"{told} or 'factors: {{skew: 1.25}}'", **row)  # type: ignore[arg-type]
+        yield RatedLimit(quantity="sharing", unit="", note=f"{told} or 'factors: {{skew: 1.25}}'", **row)  # type: ignore[arg-type]
 
 
 def gear_of(yard: SceneBuilder) -> Iterator[plan.Gear]:
@@ -261,7 +265,7 @@ def gear_of(yard: SceneBuilder) -> Iterator[plan.Gear]:
         for at in x.at:
             words = at.split(".")
             entry = scene.rigging.get(words[1]) if words[0] == "rigging" else None
-            legs = len(entry.to) if isinstance(entry, Slings) else 1
+            legs = len(entry.to) if isinstance(entry, SlingKeys) else 1
             slings = 2 * len(scene.rig.beams) if scene.rig and words[0] == "rig" else legs
             number += {"sling": slings, "shackle": 2 * slings, "length": 0}.get(words[-1], 1)
         yield plan.Gear(

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.limits.slings import Terms, at_rest
-from heavylift.nodes.scene.keys.parts.rigging import Frame, Slings, SlingType
+from heavylift.nodes.scene.keys.parts.rigging import Frame, SlingKeys, SlingType
 from heavylift.nodes.scene.keys.schema import Scene
 
 
@@ -26,9 +26,9 @@ def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
     given = scene.rigging[name]
     if isinstance(given, Frame):
         return {}
-    names = [f"{name}.sling-{i + 1}" for i in range(len(given.to) if isinstance(given, Slings) else 1)]
+    names = [f"{name}.sling-{i + 1}" for i in range(len(given.to) if isinstance(given, SlingKeys) else 1)]
     found = {sling: Sling(i, given.to[i]) for i, sling in enumerate(names)}
-    for action in scene.actions if isinstance(given, Slings) else ():
+    for action in scene.actions if isinstance(given, SlingKeys) else ():
         for target, phrase in action.orders.items():
             asked = names if target == name else [target] if target in names else []
             for sling, lug in zip(asked, phrase.lugs, strict=False):

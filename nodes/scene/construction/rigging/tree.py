@@ -16,10 +16,10 @@ from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 from heavylift.nodes.plan.mechanism import Tie
-from heavylift.nodes.scene.keys.base import End
+from heavylift.nodes.scene.keys.base import BodyPoint
 from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.mechanics import Hook
-from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, Slings
+from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, SlingKeys
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
@@ -75,9 +75,9 @@ class RiggingTree:
         told = f"no block has a lug '{word}'" if self.scene.blocks else f"the block has no lug '{word}'"
         return told, closest(word, [*self.lugs, *self.points])
 
-    def of_hook(self, hook: str) -> dict[str, Slings]:
+    def of_hook(self, hook: str) -> dict[str, SlingKeys]:
         """The slings from one hook to lugs, which belong to its machine."""
-        slings = {name: given for name, given in self.rigging.items() if isinstance(given, Slings)}
+        slings = {name: given for name, given in self.rigging.items() if isinstance(given, SlingKeys)}
         return {name: given for name, given in slings.items() if self._plain(given) == hook}
 
     def of_any(self, hook: str) -> bool:
@@ -93,7 +93,7 @@ class RiggingTree:
 
     def _plain(self, given: Rigging) -> str:
         """The one hook that slings to lugs hang on."""
-        if not isinstance(given, Slings) or isinstance(given.on, list) or any(x not in self.lugs for x in given.to):
+        if not isinstance(given, SlingKeys) or isinstance(given.on, list) or any(x not in self.lugs for x in given.to):
             return ""
         point = self.upper(given.on)
         return point.body if point and point.body in self.hooks else ""
@@ -107,14 +107,14 @@ class RiggingTree:
                 self.source.fault(here, f"the name '{name}' is given twice: another machine has it, too", on_key=True)
             if isinstance(given, Frame):
                 continue
-            several = isinstance(given, Slings) and isinstance(given.on, list)
+            several = isinstance(given, SlingKeys) and isinstance(given.on, list)
             for i, word in enumerate(given.holders):
                 at: Path = (*here, "on", i) if several else (*here, "on")
                 if self.upper(word) is None:
                     what = "hook or frame" if self.frames else "hook"
                     self.source.fault(at, f"there is no {what} '{word}'", closest(word, [*self.ends, *self.points]))
                     break
-            if isinstance(given, Slings):
+            if isinstance(given, SlingKeys):
                 for key, found in (("on", given.holders), ("length", given.lengths)):
                     if len(found) != len(given.to):
                         n = len(given.to)
@@ -228,7 +228,7 @@ class RiggingTree:
             p, q = at(point), self._where(word)
             assert not isinstance(given, Frame)
             if isinstance(given, Equaliser) or given.over_edges:
-                found += [self._reeved(name, given, i, p)] if i == 0 or isinstance(given, Slings) else []
+                found += [self._reeved(name, given, i, p)] if i == 0 or isinstance(given, SlingKeys) else []
                 continue
             reach = given.lengths[i]
             if frame := self._body(word):
@@ -246,7 +246,7 @@ class RiggingTree:
             found.append(q[2] + sqrt(length * length - aside * aside) - p[2])
         return min(found) if found else None
 
-    def _reeved(self, name: str, given: Slings | Equaliser, i: int, p: list[float]) -> float:
+    def _reeved(self, name: str, given: SlingKeys | Equaliser, i: int, p: list[float]) -> float:
         """The same of what holds a rope over a sheave or edges, whose place is p where that z is 0 [m]."""
         words = given.to if isinstance(given, Equaliser) else [given.to[i]]
         length = given.length if isinstance(given, Equaliser) else given.lengths[i]
@@ -270,15 +270,15 @@ class RiggingTree:
     def edges(self, name: str, i: int) -> tuple[Sheave, ...]:
         """The edges that a sling may bend over."""
         given = self.rigging[name]
-        assert isinstance(given, Slings)
+        assert isinstance(given, SlingKeys)
         ends = self.upper(given.holders[i]) or NOWHERE, self.lower(given.to[i]) or NOWHERE
         return along_edges(
             self.source, ("rigging", name), given.over_edges, self.scene.edges, ends, self.coms, lambda: self.at
         )
 
-    def made(self, name: str, around: k.System) -> mechanics.Mechanism:
+    def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
         """An entry as the keys of a machine, beside all that there is."""
-        given, make = self.rigging[name], mechanics.Mechanism.model_construct
+        given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]
             half = 0.5 * float(atan2(float(R[1][0]), float(R[0][0])))
@@ -312,5 +312,5 @@ class RiggingTree:
         return make(name=name, ropes=ropes)
 
 
-def _end(point: k.Point) -> End:
-    return End.model_construct(body=point.body, at=point.p)
+def _end(point: k.Point) -> BodyPoint:
+    return BodyPoint.model_construct(body=point.body, at=point.p)

@@ -45,12 +45,14 @@ class Conditions:
 
     def crossing(
         self, path: Path, signal: Signal, model: str, value: float, rising: bool, text: str
-    ) -> actions.Crossing:
+    ) -> actions.CrossingCondition:
         """A crossing of a signal, whose threshold has a name of its own."""
         self.thresholds += 1
         guard = guard_of(f"{signal.quantity.replace(' ', '-')}-{self.thresholds}", signal)
         where = self.source.where(path)
-        return actions.Crossing(model=model, threshold=guard, value=value, rising=rising, text=text, where=where)
+        return actions.CrossingCondition(
+            model=model, threshold=guard, value=value, rising=rising, text=text, where=where
+        )
 
     def _term(self, path: Path, test: phrases.Test) -> actions.Condition:
         named = {"where": self.source.where(path), "text": test.text}
@@ -60,16 +62,16 @@ class Conditions:
                 if test.of not in lifts:
                     told = f"there is no lift '{test.of}' that could be done"
                     self.source.fault(path, told, closest(test.of, lifts), column=test.column)
-                return actions.Ended(lift=test.of, **named)
+                return actions.EndedCondition(lift=test.of, **named)
             case phrases.GroundTest() if test.on:
                 model, signal = self._lands(path, test)
                 return self.crossing(path, signal, model, LANDS, False, test.text)
             case phrases.GroundTest():
-                kind = actions.Lifted if test.state == "lifted" else actions.Landed
+                kind = actions.LiftedCondition if test.state == "lifted" else actions.LandedCondition
                 return kind(model=self._standing(path, test), **named)
             case phrases.SlingTest():
                 names = self._ropes(path, test.of, test.noun, test.column)
-                return actions.Slings(names=names, each=test.each, state=test.state, **named)
+                return actions.SlingsCondition(names=names, each=test.each, state=test.state, **named)
             case phrases.CrossTest():
                 model, signal = self.signal(path, test) or ("", Signal("height"))
                 return self.crossing(path, signal, model, test.value, test.rising, test.text)

@@ -15,7 +15,7 @@ from heavylift.nodes.plan.interlock import Interlock, Stopped
 from heavylift.nodes.plan.verbs import VERBS, Verb
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.construction.targets import OrderTarget, targets
-from heavylift.nodes.scene.keys.actions import Interlock as Keys
+from heavylift.nodes.scene.keys.actions import InterlockKeys as Keys
 from heavylift.nodes.scene.keys.parts.kinematics import Poses, place, poses
 from heavylift.nodes.scene.language.phrases import CrossTest
 from heavylift.nodes.scene.text.faults import closest

@@ -8,7 +8,7 @@ from dataclasses import fields
 
 from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.scene.construction.limiting import rated_limits, scene_limits
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language.phrases import CrossTest
@@ -19,13 +19,13 @@ from .conditions import Conditions, unit_of
 SIGNAL = tuple(x.name for x in fields(Signal))
 
 
-def build_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[Limit, ...]:
+def build_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[RatedLimit, ...]:
     """All rows, those of what holds a load first."""
     rows = rated_limits(yard, mechanisms)
     return (*rows, *_signals(yard, mechanisms), *_interlocks(yard), *scene_limits(yard, mechanisms))
 
 
-def _signals(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[Limit]:
+def _signals(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterator[RatedLimit]:
     """Signals that the scene itself limits, as conditions that hold as long as all is well."""
     conditions = Conditions(yard, mechanisms)
     for i, phrase in enumerate(yard.scene.limits.signals):
@@ -37,19 +37,19 @@ def _signals(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> Iterat
                 yard.source.fault(path, told)
             elif found := conditions.signal(path, test):
                 subject = re.split(r"\s*[<>]=", test.text)[0]
-                yield Limit(
+                yield RatedLimit(
                     subject=subject, quantity="signal", unit=unit, value=test.value, least=test.rising,
                     signal=found[1], source="the scene", where=yard.source.where(path),
                 )  # fmt: skip
 
 
-def _interlocks(yard: SceneBuilder) -> Iterator[Limit]:
+def _interlocks(yard: SceneBuilder) -> Iterator[RatedLimit]:
     """What interlocks that stop something watch, each of their guards."""
     for x in (x for x in yard.interlocks if x.stops and x.unit is not None):
         by = "its type" if x.name.rpartition(".")[0] in yard.scene.machines else "the scene"
         for guard in x.guards:
             own = {name: getattr(guard, name) for name in SIGNAL}
-            yield Limit(
+            yield RatedLimit(
                 subject=x.name, quantity="interlock", unit=x.unit or "", value=x.value, least=not x.rising,
                 signal=Signal(**own), elements=(x.name,), source=by, where=x.where,
             )  # fmt: skip

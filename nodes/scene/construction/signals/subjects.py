@@ -11,7 +11,7 @@ from heavylift.kernel.description.mechanics import WORLD, Point, Quantity, Vecto
 from heavylift.kernel.description.signals import Signal
 from heavylift.nodes.limits.named import LOADS, signal_of
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.limit import Limit
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.shapes import around
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.construction.limiting import rated_limits
@@ -81,14 +81,14 @@ class Subjects:
         return None
 
     @cached_property
-    def ratings(self) -> dict[str, dict[str, Limit]]:
+    def ratings(self) -> dict[str, dict[str, RatedLimit]]:
         """The rows that shares of a quantity are of, by the words for their subjects."""
         rows = self.yard.limits or rated_limits(self.yard, self.mechanisms)
         found = {q: {x.subject.replace(" ", "."): x for x in rows if x.quantity in of} for q, of in RATINGS.items()}
         found["load"] |= {word: found["load"][x.rope] for word, x in self.hooks.items() if word not in found["load"]}
         return found
 
-    def share(self, row: Limit) -> tuple[str, Signal] | None:
+    def share(self, row: RatedLimit) -> tuple[str, Signal] | None:
         """The load or tension of a row over its limit, as `check` judges it; None if no number limits it."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
@@ -104,7 +104,7 @@ class Subjects:
         numbers = (1.0 / row.value, 0.0) if row.unit == "N" else (1.0 / own[0], own[1])
         return self.ropes[row.elements[0]], Signal("load", ropes=row.elements, numbers=numbers)
 
-    def _blocks(self, row: Limit) -> float:
+    def _blocks(self, row: RatedLimit) -> float:
         return sum(self.hooks[rope].block_mass for rope in row.elements if rope in self.hooks)
 
     def known(self, quantity: str) -> list[str]:

@@ -60,7 +60,7 @@ class Characteristic(keys_of(f.Characteristic, word="characteristic", x=_column(
     """An actuator law as data: a `curve` of [position or speed, effort] of a joint, times `factor` or a `history`."""
 
 
-class Law(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
+class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
     """A law of the user's own: "package.module:function", or "file.py:function" beside the scene's file."""
 
     modes: int = Field(default=0, ge=0)
@@ -73,7 +73,7 @@ class Law(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
         return replace(super().built(*first), function=function, guards=guards)
 
 
-WRITTEN = {f.Wind: Wind, f.Bushing: Bushing, f.Characteristic: Characteristic, f.UserLaw: Law}
+WRITTEN = {f.Wind: Wind, f.Bushing: Bushing, f.Characteristic: Characteristic, f.UserLaw: LawKeys}
 KINDS = [kind for kind in get_args(f.Force) if kind is not f.Reeving]  # which is a rope in scenes
 WORDS = {kind: re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind.__name__).lower() for kind in KINDS}
 MODELS = [WRITTEN.get(kind) or keys_of(kind, word=word, module=__name__) for kind, word in WORDS.items()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from heavylift.nodes.scene.keys.base import Base, End, Name, Place, part_name
+from heavylift.nodes.scene.keys.base import Base, BodyPoint, Name, Place, part_name
 from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, Field
 
@@ -63,7 +63,7 @@ class PortalParts(Base):
     wind: u.Speed | None = None  # up to which it works
 
 
-class Machine(Parts[PartName]):
+class MachineKeys(Parts[PartName]):
     """A machine as its type makes it: a mechanism whose parts have its name in front."""
 
 
@@ -78,5 +78,5 @@ class FrameParts(Parts[PartName]):
     """What the type of a frame on a hook makes of its parameters."""
 
     eye: Eye
-    slings: Annotated[list[End], Field(min_length=1)]  # where they hang
+    slings: Annotated[list[BodyPoint], Field(min_length=1)]  # where they hang
     locked_while_empty: list[str] = Field(default_factory=list)  # brakes

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from heavylift.kernel.description import laws as k
 from heavylift.kernel.description import points
 from heavylift.kernel.description.forces import Sheave
-from heavylift.nodes.scene.keys.base import Base, End, Name, Place, rising
+from heavylift.nodes.scene.keys.base import Base, BodyPoint, Name, Place, rising
 from heavylift.nodes.scene.keys.described import keys_of, one
 from heavylift.nodes.scene.language.grammar import read_ramp
 from heavylift.nodes.scene.language.phrases import SwingRamp
@@ -117,8 +117,8 @@ class Rope(Base):
     tension.
     """
 
-    start: End | None = None
-    end: End | None = None
+    start: BodyPoint | None = None
+    end: BodyPoint | None = None
     over: list[Over] = Field(default_factory=list)
     over_edges: list[str] = Field(default_factory=list)
     lines: list[Line] = Field(default_factory=list)
@@ -188,7 +188,7 @@ class Hook(Base):
 
     on: str
     at: Place
-    drum: End | None = None
+    drum: BodyPoint | None = None
     falls: Annotated[int, Field(ge=1)] = 1
     apart: u.Gap = 0.0  # of the outer falls, along the y of `on`: gives the yaw stiffness T b2 / 4L
     block: u.Mass  # of the hook block
@@ -268,7 +268,7 @@ class Parts(Base, Generic[PartKey]):
         return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}
 
 
-class Mechanism(Parts[Name]):
+class MechanismKeys(Parts[Name]):
     """A system of bodies, joints and laws; it becomes one coupled model.
 
     Beside a lift it may name the lift's bodies and joints, and need have none of its own.

@@ -49,7 +49,7 @@ class SlingType(Base):
     damping: u.Ratio = 0.05  # of critical, with half of its beam; assumed
 
 
-class Slings(Base):
+class SlingKeys(Base):
     """Slings that are hooked at the start, from hooks or frames to lugs of the block or frames below."""
 
     type: Literal["slings"] = "slings"
@@ -104,7 +104,7 @@ class Frame(Base):
     lug_capacity: u.Mass | None = None  # of each point; left out: they are not judged
 
 
-class Gear(Base):
+class GearKeys(Base):
     """An item of rigging by its ID; scenes use what it tells where they write `gear: ID`."""
 
     kind: Literal["sling", "shackle", "spreader", "lifting beam", "link"]
@@ -128,6 +128,6 @@ def _type(given: object) -> str:
 
 
 Rigging = Annotated[
-    Annotated[Slings, Tag("slings")] | Annotated[Equaliser, Tag("equaliser")] | Annotated[Frame, Tag("frame")],
+    Annotated[SlingKeys, Tag("slings")] | Annotated[Equaliser, Tag("equaliser")] | Annotated[Frame, Tag("frame")],
     Discriminator(_type),
 ]
