@@ -53,7 +53,7 @@ class Stepped(Atomic):
         super().__init__(name)
         if type(step) is not int or step <= 0:
             raise ModelError(f"{name}: step={step!r} must be an int > 0 in ns, use ms(10)")
-        self.unit = Unit(Path(file).resolve(), who or name, tuple(outputs), dict(parameters or {}))
+        self.unit = FmuUnit(Path(file).resolve(), who or name, tuple(outputs), dict(parameters or {}))
         self.step, self.number = step, 0
         for port in self.ports.values():
             if isinstance(port, OutPort):
@@ -94,7 +94,7 @@ class Fmu(Stepped):
         self.y.send(self.said)
 
 
-class Unit:
+class FmuUnit:
     """An instance of a unit with its state; as bytes if it can save that."""
 
     def __init__(self, file: Path, name: str, said: tuple[str, ...], parameters: dict[str, float]) -> None:

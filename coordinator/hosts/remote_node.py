@@ -14,7 +14,7 @@ import msgspec
 import zenoh
 from heavylift.coordinator.participants.node_process import serve
 from heavylift.coordinator.transport.keys import HUB, JOIN, key
-from heavylift.coordinator.transport.link import JOIN_s, Link
+from heavylift.coordinator.transport.link import JOIN_s, NodeLink
 from heavylift.coordinator.transport.session import Ticket, remote_session
 from heavylift.kernel.errors import UNREADABLE, ProtocolError, printable
 from heavylift.kernel.version import __version__
@@ -36,7 +36,7 @@ def play(name: str, door: RemoteListener, run: str, scene: str, say: Callable[[s
         ticket = _ask(session, JoinRequest(name, __version__, socket.gethostname(), run, scene, code()), door)
         if KERNEL in ticket.nodes:
             from heavylift.coordinator.participants import kernel_node  # noqa: F401
-        link = Link(ticket, session)
+        link = NodeLink(ticket, session)
         playing = _Playing(session, ticket, door, say)
         models = ", ".join(model for some in ticket.nodes.values() for model in some)
         say(printable(f"joined run {ticket.run} at {door.endpoint} with {models}"))

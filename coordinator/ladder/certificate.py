@@ -30,7 +30,7 @@ from heavylift.recordings.read.extended import amended
 from heavylift.recordings.render.curves import larger
 
 from .choosing import chosen
-from .figures import Figure
+from .figures import AskedFigure
 from .measuring import WITNESSED
 from .model_levels import DECADE, Ladder, ModelLevel
 from .run_pool import Ran, Start, result, starting
@@ -210,6 +210,6 @@ def _halves(part: str, run: Ran, other: Ran, missing: dict[str, str]) -> dict[st
     }
 
 
-def _input_bar(found: Sensitivities | None, figure: Figure) -> float | None:
+def _input_bar(found: Sensitivities | None, figure: AskedFigure) -> float | None:
     """None where nothing is known of any input."""
     return found.bar(figure.name) if found and len(found.failed) < len(found.inputs) else None

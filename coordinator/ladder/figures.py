@@ -32,7 +32,7 @@ THIRD = 3.0  # of what twice the distance of samples changes, they leave open: e
 FEWEST = 8  # samples of a stage in which a swing is looked for
 
 
-class Figure(NamedTuple):
+class AskedFigure(NamedTuple):
     """What it is, of which quantity, its unit and value, what its errors are relative to, and by how much it may be
     misread."""
 
@@ -109,11 +109,11 @@ def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list
     return out
 
 
-def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[Figure]:
+def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
     """The figures of a run of these quantities; names that come again, such as those of stages, have numbers."""
     shown = Shown.of(run)
     half = shown.halved()
-    found = list[Figure]()
+    found = list[AskedFigure]()
     for quantity in ask:
         if quantity in READ:
             read, again = _told_apart(READ[quantity](run.plan, shown)), _told_apart(READ[quantity](run.plan, half))
@@ -124,31 +124,33 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[Figure]:
     return found
 
 
-def _tensions(slings: bool) -> Callable[[Plan, Shown], Iterator[Figure]]:
-    def tensions(plan: Plan, shown: Shown) -> Iterator[Figure]:
+def _tensions(slings: bool) -> Callable[[Plan, Shown], Iterator[AskedFigure]]:
+    def tensions(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
         ties = {tie.rope for machine in plan.machines for tie in machine.ties}
         own = {name: peak for name, peak in shown.peaks.items() if (name in ties) == slings}
         least = PART * PART * max(own.values(), default=0.0)
         for name, peak in own.items():
             if peak > LOADED:
-                yield Figure(f"peak tension {name}", QUANTITY[slings], "N", peak, max(peak, least))
+                yield AskedFigure(f"peak tension {name}", QUANTITY[slings], "N", peak, max(peak, least))
 
     return tensions
 
 
-def _durations(quantity: Asked) -> Callable[[Plan, Shown], Iterator[Figure]]:
-    def durations(plan: Plan, shown: Shown) -> Iterator[Figure]:
+def _durations(quantity: Asked) -> Callable[[Plan, Shown], Iterator[AskedFigure]]:
+    def durations(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
         for span in shown.spans:
             lasts = span.end - span.start
             if span.lifts and quantity == "lift-off time":
-                yield Figure(f"duration of '{span.name}', which lifts off", quantity, "s", lasts, max(SHORTEST, lasts))
+                yield AskedFigure(
+                    f"duration of '{span.name}', which lifts off", quantity, "s", lasts, max(SHORTEST, lasts)
+                )
             elif quantity == "stage ends" and span.name != WHOLE:
-                yield Figure(f"duration of '{span.name}'", quantity, "s", lasts, max(SHORTEST, lasts))
+                yield AskedFigure(f"duration of '{span.name}'", quantity, "s", lasts, max(SHORTEST, lasts))
 
     return durations
 
 
-def _swings(plan: Plan, shown: Shown) -> Iterator[Figure]:
+def _swings(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
     hung = [dist(*hook.ends) for machine in plan.machines for hook in machine.hooks if hook.ends]
     small = SMALL * min(hung) if hung else SWUNG
     for name, (x, unit) in shown.places.items():
@@ -157,9 +159,9 @@ def _swings(plan: Plan, shown: Shown) -> Iterator[Figure]:
         scale = max([small if unit == "m" else SMALL, *(PART * s.amplitude for _, s in seen)])
         for span, s in seen:
             told = f"swing of {name} in '{span.name}'"
-            yield Figure(f"{told}, amplitude", "swing", unit, s.amplitude, max(scale, s.amplitude))
+            yield AskedFigure(f"{told}, amplitude", "swing", unit, s.amplitude, max(scale, s.amplitude))
             if s.period and s.amplitude >= scale:
-                yield Figure(f"{told}, period", "swing", "s", s.period, s.period)
+                yield AskedFigure(f"{told}, period", "swing", "s", s.period, s.period)
 
 
 class Swing(NamedTuple):
@@ -224,7 +226,7 @@ def _period(t: Floats, y: Floats) -> float:
     return 1.0 / f if f * lasts >= 2.0 and left(f) < 0.5 * float((y * y).sum()) else 0.0
 
 
-def _positions(plan: Plan, shown: Shown) -> Iterator[Figure]:
+def _positions(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
     ends = [*(span.start for span in shown.spans[1:]), shown.spans[-1].end]
     names = [f"as '{span.name}' begins" for span in shown.spans[1:]] + ["at the end"]
     for name, (x, unit) in shown.places.items():
@@ -235,7 +237,7 @@ def _positions(plan: Plan, shown: Shown) -> Iterator[Figure]:
         for told, place in zip(names, at[1:], strict=True):
             for axis, value in zip("xyz" if len(place) == 3 else [""], place, strict=True):
                 what = f"{axis} of {name}" if axis else name
-                yield Figure(f"{what} {told}", "position", unit, float(value), way)
+                yield AskedFigure(f"{what} {told}", "position", unit, float(value), way)
 
 
 def _at(t: Floats, x: Floats, times: Sequence[float]) -> Floats:
@@ -249,22 +251,24 @@ def _at(t: Floats, x: Floats, times: Sequence[float]) -> Floats:
     return np.array(out)
 
 
-def _supports(plan: Plan, shown: Shown) -> Iterator[Figure]:
+def _supports(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
     tops = {name: _top(shown.t, force) for name, force in shown.supports.items()}
     least = PART * PART * max(tops.values(), default=0.0)
     for name, force in tops.items():
         if force > LOADED:
-            yield Figure(f"largest force on {name}", "support load", "N", force, max(force, least))
+            yield AskedFigure(f"largest force on {name}", "support load", "N", force, max(force, least))
 
 
-def _judged(run: Played, quantity: Asked) -> Iterator[Figure]:
+def _judged(run: Played, quantity: Asked) -> Iterator[AskedFigure]:
     verdict, uses = run.judged
     if quantity == "clearance" and verdict.clearances:
         least = min(verdict.clearances, key=lambda x: x.distance)
-        yield Figure("smallest clearance", quantity, "m", least.distance, max(NEAR, abs(least.distance)))
+        yield AskedFigure("smallest clearance", quantity, "m", least.distance, max(NEAR, abs(least.distance)))
     for use in uses if quantity == "limits" else ():
         if use.use is not None:
-            yield Figure(f"use of {use.limit.subject} {use.limit.quantity}", quantity, "", use.use, max(1.0, use.use))
+            yield AskedFigure(
+                f"use of {use.limit.subject} {use.limit.quantity}", quantity, "", use.use, max(1.0, use.use)
+            )
 
 
 def _units(plan: Plan) -> dict[str, str]:
@@ -279,7 +283,7 @@ def _units(plan: Plan) -> dict[str, str]:
     return found
 
 
-def _told_apart(found: Iterator[Figure]) -> list[Figure]:
+def _told_apart(found: Iterator[AskedFigure]) -> list[AskedFigure]:
     seen = Counter[str]()
     out = []
     for figure in found:
@@ -290,7 +294,7 @@ def _told_apart(found: Iterator[Figure]) -> list[Figure]:
 
 
 QUANTITY: tuple[Asked, Asked] = ("rope tension", "sling tension")
-READ: dict[Asked, Callable[[Plan, Shown], Iterator[Figure]]] = {
+READ: dict[Asked, Callable[[Plan, Shown], Iterator[AskedFigure]]] = {
     "rope tension": _tensions(slings=False),
     "sling tension": _tensions(slings=True),
     "swing": _swings,

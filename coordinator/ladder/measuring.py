@@ -13,7 +13,7 @@ import msgspec
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import Asked, Fidelity
 
-from .figures import Figure, figures
+from .figures import AskedFigure, figures
 from .in_memory import CUT, play
 from .model_levels import ModelLevel
 
@@ -44,8 +44,8 @@ class Measuring:
         self._samples = 0
         self._names: list[str] = []
         self._failed: dict[Key, HeavyliftError] = {}
-        self._read: dict[Key, dict[str, Figure]] = {}
-        self.limits: dict[Key, dict[str, Figure]] = {}  # uses of limits, of each rung that was run
+        self._read: dict[Key, dict[str, AskedFigure]] = {}
+        self.limits: dict[Key, dict[str, AskedFigure]] = {}  # uses of limits, of each rung that was run
 
     @property
     def names(self) -> list[str]:
@@ -53,11 +53,11 @@ class Measuring:
         return [*dict.fromkeys(self._names)]
 
     @property
-    def seen(self) -> dict[str, Figure]:
+    def seen(self) -> dict[str, AskedFigure]:
         """Figures that any run has shown."""
         return {name: f for read in self._read.values() for name, f in read.items()}
 
-    def figures(self, rung: ModelLevel) -> dict[str, Figure]:
+    def figures(self, rung: ModelLevel) -> dict[str, AskedFigure]:
         """Of the run of a rung; raises HeavyliftError if it has none."""
         if rung.key in self._failed:
             raise self._failed[rung.key]

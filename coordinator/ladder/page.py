@@ -17,7 +17,7 @@ from heavylift.recordings.sheets.writing import printed
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 
-from .tradeoff import Measured, Row
+from .tradeoff import MeasuredLadder, Row
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,7 +35,7 @@ def checked(out: str | Path) -> Path:
     return output_path(out, "a trade-off", KINDS)
 
 
-def write(measured: Measured, out: str | Path, force: bool = False) -> Path:
+def write(measured: MeasuredLadder, out: str | Path, force: bool = False) -> Path:
     """Write in the form that the ending asks for, and return where."""
     path = checked(out)
     match path.suffix.lower():
@@ -50,7 +50,7 @@ def write(measured: Measured, out: str | Path, force: bool = False) -> Path:
     return written(text, path, "a trade-off", KINDS, force)
 
 
-def data(measured: Measured) -> dict[str, Any]:
+def data(measured: MeasuredLadder) -> dict[str, Any]:
     """All of it as plain data, SI units; what is infinite is null."""
     found = msgspec.to_builtins(measured)
     found["distributed"] = [
@@ -67,7 +67,7 @@ def _finite(x: object) -> object:
     return None if isinstance(x, float) and not isfinite(x) else x
 
 
-def tradeoff_sheet(measured: Measured) -> Sheet:
+def tradeoff_sheet(measured: MeasuredLadder) -> Sheet:
     """What was measured: advice, figure, rungs, the fastest first, and those without a run."""
     asked = (f"error of {quantity} [%]" for quantity in measured.ask)
     heads = columns("level", "steps", "kernel [s]", "start [s]", *asked, "failed")
@@ -84,7 +84,7 @@ def tradeoff_sheet(measured: Measured) -> Sheet:
     return Sheet(title, measured.advice, "" if measured.pick else "bad", tuple(parts))
 
 
-def _row(measured: Measured, row: Row) -> tuple[Cell, ...]:
+def _row(measured: MeasuredLadder, row: Row) -> tuple[Cell, ...]:
     """A rung; errors beyond what is asked are marked, and the one that is advised."""
     advised = row is measured.pick
     level = Marked(row.level, "pick") if advised else row.level
@@ -98,7 +98,7 @@ def _short(x: float) -> float:
     return float(f"{x:.2g}")
 
 
-def _worth(measured: Measured) -> list[str]:
+def _worth(measured: MeasuredLadder) -> list[str]:
     lines = [f"Errors are differences to the finest rung, {measured.reference}, relative to what is asked."]
     for what, moved in measured.worth.items():
         lines.append(f"By {what}, that is itself open by {', '.join(f'{q} {percent(e)}' for q, e in moved.items())}.")
@@ -109,7 +109,7 @@ def _worth(measured: Measured) -> list[str]:
     ]
 
 
-def _communication(measured: Measured) -> list[Table]:
+def _communication(measured: MeasuredLadder) -> list[Table]:
     told = "Two solvers, one for each end of a rope, hold its force for h: it gains energy. Nodes never do so."
     held = tuple((x.pair, x.omega, x.h * 1e3, 100 * x.measured, 100 * x.law) for x in measured.held)
     apart = tuple(
@@ -122,7 +122,7 @@ def _communication(measured: Measured) -> list[Table]:
     ]
 
 
-def _drawn(measured: Measured, fonts: str) -> Figure:
+def _drawn(measured: MeasuredLadder, fonts: str) -> Figure:
     """Speed against the worst error, both logarithmic: up and to the left is better."""
     from matplotlib.figure import Figure
 

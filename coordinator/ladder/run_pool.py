@@ -13,12 +13,12 @@ from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.kernel.trust import demand
 from heavylift.nodes.plan.plan import Plan, decode, encode, functions
 
-from .figures import Figure, figures
+from .figures import AskedFigure, figures
 from .in_memory import play
 
 LONGEST = 3600.0  # [s] of wall time that a run may take
 
-Ran: TypeAlias = tuple[list[Figure], float] | str
+Ran: TypeAlias = tuple[list[AskedFigure], float] | str
 """Figures of a run and its CPU time [s], or the sentence that says why there is none."""
 
 Start: TypeAlias = Callable[[Plan], "Future[Ran]"]

@@ -22,7 +22,7 @@ from heavylift.recordings.format.text import table
 from heavylift.recordings.render.curves import larger
 
 from .choosing import chosen
-from .figures import Figure
+from .figures import AskedFigure
 from .run_pool import Ran, Start, result, starting
 
 LOG = logging.getLogger("heavylift.ladder")
@@ -49,7 +49,7 @@ class Sensitivities:
     which some made no run (why, by name), and those that state none; what else is to be said; CPU time of the runs
     [s]."""
 
-    figures: list[Figure]
+    figures: list[AskedFigure]
     effects: dict[str, list[Effect]]
     inputs: list[UncertainInput]
     failed: dict[str, str]
@@ -80,13 +80,13 @@ class Sensitivities:
             "failed": self.failed, "unstated": self.unstated, "notes": self.notes,
         }  # fmt: skip
 
-    def _relative(self, figure: Figure) -> float:
+    def _relative(self, figure: AskedFigure) -> float:
         return self.bar(figure.name) / (abs(figure.scale) or 1.0)
 
     def _share(self, figure: str, effect: Effect) -> float:
         return effect.moves**2 / (self.bar(figure) ** 2 or 1.0)
 
-    def _table(self, figure: Figure) -> str:
+    def _table(self, figure: AskedFigure) -> str:
         factor, unit = larger(figure.unit)
         known = {each.name: str(each) for each in self.inputs}
         bar = factor * self.bar(figure.name)
@@ -149,7 +149,7 @@ def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start
     return Moved(one, runs)
 
 
-def effects(scene: LoadedScene, begun: Sequence[Moved], nominal: list[Figure], start: Start) -> Sensitivities:
+def effects(scene: LoadedScene, begun: Sequence[Moved], nominal: list[AskedFigure], start: Start) -> Sensitivities:
     """What inputs do to the figures of the nominal run, once the runs begun with them have ended."""
     seen = [_Seen(each) for each in begun]
     for one in [x for x in seen if not x.failed and any(x.switches(figure) for figure in nominal)]:
@@ -184,7 +184,7 @@ class _Seen:
                 self.cpu_s += ended[1]
                 self.values[step] = {figure.name: figure.value for figure in ended[0]}
 
-    def switches(self, figure: Figure) -> bool:
+    def switches(self, figure: AskedFigure) -> bool:
         """Whether a figure does not follow the input in proportion."""
         if not self.input.sd:
             return False
@@ -194,7 +194,7 @@ class _Seen:
         bend = abs(0.5 * (up + down) - figure.value)
         return bend > BENT * 0.5 * abs(up - down) and bend > NOISE * abs(figure.scale)
 
-    def effect(self, figure: Figure) -> Effect:
+    def effect(self, figure: AskedFigure) -> Effect:
         """On a figure: of the half-width of the input's bar."""
         if not self.input.sd:
             return Effect(self.input.name, 0.0)

@@ -81,7 +81,7 @@ class Distributed:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredLadder:
     """All that is told of a scene: rows, cheapest first in each level; the reference and what it is worth; the advice;
     how many rungs did not fit into the budget; what processes would cost."""
 
@@ -103,7 +103,7 @@ class Measured:
 def measure(
     scene: LoadedScene, ask: str = "", limit: float | None = None, budget: float = 300.0,
     say: Callable[[str], None] = lambda told: None,
-) -> Measured:  # fmt: skip
+) -> MeasuredLadder:  # fmt: skip
     """Measure a scene within `budget` seconds; `ask`: quantities, by default the scene's own or the usual ones; `limit`
     of their errors: by default the scene's accuracy if it asks, else 1 %.
 
@@ -146,7 +146,9 @@ def measure(
     worth = _worth(ladder, true, finest, quantity, measuring)
     pick, advice = _advice(rows, limit)
     shown = tuple(q for q in wanted if q in quantity.values())
-    return Measured(scene.plan.name, shown, limit, budget, budget - left(), rows, pick, advice, true.name, worth, out)
+    return MeasuredLadder(
+        scene.plan.name, shown, limit, budget, budget - left(), rows, pick, advice, true.name, worth, out
+    )
 
 
 def _asked(words: str, own: tuple[Asked, ...]) -> tuple[Asked, ...]:

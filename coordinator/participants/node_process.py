@@ -15,7 +15,7 @@ from functools import partial
 
 import msgspec
 from heavylift.coordinator.protocol.messages import Alive
-from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.link import NodeLink
 from heavylift.coordinator.transport.session import Ticket
 from heavylift.nodes.models import KERNEL
 
@@ -27,7 +27,7 @@ def main(arguments: list[str]) -> int:
     ticket = Ticket.take()
     if KERNEL in ticket.nodes:  # while the others start: NumPy, LLVM
         from . import kernel_node  # noqa: F401
-    with Link(ticket) as link:
+    with NodeLink(ticket) as link:
         try:
             serve(link)
         except MemoryError:  # none is left to leave in order with; a successor may find some
@@ -36,7 +36,7 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def serve(link: Link) -> str:
+def serve(link: NodeLink) -> str:
     """Answer the coordinator until every node of the link has said BYE or FAIL; what was said in the first FAIL."""
     failed = ""
     playing = {

@@ -11,7 +11,7 @@ from hashlib import blake2b
 import msgspec
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
 
@@ -26,7 +26,7 @@ class SignalSubscription(msgspec.Struct, frozen=True):
     """What a model hears: period [ns], and the signal of each of its ports."""
 
     period: int
-    signals: dict[str, Signal]
+    signals: dict[str, ScalarSignal]
 
 
 class KernelConfig(msgspec.Struct, frozen=True):

@@ -19,7 +19,7 @@ from heavylift.nodes.devs import Event, Message, Slack, Tag
 from heavylift.recordings import SampleLayout
 from heavylift.recordings.format.columns import Columns
 from heavylift.recordings.format.failures import BROKEN
-from heavylift.recordings.format.samples import Note, decode_batch
+from heavylift.recordings.format.samples import SamplerNote, decode_batch
 from numpy.typing import NDArray
 
 from .kernel_node import KernelNode
@@ -82,7 +82,7 @@ class Recalled:
                 self._kernel = KernelNode(config, self._sampled, foretells=True)
         self.lookahead = self._kernel.lookahead
         self._sent, self._known = sent, _Known(past, self._announced(sent))
-        self._notes = [Note(i, t, told) for i, (t, told) in enumerate(past.notes[:noted])]
+        self._notes = [SamplerNote(i, t, told) for i, (t, told) in enumerate(past.notes[:noted])]
 
     def _announced(self, recalled: int) -> SampleLayout:
         layout = msgspec.msgpack.decode(self._kernel.layout(), type=SampleLayout)

@@ -37,7 +37,7 @@ from typing import Annotated
 
 import msgspec
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
-from heavylift.nodes.devs import Event, Result, Slack, Tag
+from heavylift.nodes.devs import AtomicResult, Event, Slack, Tag
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
 Delay = tuple[Count, Count]  # ns and microsteps
@@ -123,7 +123,7 @@ class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
     sentence: str = ""
     busy_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
     slack: list[Slack] = []
-    results: list[Result] = []
+    results: list[AtomicResult] = []
 
 
 AnyMessage = Hello | Welcome | Grant | Done | Checkpoint | Fail | Stop | Bye

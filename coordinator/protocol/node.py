@@ -17,7 +17,7 @@ from heapq import heappop, heappush
 import msgspec
 from heavylift.kernel.description.user_code import raised
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, out_of_memory
-from heavylift.nodes.devs import FOREVER, Event, Keepable, Result, Steppable, Tag, after, encode, succ
+from heavylift.nodes.devs import FOREVER, AtomicResult, Event, Keepable, Steppable, Tag, after, encode, succ
 
 from .distance import plus
 from .messages import AnyMessage, Bye, Checkpoint, Done, Fail, Grant, Hello, Stop, Welcome
@@ -162,10 +162,10 @@ class Node:
         self._done = Done(checkpoint.gseq, reached, spoken, due, offer, self._quiet, self._hash, self.model.last)
         return self._done
 
-    def _results(self, stop: Stop) -> list[Result]:
+    def _results(self, stop: Stop) -> list[AtomicResult]:
         """What its models tell; nothing of a run that is broken off."""
         told = {} if stop.why else self.model.results(stop.end)
-        return [Result(path, type(value).__name__, encode(value)) for path, value in told.items()]
+        return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in told.items()]
 
     def _present(self) -> tuple[Tag, list[Event], Tag]:
         """Next tag, offer, quiet."""

@@ -23,7 +23,7 @@ from heavylift.coordinator.ladder.choosing import error_of
 from heavylift.coordinator.ladder.in_memory import CUT, Played, play
 from heavylift.coordinator.ladder.model_levels import ModelLevel
 from heavylift.coordinator.verdict.limits import signals_of_run
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
 from heavylift.nodes.limits.reading import evaluated
 from heavylift.nodes.plan.fidelity import Asked
@@ -174,7 +174,7 @@ def _off_lead(run: Played) -> float:
     """The largest angle between a hook's rope and the vertical [deg]; not a number without such ropes."""
     signals = signals_of_run(run.plan, run.t, {}, run.past.part(0, len(run.t)).poses, ())
     hooks = (hook for machine in run.plan.machines for hook in machine.hooks)
-    leads = (evaluated(run.plan, Signal("off-lead", ropes=(x.rope,), point=x.eye), signals) for x in hooks)
+    leads = (evaluated(run.plan, ScalarSignal("off-lead", ropes=(x.rope,), point=x.eye), signals) for x in hooks)
     angles = [np.degrees(np.minimum(angle, np.pi - angle).max()) for angle in leads if angle is not None]
     return float(max(angles, default=np.nan))
 

@@ -22,12 +22,12 @@ from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
 
 import msgspec
 from heavylift.coordinator.ladder.choosing import chosen
-from heavylift.coordinator.ladder.tradeoff import Distributed, Held, Measured
+from heavylift.coordinator.ladder.tradeoff import Distributed, Held, MeasuredLadder
 from heavylift.coordinator.participants import PRELOAD
 from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.placement import Placement
-from heavylift.kernel.description.forces import Load, Signal
+from heavylift.kernel.description.forces import InputSignal, Load
 from heavylift.kernel.description.mechanics import Body, Joint, Point, Rope, System
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.simulation.simulation import Simulation
@@ -62,7 +62,7 @@ def hanging(scene: LoadedScene) -> list[CoupledPair]:
     return found
 
 
-def communicating(scene: LoadedScene, measured: Measured) -> Measured:
+def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadder:
     """The measured scene with what its processes would cost measured as well."""
     scene = chosen(scene)
     rows = distributed(scene)
@@ -146,7 +146,7 @@ def _part(pair: CoupledPair) -> float:
 
 def _alone(name: str, mass: float, x: float) -> Simulation:
     """A solver of one body on a rail, under a force given from outside."""
-    pull = Load("pull", Point(name), force=(1.0, 0.0, 0.0), signal=Signal(0.0, driven=True))
+    pull = Load("pull", Point(name), force=(1.0, 0.0, 0.0), signal=InputSignal(0.0, driven=True))
     rail = Joint("rail", "prismatic", "world", name, axis=(1.0, 0.0, 0.0), q0=(x,))
     solver = Simulation(System((Body(name, mass),), (rail,), forces=(pull,), gravity=0.0))
     solver.start()

@@ -1,8 +1,8 @@
-"""The nodes' end of a run: `Link` in a process of their own, `LocalLink` in the coordinator's process.
+"""The nodes' end of a run: `NodeLink` in a process of their own, `LocalLink` in the coordinator's process.
 
 Contract of both: `send` never loses a message and `receive` gives the coordinator's messages in their order,
 each checked (frame.py). What was sent by `sample` before a `send` is at the coordinator when that `send` has
-arrived: both travel in one session, at one priority, in one order. A `Link` serves all nodes of its process.
+arrived: both travel in one session, at one priority, in one order. A `NodeLink` serves all nodes of its process.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class _Sender:
         self._samples.put(self._samples_writer.frame(payload))
 
 
-class Link:
+class NodeLink:
     """A process's connection to its coordinator; joins the run with all nodes of the ticket when it is made."""
 
     def __init__(self, ticket: Ticket, session: zenoh.Session | None = None) -> None:

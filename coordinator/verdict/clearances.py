@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from .coarse import Coarse
 from .conduct import Meant
-from .ground import TOUCH, Ground, GroundClearance, Spans
+from .ground import TOUCH, GroundClearance, GroundSurvey, Spans
 from .history import BLOCK, History, RunHistory
 from .intervals import Minimum, whole
 from .moving import Moving, moving
@@ -52,7 +52,7 @@ def clearances(
     """
     known, nearest = NearestSoFar(smallest, limit), dict[int, Clearance]()
     known_shapes = Shapes(plan)
-    things, ground = _Things(known_shapes, limit, meant), Ground(known_shapes, limit)
+    things, ground = _Things(known_shapes, limit, meant), GroundSurvey(known_shapes, limit)
     lowest: dict[tuple[str, bool], Clearance] = {}
     joints = (mechanics or system(plan)).joints if known_shapes.lifts else ()
     for part, between in thinned(history):

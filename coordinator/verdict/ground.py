@@ -45,7 +45,7 @@ class GroundClearance:
     limit: float
 
 
-class Ground:
+class GroundSurvey:
     """The nearest of each thing: first all parts of a run are surveyed, then each is looked at."""
 
     def __init__(self, shapes: Shapes, limit: float) -> None:

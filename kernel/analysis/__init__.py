@@ -15,12 +15,23 @@ from heavylift.kernel.multibody.inverse_dynamics import inverse_dynamics
 from heavylift.kernel.on_demand import face
 
 from .equilibrium import Equilibrium, equilibrium
-from .modes import Mode, Modes, modes
+from .modes import Modes, NaturalMode, modes
 from .momentum import Momentum, momentum
 
 __all__ = [
-    "Equilibrium", "Mobility", "Mode", "Modes", "Momentum", "Reaction", "Reactions", "equilibrium", "inverse_dynamics",
-    "mobility", "modes", "momentum", "reactions",
+    "Equilibrium",
+    "Mobility",
+    "Modes",
+    "Momentum",
+    "NaturalMode",
+    "Reaction",
+    "Reactions",
+    "equilibrium",
+    "inverse_dynamics",
+    "mobility",
+    "modes",
+    "momentum",
+    "reactions",
 ]  # fmt: skip
 
 face(__name__)

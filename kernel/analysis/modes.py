@@ -24,7 +24,7 @@ FREE = 1e-2  # [rad/s] below which a motion has no frequency but only rounding
 
 
 @dataclass(frozen=True)
-class Mode:
+class NaturalMode:
     """An oscillation: natural frequency w/2 pi [Hz] and damping ratio zeta (negative: it grows).
 
     shape: (n_v,) complex velocities, the largest 1; bodies, joints: share of the kinetic energy, largest first;
@@ -44,7 +44,7 @@ class Modes:
     """All small motions: oscillations by frequency, decay rates [1/s] of overdamped ones (negative: growing),
     and how many degrees of freedom move without any restoring force."""
 
-    oscillations: tuple[Mode, ...]
+    oscillations: tuple[NaturalMode, ...]
     decays: tuple[float, ...]
     free: int
 
@@ -85,7 +85,7 @@ def modes_at(poses: Poses, q: np.ndarray) -> Modes:
             w = abs(s[k])
             root = energy.energy(shape) ** 0.5
             momenta = {name: p / root for name, p in energy.momenta(shape).items()}
-            found.append(Mode(w / (2.0 * pi), -float(s[k].real / w), shape, *energy.shares(shape), momenta))
+            found.append(NaturalMode(w / (2.0 * pi), -float(s[k].real / w), shape, *energy.shares(shape), momenta))
     return Modes(tuple(found), tuple(sorted(decays)), (int(np.sum(np.abs(s) < FREE)) + 1) // 2)
 
 

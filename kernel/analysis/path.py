@@ -47,7 +47,7 @@ CHATTER = 50  # events at one instant after which the laws are settled together
 
 
 @dataclass(frozen=True)
-class Rest:
+class PathPoint:
     """A point of the path: its time, coordinates (nq,), what a sample shows, and what happened there."""
 
     t_ns: int
@@ -65,7 +65,7 @@ class EquilibriumPath:
     def __init__(self, simulation: Simulation, heard: frozenset[str] = frozenset()) -> None:
         self.command, self.heard = simulation, heard
         self.epoch = 0
-        self.points: list[Rest] = []
+        self.points: list[PathPoint] = []
         self._kept_ns = 0  # [ns] of the last of them, also if it was taken away
         self.notes: list[Note] = []
         self.unstable_since: int | None = None
@@ -279,7 +279,7 @@ class EquilibriumPath:
         if slid > SLID:
             self._dt = max(SHORTEST_NS, int((self.epoch - self._kept_ns) * SLID / slid))
         self._kept_ns = self.epoch
-        self.points.append(Rest(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
+        self.points.append(PathPoint(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
 
     # ---- stability ----------------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from heavylift.kernel.model.reactions.indeterminacy import COMPONENTS
 from heavylift.kernel.model.reactions.joint_reactions import Reactions
 
 from .equilibrium import Equilibrium
-from .modes import Mode, Modes
+from .modes import Modes, NaturalMode
 
 MOVED = 0.05  # share of the energy from which a part is named
 NAMED = 3  # parts of a mode
@@ -37,7 +37,7 @@ def modes_text(found: Modes) -> str:
     return "\n".join(lines)
 
 
-def _movers(mode: Mode) -> str:
+def _movers(mode: NaturalMode) -> str:
     bodies = [(name, share) for name, share in mode.bodies[:NAMED] if share >= MOVED]
     return ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in bodies) + f"; by {mode.joints[0][0]}"
 

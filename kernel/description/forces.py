@@ -12,11 +12,22 @@ from typing import Literal
 from msgspec import Struct
 
 from . import units as u
-from .points import IDENTITY, Line, Matrix, Point
+from .points import IDENTITY, Matrix, Point, RopeSpan
 
 __all__ = [
-    "Bushing", "Characteristic", "Force", "Load", "Matrix6", "Reeving", "Sheave", "Signal", "Spring", "Torsion",
-    "UserLaw", "Wave", "Wind",
+    "Bushing",
+    "Characteristic",
+    "Force",
+    "InputSignal",
+    "Load",
+    "Matrix6",
+    "Reeving",
+    "Sheave",
+    "Spring",
+    "Torsion",
+    "UserLaw",
+    "Wave",
+    "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
@@ -34,7 +45,7 @@ class Wave(Struct, frozen=True):
     phase: float = 0.0  # [rad]
 
 
-class Signal(Struct, frozen=True):
+class InputSignal(Struct, frozen=True):
     """A number that changes with time: `value`, or piecewise linear through (times [s], values), or driven.
 
     Before the first and after the last time the end value holds; two equal times are a jump.  `driven`: it starts at
@@ -72,7 +83,7 @@ class Load(Element, frozen=True, tag=True):
     force: tuple[u.Push, u.Push, u.Push] = (0.0, 0.0, 0.0)
     moment: tuple[u.Twist, u.Twist, u.Twist] = (0.0, 0.0, 0.0)
     axes: Literal["world", "body"] = "world"
-    signal: Signal = Signal()
+    signal: InputSignal = InputSignal()
 
 
 class Wind(Element, frozen=True, tag=True):
@@ -87,7 +98,7 @@ class Wind(Element, frozen=True, tag=True):
     area: u.Area
     drag: u.Ratio
     direction: u.Direction
-    signal: Signal
+    signal: InputSignal
     density: u.Density = 1.225
     sides: tuple[u.Area, u.Area, u.Area] = (0.0, 0.0, 0.0)  # seen along the body's axes
 
@@ -153,7 +164,7 @@ class Characteristic(Element, frozen=True, tag=True):
     of: Literal["position", "speed"]
     x: tuple[float, ...]
     effort: tuple[float, ...]
-    signal: Signal = Signal()
+    signal: InputSignal = InputSignal()
     coordinate: str = ""  # of a joint that has several
 
 
@@ -169,7 +180,7 @@ class UserLaw(Element, frozen=True, tag=True):
     joint: str = ""
     ends: tuple[Point, ...] = ()
     parameters: tuple[u.Number, ...] = ()
-    signal: Signal = Signal()
+    signal: InputSignal = InputSignal()
     guards: str = ""
     modes: int = 0
     coordinate: str = ""  # of a joint that has several
@@ -204,7 +215,7 @@ class Reeving(Element, frozen=True, tag=True):
     sheaves: tuple[Sheave, ...]
     b: Point
     EA: u.AxialStiffness
-    signal: Signal
+    signal: InputSignal
     damping: u.Damping = 0.0
     hooked: bool = True  # at the start
 
@@ -223,9 +234,9 @@ class Reeving(Element, frozen=True, tag=True):
         return len({s.at.body for s in self.edges}) > 1
 
     @property
-    def lines(self) -> tuple[Line, ...]:
+    def lines(self) -> tuple[RopeSpan, ...]:
         """Its parts from centre to centre, for pictures."""
-        return tuple(Line(a, b) for a, b in pairwise(self.points))
+        return tuple(RopeSpan(a, b) for a, b in pairwise(self.points))
 
     @property
     def winch(self) -> bool:

@@ -10,7 +10,7 @@ from typing import Literal
 
 from . import units as u
 from .forces import Force, Wave
-from .points import Line, Point
+from .points import Point, RopeSpan
 
 __all__ = ["Brake", "Drive", "JointSpring", "Law", "Lock", "RigidRope", "Rope", "Stop", "Support"]
 
@@ -103,7 +103,7 @@ class Drive(AlongJoint):
 class Straight:
     """A rope over straight lines."""
 
-    lines: tuple[Line, ...]
+    lines: tuple[RopeSpan, ...]
     along = None
 
     @property
@@ -124,7 +124,7 @@ class Rope(Straight):
     """
 
     name: str
-    lines: tuple[Line, ...]
+    lines: tuple[RopeSpan, ...]
     EA: u.AxialStiffness
     L0: u.Extent  # unstretched length
     damping: u.Damping = 0.0
@@ -142,7 +142,7 @@ class RigidRope(Straight):
     """
 
     name: str
-    lines: tuple[Line, ...]
+    lines: tuple[RopeSpan, ...]
     L0: u.Extent
     winch: bool = False
     hooked: bool = True

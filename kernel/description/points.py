@@ -25,7 +25,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Line:
+class RopeSpan:
     """One straight part of a rope; `share` is its weight in the rope's length."""
 
     a: Point

@@ -15,7 +15,7 @@ Quantity = Literal[
 
 
 @dataclass(frozen=True)
-class Signal:
+class ScalarSignal:
     """A scalar of a scene.
 
     "height"        of `point` in the world [m]; "height difference": above `origin` [m]
@@ -61,10 +61,10 @@ class Named:
 
 
 @dataclass(frozen=True)
-class Threshold(Signal, Named):
+class Threshold(ScalarSignal, Named):
     """A guard on a signal; it reports when the signal crosses a value that is set at run time."""
 
 
-def guard_of(name: str, x: Signal) -> Threshold:
+def guard_of(name: str, x: ScalarSignal) -> Threshold:
     """The threshold that guards a signal."""
     return Threshold(name, **vars(x))

@@ -18,7 +18,7 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
 from heavylift.kernel.description.field_types import item_word
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.description.mechanics import Law
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.multibody.graph import Graph
@@ -85,9 +85,9 @@ class ForceLaw(ABC, Generic[F]):
         """The law of a force that is part of a scene."""
         return self
 
-    def signal(self, f: F) -> Signal | None:
+    def signal(self, f: F) -> InputSignal | None:
         """What commands or histories change."""
-        signal: Signal | None = getattr(f, "signal", None)
+        signal: InputSignal | None = getattr(f, "signal", None)
         return signal
 
     def shape(self, f: F) -> Hashable:

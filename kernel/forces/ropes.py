@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, select, sqrt
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.description.mechanics import Rope
 
 from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting, attachment
@@ -45,8 +45,8 @@ class RopeLaw(ForceLaw[Rope]):
     def within(self, f: Rope, setting: Setting) -> RopeLaw:
         return RopeLaw(setting.clamped, f.name in setting.calm, f.winch, setting.gravity)
 
-    def signal(self, f: Rope) -> Signal:
-        return Signal(f.L0, driven=f.winch)
+    def signal(self, f: Rope) -> InputSignal:
+        return InputSignal(f.L0, driven=f.winch)
 
     def shape(self, f: Rope) -> bool:
         return self.calm

@@ -13,7 +13,7 @@ from typing import Any
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalars
 from heavylift.kernel.description import forces as kinds
-from heavylift.kernel.description.forces import Force, Signal
+from heavylift.kernel.description.forces import Force, InputSignal
 from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope, Stop, Support
 from heavylift.kernel.description.units import wrong_sign
 
@@ -61,7 +61,7 @@ class SharedForce:
     ends: tuple[int, ...]
     along: tuple[int, int] | None
     numbers: list[float]
-    signal: Signal | None
+    signal: InputSignal | None
     guards: tuple[str, ...]
     shows: tuple[SampledQuantity, ...]
     angles: int
@@ -108,7 +108,7 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
     return tuple(out)
 
 
-def signals(forces: tuple[Force, ...]) -> dict[str, Signal]:
+def signals(forces: tuple[Force, ...]) -> dict[str, InputSignal]:
     """The signals of the forces that have one, by the forces' names."""
     return {f.name: s for f in forces if (s := law_of(f).signal(f))}
 

@@ -16,7 +16,7 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.constraints.contact.contact_points import ContactRows
+from heavylift.kernel.constraints.contact.contact_points import ContactPointRows
 from heavylift.kernel.constraints.loop_closures import CLOSURES
 from heavylift.kernel.constraints.row_structure import Constraints
 from heavylift.kernel.description.joint_table import JOINTS
@@ -58,7 +58,7 @@ class _Cut(NamedTuple):
     trees: list[Tree]
     poses_at_start: Poses
     traced: list[Tree]
-    contacts: ContactRows
+    contacts: ContactPointRows
     constraints: Constraints
     instances: list[tuple[Tree, SharedTree]]
 
@@ -133,7 +133,7 @@ class Program:
         self.poses_at_start = _poses_at_start(self.graph, traced)
         for rope in self.system.reevings:
             check_parallel(rope, self.graph, self.poses_at_start)
-        self.contacts = ContactRows(self.system, self.graph)
+        self.contacts = ContactPointRows(self.system, self.graph)
         self.constraints = Constraints(self.graph, self.system.rigid_ropes, self.contacts)
         self.instances = self._share(traced)
         self.constraints.link(self.instances)

@@ -13,8 +13,8 @@ from typing import Any, TypeAlias
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.compiler.symbol import Scalar, Scalars, maximum, minimum, select, sqrt
-from heavylift.kernel.description.mechanics import Line, Point, System
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.mechanics import Point, RopeSpan, System
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import KernelError
 
 Places: TypeAlias = Sequence[Scalars]  # of points, each x, y, z
@@ -204,12 +204,12 @@ LINED = ("swing along", "swing across", "off-lead", "pull", "reserve", *SIDES)  
 COUNTS = {"gap": 6, "load": 2, "pull": 2, "reserve": 3, "place along": 1, "place across": 1}  # numbers it has
 
 
-def scalar(h: Signal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
+def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
     """The quantity, of the places of its `points`, its `numbers`, the values of its `names` and its `lines`."""
     return ROWS[h.quantity].formula(FormulaContext(places, numbers, values, lines))
 
 
-def points(h: Signal, system: System) -> tuple[Point, ...]:
+def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
     """The points whose places its formula is over."""
     if h.quantity in LINED:
         return tuple(p for rope in _lines(h, system) for line in rope for p in (line.a, line.b))
@@ -219,18 +219,18 @@ def points(h: Signal, system: System) -> tuple[Point, ...]:
     return tuple(given)
 
 
-def numbers(h: Signal, system: System) -> tuple[float, ...]:
+def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
     """The numbers that its formula is over: its own, and the shares of its lines."""
     shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
     return (*h.numbers, *shares)
 
 
-def lines(h: Signal, system: System) -> tuple[int, ...]:
+def lines(h: ScalarSignal, system: System) -> tuple[int, ...]:
     """How many lines each of its ropes has."""
     return tuple(map(len, _lines(h, system))) if h.quantity in SIDES else ()
 
 
-def names(h: Signal) -> tuple[str, ...]:
+def names(h: ScalarSignal) -> tuple[str, ...]:
     """Of what its formula takes a value: ropes, or the one thing that it is of."""
     if h.quantity in ("tension", "load", "moment", "use", "use by place", *SIDES):
         return h.ropes
@@ -239,7 +239,7 @@ def names(h: Signal) -> tuple[str, ...]:
     return (h.of,) if h.quantity in ("angle", "joint", "speed", "wind") else ()
 
 
-def check_signal(h: Signal, system: System, label: str) -> None:
+def check_signal(h: ScalarSignal, system: System, label: str) -> None:
     """Raises KernelError for a signal that lacks what its quantity needs."""
     a = f"an {h.quantity}" if h.quantity[0] in "aeiou" else f"a {h.quantity}"
     for need in ROWS[h.quantity].needs:
@@ -267,14 +267,14 @@ def check_signal(h: Signal, system: System, label: str) -> None:
         _lines(h, system)
 
 
-def _places(h: Signal) -> int:
+def _places(h: ScalarSignal) -> int:
     return sum(need in ("point", "origin") for need in ROWS[h.quantity].needs)
 
 
-def _lines(h: Signal, system: System) -> tuple[tuple[Line, ...], ...]:
+def _lines(h: ScalarSignal, system: System) -> tuple[tuple[RopeSpan, ...], ...]:
     """The lines of each of its ropes that count, or the one from its origin to its point."""
     if not h.ropes and h.point and h.origin:
-        return ((Line(h.origin, h.point),),)
+        return ((RopeSpan(h.origin, h.point),),)
     known = {rope.name: rope.lines for rope in system.straight_ropes}
     asked = h.ropes if h.quantity in SIDES else h.ropes[:1]
     for rope in asked or ("",):

@@ -15,7 +15,7 @@ from math import inf, isfinite
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.kernel.errors import KernelError
@@ -220,9 +220,9 @@ class References:
 class Histories:
     """The histories of all forces; a piece is (local start [s], value there, slope)."""
 
-    def __init__(self, signals: dict[str, Signal], parameters: Parameters, P: np.ndarray) -> None:
+    def __init__(self, signals: dict[str, InputSignal], parameters: Parameters, P: np.ndarray) -> None:
         self._P = P
-        self._all: list[tuple[slice, list[int], Signal]] = []
+        self._all: list[tuple[slice, list[int], InputSignal]] = []
         for name, s in signals.items():
             if s.times:
                 self._all.append((parameters.at["signal", name], [round(t * 1e9) for t in s.times], s))

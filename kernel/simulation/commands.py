@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.forces import Reeving
-from heavylift.kernel.description.mechanics import Line, Point, Vector
+from heavylift.kernel.description.mechanics import Point, RopeSpan, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingAt, ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
@@ -173,7 +173,7 @@ class CommandSwitches:
         """New ends of a rope's first line where the rope's numbers want them: on a flexible body from their station."""
         system, graph = self._native.program.system, self._native.program.graph
         lines = {r.name: r.lines[0] for r in system.straight_ropes}
-        lines |= {r.name: Line(r.a, r.b) for r in system.reevings}
+        lines |= {r.name: RopeSpan(r.a, r.b) for r in system.reevings}
         if rope not in lines:
             return [a, b]
         line, where = lines[rope], self._where(rope)

@@ -22,7 +22,7 @@ from heavylift.kernel.on_demand import face
 from heavylift.nodes.devs.execution.simulator import Simulator
 from heavylift.nodes.devs.execution.transitions import Trace, Transition
 
-from .events import Event, Keepable, Order, Result, Slack, Steppable
+from .events import AtomicResult, Event, Keepable, Order, Slack, Steppable
 from .messages import Message, decode, encode, message_type
 from .models import Atomic, Coupled, Model
 from .ports import Bag, In, InPort, Out, OutPort, Port
@@ -30,10 +30,40 @@ from .statistics import Tally, TimeWeighted, stream
 from .tags import FOREVER, NEVER, Tag, after, ms, ns, seconds, succ, us
 
 __all__ = [
-    "FOREVER", "NEVER", "Atomic", "Bag", "Coupled", "Event", "In", "InPort", "Keepable", "Message", "Model",
-    "Order", "Out", "OutPort", "Port", "Result", "Simulator", "Slack", "Steppable", "Tag", "Tally",
-    "TimeWeighted", "Trace", "Transition", "after", "decode", "encode", "message_type", "ms", "ns", "seconds",
-    "stream", "succ", "us",
+    "FOREVER",
+    "NEVER",
+    "Atomic",
+    "AtomicResult",
+    "Bag",
+    "Coupled",
+    "Event",
+    "In",
+    "InPort",
+    "Keepable",
+    "Message",
+    "Model",
+    "Order",
+    "Out",
+    "OutPort",
+    "Port",
+    "Simulator",
+    "Slack",
+    "Steppable",
+    "Tag",
+    "Tally",
+    "TimeWeighted",
+    "Trace",
+    "Transition",
+    "after",
+    "decode",
+    "encode",
+    "message_type",
+    "ms",
+    "ns",
+    "seconds",
+    "stream",
+    "succ",
+    "us",
 ]  # fmt: skip
 
 face(__name__)

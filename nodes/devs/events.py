@@ -44,7 +44,7 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
         return decode(self.type, self.payload)
 
 
-class Result(msgspec.Struct, frozen=True):
+class AtomicResult(msgspec.Struct, frozen=True):
     """What an atomic tells when a run is over: its path, class name and bytes of the message."""
 
     path: str

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from heavylift.kernel.algebra.elementary import sin
 from heavylift.nodes.plan.factors import Factor, Factors
-from heavylift.nodes.plan.limit import Quantity, RatedLimit, Rest, Use
+from heavylift.nodes.plan.limit import Quantity, RatedLimit, RestLoad, Use
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.goals import world
@@ -99,7 +99,9 @@ def design_limits(
             if quantity == "hook design load" and not given.dynamics and "dynamic" not in missing:
                 missing["dynamics"] = "whether capacities of hooks include dynamics: write 'dynamics: included'"
             alone = quantity == "hook design load" and given.dynamics != "not included"
-            rest = Rest(value=use.value, bound=use.value / use.use if use.use else 0.0, stage=use.stage, alone=alone)
+            rest = RestLoad(
+                value=use.value, bound=use.value / use.use if use.use else 0.0, stage=use.stage, alone=alone
+            )
             row = replace(limit, quantity=quantity, factors=tuple(found), rest=rest, spread=0.0, inputs="")
             if quantity == "sling design load" and limit.subject in strengths:
                 most = strengths[limit.subject]

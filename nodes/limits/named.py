@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.description.mechanics import Quantity as Kind
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan.limit import Quantity, RatedLimit
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism
 from heavylift.nodes.plan.spellings import BEAM_LOAD
@@ -47,7 +47,7 @@ def hooks_of(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
     return {hook.rope: hook for machine in machines for hook in machine.hooks}
 
 
-def signal_of(limit: RatedLimit, machines: Sequence[Mechanism], gravity: float) -> Signal | None:
+def signal_of(limit: RatedLimit, machines: Sequence[Mechanism], gravity: float) -> ScalarSignal | None:
     """The signal of a limit of these machines, with gravity [m/s2]; None of what no one signal tells: the angle of a
     sling that changes lugs, the strongest of winds, a clearance."""
     kind, (first, *_) = KINDS.get(limit.quantity), (*limit.elements, "")
@@ -60,26 +60,28 @@ def signal_of(limit: RatedLimit, machines: Sequence[Mechanism], gravity: float) 
             return limit.signal
         case "load":
             blocks = sum((hooks[r].block_mass for r in ropes if r in hooks), 0.0)
-            return Signal(kind, ropes=ropes, numbers=(1.0 / gravity, blocks))
+            return ScalarSignal(kind, ropes=ropes, numbers=(1.0 / gravity, blocks))
         case "use":
-            return Signal(kind, ropes=ropes, numbers=(1.0 / gravity,) * len(ropes))
+            return ScalarSignal(kind, ropes=ropes, numbers=(1.0 / gravity,) * len(ropes))
         case "tension" | "length":
-            return Signal(kind, ropes=ropes)
+            return ScalarSignal(kind, ropes=ropes)
         case "place along" | "place across":
-            return Signal(kind, point=Point(first), numbers=(origin(machines, first, kind == "place across"),))
+            return ScalarSignal(kind, point=Point(first), numbers=(origin(machines, first, kind == "place across"),))
         case "wind":
             return None
     if hook is None:
         return None
     match kind:
         case "height":
-            return Signal(kind, point=hook.eye)
+            return ScalarSignal(kind, point=hook.eye)
         case "pull" | "reserve":
             own = hook.line / hook.falls * gravity, *((hook.breaking,) if kind == "reserve" else ())
-            return Signal(kind, ropes=ropes, point=hook.eye, numbers=(_lead(hook, limit.quantity) / hook.falls, *own))
+            return ScalarSignal(
+                kind, ropes=ropes, point=hook.eye, numbers=(_lead(hook, limit.quantity) / hook.falls, *own)
+            )
         case "side across":
-            return Signal("side along" if limit.over == "along" else kind, ropes=ropes)
-    return Signal(kind, ropes=ropes, point=hook.eye)
+            return ScalarSignal("side along" if limit.over == "along" else kind, ropes=ropes)
+    return ScalarSignal(kind, ropes=ropes, point=hook.eye)
 
 
 def _lead(hook: Hoist, quantity: Quantity) -> float:

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import Point, System
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.model.quantities import LINED, lines, names, numbers, points, scalar
 from heavylift.nodes.plan.limit import STANDING, TOUCHING, RatedLimit
 from heavylift.nodes.plan.mechanism import lug_places
@@ -50,15 +50,15 @@ def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | N
         return np.fmax.reduce(angles) if angles else None
     hook = hooks_of(plan.machines).get(limit.elements[0])
     if limit.over == "radius" and hook and hook.axis:
-        return evaluated(plan, Signal("radius", point=hook.eye, origin=hook.axis), signals)
+        return evaluated(plan, ScalarSignal("radius", point=hook.eye, origin=hook.axis), signals)
     if hook is None:
         return None
     numbers = (origin(plan.machines, hook.on, 1),)
-    return evaluated(plan, Signal("place across", point=Point(hook.on), numbers=numbers), signals)
+    return evaluated(plan, ScalarSignal("place across", point=Point(hook.on), numbers=numbers), signals)
 
 
 def evaluated(
-    plan: Plan, x: Signal, signals: SignalColumns, given: Mapping[str, Column] | None = None
+    plan: Plan, x: ScalarSignal, signals: SignalColumns, given: Mapping[str, Column] | None = None
 ) -> Column | None:
     """A signal at each instant (n,), in its unit of SI; None if something that it is of is on no record.  `given`:
     values (n,), else those of the record."""
@@ -98,7 +98,7 @@ def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | N
     return _counted(plan, limit, signals, values, _exact(plan, limit, signals, x) if kind in OF_TENSIONS else None)
 
 
-def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: Signal) -> tuple[float, float] | None:
+def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSignal) -> tuple[float, float] | None:
     """The signal at the exact peak of the one rope of a limit, or of several together, and when that was [s]."""
     alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
     cell = f"{limit.subject}.main" if limit.quantity in ("crane load", "tandem load") else limit.subject
@@ -173,7 +173,7 @@ def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "
     tight, lugs = signals.tensions[tie.rope] > TIGHT * tie.rated, lug_places(plan.machines)
     hung = [(lugs.get(lug), tight & inside) for lug, inside in signals.lugs(tie.rope)]
     for lower, inside in [(tie.lower, tight)] if tie.lower else hung:
-        angle = evaluated(plan, Signal("off-lead", point=lower, origin=tie.upper), signals) if lower else None
+        angle = evaluated(plan, ScalarSignal("off-lead", point=lower, origin=tie.upper), signals) if lower else None
         if angle is None:
             return None
         values = np.where(inside, np.minimum(angle, np.pi - angle), values)
@@ -200,13 +200,13 @@ def _wind(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | No
     return Reading(_strongest(winds, signals.t), (speeds[first].item(), times[first]))
 
 
-def _winds(plan: Plan, name: str = "") -> list[forces.Signal]:
+def _winds(plan: Plan, name: str = "") -> list[forces.InputSignal]:
     """The speeds of all winds, or of that one."""
     each = (f for m in plan.mechanisms for f in m.system.forces if isinstance(f, forces.Wind))
     return [f.signal for f in each if name in ("", f.name)]
 
 
-def _strongest(winds: list[forces.Signal], t: Column) -> Column:
+def _strongest(winds: list[forces.InputSignal], t: Column) -> Column:
     """(n,) the largest speed of any wind [m/s]; at a jump the larger side."""
     speeds = [np.zeros(len(t))]
     for s in winds:

@@ -195,7 +195,7 @@ class UnhookSling(Item, frozen=True, kw_only=True, tag="unhook"):
     parted: bool = False
 
 
-class Brake(Item, frozen=True, kw_only=True, tag="brake"):
+class BrakeOrder(Item, frozen=True, kw_only=True, tag="brake"):
     """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a beam) is engaged or released; an interlock is
     active, or bypassed."""
 
@@ -204,7 +204,7 @@ class Brake(Item, frozen=True, kw_only=True, tag="brake"):
     engaged: bool
 
 
-class Stop(Item, frozen=True, kw_only=True, tag="stop"):
+class StopOrder(Item, frozen=True, kw_only=True, tag="stop"):
     """An actuator stops, whatever it does, with `accel` [m/s2 or rad/s2]; None: that of its move."""
 
     model: str
@@ -224,7 +224,7 @@ class Begin(Item, frozen=True, kw_only=True, tag="begin"):
     lift: str
 
 
-Order: TypeAlias = Move | Turn | Hookup | UnhookSling | Brake | Stop | Wait | Begin
+Order: TypeAlias = Move | Turn | Hookup | UnhookSling | BrakeOrder | StopOrder | Wait | Begin
 
 
 # what an actor is told: an order without what the commander alone looks after, or one that it gives by itself
@@ -243,10 +243,10 @@ class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
     s: float = 0.0
 
 
-Told: TypeAlias = Motion | Follow | Stop | Hookup | UnhookSling | Brake | WatchThreshold | EndOrder
+Told: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder | WatchThreshold | EndOrder
 
 
-def told(order: Move | Follow | Stop | Hookup | UnhookSling | Brake, **more: Any) -> Told:
+def told(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> Told:
     """What an actor is told of an order, with `more`; no line of a file, on which a run must not depend."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)

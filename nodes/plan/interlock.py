@@ -10,7 +10,7 @@ from .actions import Item
 from .mechanism import driven
 
 
-class Stopped(Item, frozen=True, kw_only=True):
+class BarredActuator(Item, frozen=True, kw_only=True):
     """An actuator that is stopped, and the way along its coordinate that is barred: 1, -1, or 0 for both.
 
     `emergency`: with which deceleration [m/s2 or rad/s2]; None: that of the move.
@@ -33,7 +33,7 @@ class Interlock(Item, frozen=True, kw_only=True):
     value: float
     resets: float
     rising: bool
-    stops: tuple[Stopped, ...] = ()
+    stops: tuple[BarredActuator, ...] = ()
     unit: str | None = None  # of the value; None: it is on no record
     text: str = ""
     tells: str = ""

@@ -12,7 +12,7 @@ from math import inf
 from typing import Literal, TypeAlias
 
 import msgspec
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 
 from .factors import Factor
 from .spellings import BeamLoad
@@ -67,7 +67,7 @@ STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # 
 TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 
 
-class Rest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What a part carries at rest where it uses its limit most, that limit, and in which stage; `alone`: what a run
     adds is in the limit already."""
 
@@ -101,11 +101,11 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     factor: float = 1.0
     breaking: float = 0.0
     elements: tuple[str, ...] = ()
-    signal: Signal | None = None  # that is judged, of the quantity "signal"
+    signal: ScalarSignal | None = None  # that is judged, of the quantity "signal"
     source: str = ""
     note: str = ""  # what a planner must know to read the row: assumptions, what a value was reduced for
     factors: tuple[Factor, ...] = ()  # by which what is read becomes a design load
-    rest: Rest | None = None  # of a design load
+    rest: RestLoad | None = None  # of a design load
     spread: float = 0.0
     inputs: str = ""
     where: str = ""

@@ -143,7 +143,7 @@ class Heavy(Item, frozen=True, kw_only=True):
     why: str = ""
 
 
-class Load(Item, frozen=True, kw_only=True):
+class BeamLoad(Item, frozen=True, kw_only=True):
     """A force on a beam at the start, in its body's frame [N]: at a station x, with its point [m]; `rope`: whose it is,
     by a line with that `share`, "": a weight."""
 
@@ -162,7 +162,7 @@ class Bend(Item, frozen=True, kw_only=True):
     mass: float
     flexible: Flexible
     gravity: Vector = (0.0, 0.0, 0.0)
-    loads: tuple[Load, ...] = ()
+    loads: tuple[BeamLoad, ...] = ()
 
 
 class Shape(Item, frozen=True, kw_only=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import msgspec
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 
 from .actions import Item, Move
 
@@ -26,7 +26,7 @@ class Own(Item, frozen=True, kw_only=True):
     model: str
     period: int
     delay: int = 0
-    signals: dict[str, Signal] = msgspec.field(default_factory=dict)
+    signals: dict[str, ScalarSignal] = msgspec.field(default_factory=dict)
     leads: tuple[Led, ...] = ()
     parameters: dict[str, float | str | bool] = msgspec.field(default_factory=dict)
 

@@ -11,7 +11,7 @@ from heavylift.nodes.plan.limit import RatedLimit, Use
 from heavylift.nodes.plan.plan import Plan
 
 
-class Line(NamedTuple):
+class FactorLine(NamedTuple):
     """A line of the sheet: loads in the unit of `limit`, `factors` by name, `met`: what a run has simulated."""
 
     limit: RatedLimit
@@ -24,7 +24,7 @@ class Line(NamedTuple):
     stage: str
 
 
-def lines(uses: Sequence[Use]) -> list[Line]:
+def lines(uses: Sequence[Use]) -> list[FactorLine]:
     """The factor sheet of uses of limits: a line for each hook, sling, shackle and lug."""
     met = {(use.limit.subject, use.limit.quantity): use for use in uses}
     found = []
@@ -35,11 +35,11 @@ def lines(uses: Sequence[Use]) -> list[Line]:
             most = use.value / use.use if use.value and use.use else None
             simulated = base.value if base and not rest.alone else None
             factors = {x.name: x.value for x in limit.factors}
-            found.append(Line(limit, rest.value, factors, use.value, most, use.use, simulated, use.stage))
+            found.append(FactorLine(limit, rest.value, factors, use.value, most, use.use, simulated, use.stage))
     return found
 
 
-def named(found: Sequence[Line]) -> list[str]:
+def named(found: Sequence[FactorLine]) -> list[str]:
     """The factors of some lines, in order."""
     return [name for name in NAMES if any(name in line.factors for line in found)]
 

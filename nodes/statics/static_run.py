@@ -11,7 +11,7 @@ from math import ceil, pi
 
 import msgspec
 import numpy as np
-from heavylift.kernel.analysis.path import EquilibriumPath, Rest
+from heavylift.kernel.analysis.path import EquilibriumPath, PathPoint
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
 from heavylift.kernel.methods.null_method import AtRest
@@ -241,7 +241,7 @@ class StaticRun:
             at = f"at {self.states[-1].t:.1f} s" if state.t else "at the start"
             raise KernelError(f"'{name}' touches {at}, and with what rigid contacts press no rest is followed")
 
-    def _state(self, rest: Rest, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
+    def _state(self, rest: PathPoint, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
         s, row = self.path.command, rest.row
         system = s.program.system
         tensions = dict(zip((r.name for r in system.ropes), map(float, row.tension), strict=True))

@@ -18,7 +18,7 @@ class Bounce(Message):
     speed: float
 
 
-class Ball(Hybrid):
+class FallingBall(Hybrid):
     """Falls from a height [m]; a bounce leaves the part e of its speed, and less than 1 mm/s leaves it at rest."""
 
     bounce = Out(Bounce)
@@ -58,5 +58,5 @@ class Ball(Hybrid):
 def bouncing(height: float = 10.0, e: float = 0.8) -> Coupled:
     """One ball."""
     model = Coupled("room")
-    model.add(Ball("ball", height, e))
+    model.add(FallingBall("ball", height, e))
     return model

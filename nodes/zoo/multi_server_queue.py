@@ -9,7 +9,7 @@ from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tally, 
 from heavylift.nodes.zoo.queue import PoissonGenerator, QueuedJob
 
 
-class Measured(Message):
+class QueueStatistics(Message):
     """Jobs that have left, the mean of their times here [s], and of the jobs here over time."""
 
     left: int
@@ -56,9 +56,9 @@ class Station(Atomic):
         self.length.set(len(self.queue) + len(self.busy), self.now)
         self.hold_in(self.busy[0][0] - self.now.t) if self.busy else self.passivate()
 
-    def result(self) -> Measured:
+    def result(self) -> QueueStatistics:
         """What was measured."""
-        return Measured(self.stays.count, self.stays.mean, self.length.mean(self.now))
+        return QueueStatistics(self.stays.count, self.stays.mean, self.length.mean(self.now))
 
 
 def mmc(c: int = 3, arrivals: float = 2.0, service: float = 1.2, again: float = 0.25, seed: int = 1) -> Coupled:

@@ -20,7 +20,7 @@ class Colour(StrEnum):
     DARK = "dark"
 
 
-class Mode(StrEnum):
+class LightMode(StrEnum):
     """Who runs the light."""
 
     AUTO = "auto"
@@ -30,7 +30,7 @@ class Mode(StrEnum):
 class Take(Message):
     """An order of the operator."""
 
-    mode: Mode
+    mode: LightMode
 
 
 class Show(Message):
@@ -52,7 +52,7 @@ class Light(Atomic):
 
     def start(self) -> None:
         """Red at time 0."""
-        self.mode, self.coming = Mode.AUTO, Colour.RED
+        self.mode, self.coming = LightMode.AUTO, Colour.RED
         self.hold_in(0)
 
     def output(self) -> None:
@@ -62,7 +62,7 @@ class Light(Atomic):
     def internal(self) -> None:
         """Wait as long as this colour lasts."""
         shown = self.coming
-        if self.mode == Mode.AUTO:
+        if self.mode == LightMode.AUTO:
             self.coming = TURN[shown]
             self.hold_in(LASTS[shown])
         else:
@@ -73,5 +73,5 @@ class Light(Atomic):
         """The operator takes the light, or gives it back, at once."""
         mode = x[self.take][-1].mode
         if mode != self.mode:
-            self.mode, self.coming = mode, Colour.RED if mode == Mode.AUTO else Colour.YELLOW
+            self.mode, self.coming = mode, Colour.RED if mode == LightMode.AUTO else Colour.YELLOW
             self.hold_in(0)

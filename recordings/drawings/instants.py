@@ -37,7 +37,7 @@ class DrawnSolid(NamedTuple):
     corners: Floats
 
 
-class Line(NamedTuple):
+class DrawnLine(NamedTuple):
     """A straight part of a rope; its tension [N], and whether it is a sling's."""
 
     rope: str
@@ -47,7 +47,7 @@ class Line(NamedTuple):
     sling: bool
 
 
-class Hook(NamedTuple):
+class DrawnHook(NamedTuple):
     """Where a hook block hangs, and the axis about which its crane slews, if it does."""
 
     rope: str
@@ -61,8 +61,8 @@ class DrawnInstant(NamedTuple):
     title: str
     t: float
     solids: list[DrawnSolid]
-    lines: list[Line]
-    hooks: list[Hook]
+    lines: list[DrawnLine]
+    hooks: list[DrawnHook]
     lugs: dict[str, Floats]
     com: Floats | None
     mass: float
@@ -165,11 +165,11 @@ def _instant(
     rig = next((rig for rig in reversed(rec.rigs()) if rig.t_ns * 1e-9 <= t + 1e-9), None)
     tension = rec.signal("rope/tension").at(np.array([t])) if "rope/tension" in rec.signals() else None
     lines = [
-        Line(x.rope, world(x.a_body, x.a), world(x.b_body, x.b), _value(tension, x.rope), x.rope in slings)
+        DrawnLine(x.rope, world(x.a_body, x.a), world(x.b_body, x.b), _value(tension, x.rope), x.rope in slings)
         for x in (rig.lines if rig else [])
     ]
     found = [
-        Hook(hook["rope"], world(hook["eye"]["body"], hook["eye"].get("p", (0, 0, 0))),
+        DrawnHook(hook["rope"], world(hook["eye"]["body"], hook["eye"].get("p", (0, 0, 0))),
              world(hook["axis"]["body"], hook["axis"].get("p", (0, 0, 0))) if hook.get("axis") else None)
         for hook in hooks
     ]  # fmt: skip

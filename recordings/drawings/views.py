@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .ink import ROW, TEXT, WIDE, Path, Text, View, clipped, fitting, hull, parts, points_of, within
-from .instants import DrawnInstant, Line
+from .instants import DrawnInstant, DrawnLine
 
 Floats = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
@@ -226,7 +226,7 @@ def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
     return view
 
 
-def _close(x: DrawnInstant, line: Line) -> tuple[Floats, Floats] | None:
+def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
     """The part of a rope that a rigging sketch shows: slings whole, of hook ropes what is next to the hook."""
     if line.sling:
         return line.a, line.b

@@ -32,7 +32,7 @@ _QUATERNION = re.compile(r"q[xyzw]")
 _PAIRS = {"m or rad": ("m", "rad"), "m/s or rad/s": ("m/s", "rad/s"), POSE_UNIT: ("m", "1")}
 
 
-class Note(msgspec.Struct, frozen=True, array_like=True):
+class SamplerNote(msgspec.Struct, frozen=True, array_like=True):
     """A sentence of the sampler that the user must know: its number, the simulation time that it tells of [ns]."""
 
     number: int
@@ -46,7 +46,7 @@ class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=
     first: int
     times: list[int]
     rows: bytes
-    notes: list[Note] = []
+    notes: list[SamplerNote] = []
     period: Annotated[int, msgspec.Meta(ge=0)] = 0
     lift: str = ""
 
@@ -127,7 +127,7 @@ class Batch(msgspec.Struct, frozen=True):
     first: int
     times: list[int]
     rows: NDArray[np.float64]
-    notes: list[Note] = []
+    notes: list[SamplerNote] = []
     period: int = 0
     lift: str = ""
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import msgspec
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.digest import Digest
-from heavylift.recordings.format.samples import SAMPLER, Batch, Note, SampleLayout, decode_batch
+from heavylift.recordings.format.samples import SAMPLER, Batch, SampleLayout, SamplerNote, decode_batch
 from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, RecordedEvent, event_schema
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
 
@@ -73,7 +73,7 @@ class Recorder:
         self._lifts: dict[str, _Apart] = {}
         self._lines_every = lines_every
         self._next_sample = 0
-        self.notes: list[Note] = []
+        self.notes: list[SamplerNote] = []
         """What the sampler has told the user so far."""
         self._queue: list[tuple[int, int, int, Callable[[int], None] | Waiting]] = []  # time, rank, ticket, what
         self._ticket = count()

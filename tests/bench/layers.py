@@ -18,7 +18,7 @@ import msgspec
 import sync
 import zenoh
 from heavylift.coordinator.protocol import Done, Grant, Node, decode, encode
-from heavylift.coordinator.transport import Hub, Link, RunDirectory, Ticket, key, new_password, new_run_id
+from heavylift.coordinator.transport import Hub, NodeLink, RunDirectory, Ticket, key, new_password, new_run_id
 from heavylift.coordinator.transport import session as sessions
 from heavylift.nodes.devs import Simulator, Tag
 from shared.processes import Forked
@@ -98,7 +98,7 @@ def hub(codec: bool, working: bool) -> float:
         node = Node("n0", Simulator(turns(2).children["n0"]))
         node.hello()
         done = encode(ANSWER)
-        with Link(ticket) as link:
+        with NodeLink(ticket) as link:
             while data := link.receive()[1]:
                 if working:
                     done = encode(node.handle(decode(data)))

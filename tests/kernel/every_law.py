@@ -7,12 +7,12 @@ from heavylift.kernel.description import (
     Drive,
     Joint,
     JointSpring,
-    Line,
     Load,
     Master,
     Measured,
     Point,
     Rope,
+    RopeSpan,
     Spring,
     Stop,
     Support,
@@ -21,7 +21,7 @@ from heavylift.kernel.description import (
     Torsion,
     Wind,
 )
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from small_scenes import G, X, Y, Z, cube
 
 SEAT = tuple(tuple(1.0e3 if i == j else 100.0 + 20.0 * (i + j) for j in range(6)) for i in range(6))
@@ -42,8 +42,8 @@ def yard() -> System:
         Joint("float", "free", "world", "block", q0=(0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0)),
         Joint("hinge", "revolute", "block", "arm", (0.0, 0.0, 2.0), axis=Z),
     )
-    rope = tuple(Line(Point("cat", (x, 0.0, 0.0)), Point("block", (x, 0.0, 2.0)), 0.5) for x in (-1.0, 1.0))
-    sling = Line(Point("trolley", (3.0, 0.0, 0.0)), Point("block", (2.0, 0.0, 2.0)))
+    rope = tuple(RopeSpan(Point("cat", (x, 0.0, 0.0)), Point("block", (x, 0.0, 2.0)), 0.5) for x in (-1.0, 1.0))
+    sling = RopeSpan(Point("trolley", (3.0, 0.0, 0.0)), Point("block", (2.0, 0.0, 2.0)))
     k, d = m * G / 4 / 5e-3, 4e5
     return System(
         bodies,
@@ -69,7 +69,7 @@ def yard() -> System:
                 30.0,
                 1.2,
                 Y,
-                Signal(times=(0.0, 0.001, 0.001, 2.0), values=(5.0, 9.0, 7.0, 20.0)),
+                InputSignal(times=(0.0, 0.001, 0.001, 2.0), values=(5.0, 9.0, 7.0, 20.0)),
             ),
             Spring("buffer", Point("cat", (0.0, 0.0, -1.0)), Point("block", (0.0, 0.0, 2.0)), 24.0, 2.0e4, 1.0e3),
             Torsion("twister", "block", "arm", Z, 3.0e3, 1.0e2),

@@ -9,8 +9,8 @@ from math import acos, cos, pi, radians, sqrt
 import numpy as np
 from comparison import FORMS, Row, case
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.description import Body, Drive, Joint, Line, Load, Point, Rope, System, Wind
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description import Body, Drive, Joint, Load, Point, Rope, RopeSpan, System, Wind
+from heavylift.kernel.description.forces import InputSignal
 from small_scenes import SECOND, G, X, Y, Z, column, hand_over, started
 
 TABLE = "Swing"
@@ -65,7 +65,12 @@ def yaw_on_six_ropes() -> Iterator[Row]:
     EA = 1e4 * m * G  # hardly stretches
     body = Body("block", m, inertia=((i, 0.0, 0.0), (0.0, i, 0.0), (0.0, 0.0, i)))
     ropes = tuple(
-        Rope(f"r{k}", (Line(Point("world", (a, b, L)), Point("block", (a, b, 0.0))),), EA, L * (1.0 - m * G / 6.0 / EA))
+        Rope(
+            f"r{k}",
+            (RopeSpan(Point("world", (a, b, L)), Point("block", (a, b, 0.0))),),
+            EA,
+            L * (1.0 - m * G / 6.0 / EA),
+        )
         for k, (a, b) in enumerate(x["ropes"])
     )
     found = oscillations(System((body,), (Joint("free", "free", "world", "block"),), ropes=ropes, gravity=G))
@@ -146,7 +151,7 @@ def tension_at_the_bottom() -> Iterator[Row]:
         hinge("pivot", "world", "carrier", q0=start),
         Joint("slide", "prismatic", "carrier", "load", (0.0, 0.0, -L), axis=Z, q0=(-m * G * cos(start) / k,)),
     )
-    rope = Rope("rope", (Line(Point("world"), Point("load")),), k * L, L, damping=2.0 * sqrt(k * m))
+    rope = Rope("rope", (RopeSpan(Point("world"), Point("load")),), k * L, L, damping=2.0 * sqrt(k * m))
     system = System((Body("carrier", 0.0), Body("load", m)), joints, ropes=(rope,), gravity=G)
     s = started(system, tolerance=1e-10, sample_ns=SECOND // 200)
     yield Row("tension at the end of the swing", want["T_end"] / 1e3, float(s.row().tension[0]) / 1e3, 1e-6, "kN")
@@ -158,12 +163,12 @@ def tension_at_the_bottom() -> Iterator[Row]:
 def wind() -> Iterator[Row]:
     x, want = FORMS["C16"]["given"], FORMS["C16"]["expected"]
     at = Point("bob", (0.0, 0.0, -x["L"]))
-    gale = Wind("gale", at, x["A"], x["C"], X, Signal(x["v"]))
+    gale = Wind("gale", at, x["A"], x["C"], X, InputSignal(x["v"]))
     scene = bob(x["m"], x["L"])
     s = started(System(scene.bodies, scene.joints, forces=(gale,), gravity=G))
     leaning = -np.degrees(equilibrium(s).q[0])
     yield Row("angle of rest in 15 m/s", want["theta_deg"], leaning, 1e-3, "deg")
-    gust = Load("gust", at, (want["F"], 0.0, 0.0), signal=Signal(times=(1.0, 1.0), values=(0.0, 1.0)))
+    gust = Load("gust", at, (want["F"], 0.0, 0.0), signal=InputSignal(times=(1.0, 1.0), values=(0.0, 1.0)))
     s = started(System(scene.bodies, scene.joints, forces=(gust,), gravity=G), **FINE, sample_ns=SECOND // 100)
     s.run(16 * SECOND)
     peak = -np.degrees(column(s, "joint/position")[1][:, 0].min())

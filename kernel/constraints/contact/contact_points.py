@@ -80,7 +80,7 @@ def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[flo
     return out | {("slot", f"{c.name}/{k}"): list(empty) for k in range(pair.slots)}
 
 
-class ContactRows:
+class ContactPointRows:
     """What the contacts of a system add to an evaluation."""
 
     def __init__(self, system: System, graph: Graph) -> None:

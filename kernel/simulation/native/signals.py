@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 from heavylift.kernel.description.mechanics import Point
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.quantities import check_signal, lines, names, numbers, points, scalar
@@ -16,7 +16,7 @@ from .sample_row import row_layout
 Reader: TypeAlias = Callable[[Sequence[float]], float]  # of a raw row (columns,)
 
 
-def reader(program: Program, signal: Signal) -> Reader:
+def reader(program: Program, signal: ScalarSignal) -> Reader:
     """The function that reads a signal; raises KernelError if the scene has no such signal."""
     system = program.system
     check_signal(signal, system, f"signal '{signal.quantity}'")
@@ -26,7 +26,7 @@ def reader(program: Program, signal: Signal) -> Reader:
     return lambda row: float(scalar(signal, [place(row) for place in places], given, [row[i] for i in columns], each))
 
 
-def _column(program: Program, signal: Signal, name: str) -> int:
+def _column(program: Program, signal: ScalarSignal, name: str) -> int:
     """Where a row has what a signal is of."""
     at, s, kind = row_layout(program).at, program.system, signal.quantity
     if kind in ("joint", "speed"):

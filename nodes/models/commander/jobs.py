@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from heavylift.nodes.plan import actions as scene
-from heavylift.nodes.plan.interlock import Stopped
+from heavylift.nodes.plan.interlock import BarredActuator
 from heavylift.nodes.plan.places import numbered
 
 from .order_rejected import OrderRejected
@@ -41,7 +41,7 @@ def addressed(order: scene.Order) -> str | None:
             return order.actuator
         case scene.Hookup() | scene.UnhookSling():
             return order.sling
-        case scene.Brake():
+        case scene.BrakeOrder():
             return order.brake
         case scene.Turn():
             return None
@@ -61,7 +61,7 @@ def partners(jobs: list[CommanderJob], actor: str) -> list[CommanderJob]:
     return [job for job in jobs if job.actor in names - {actor} and job.move and not job.halting and not job.limit]
 
 
-def barred(jobs: list[CommanderJob], stops: Iterable[Stopped]) -> list[tuple[str, float | None]]:
+def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tuple[str, float | None]]:
     """Actors that an interlock stops on their way, with the deceleration of each."""
     ways = {job.actor: job.move.by or 0.0 for job in jobs if job.move and not job.halting}
     return [(x.actuator, x.emergency) for x in stops if x.actuator in ways and x.way * ways[x.actuator] >= 0.0]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Container, Mapping, Sequence
 
 from heavylift.kernel.description.mechanics import Joint
-from heavylift.nodes.plan.actions import Brake, Follow, Hookup, Move, Order, Stop, Turn, UnhookSling
+from heavylift.nodes.plan.actions import BrakeOrder, Follow, Hookup, Move, Order, StopOrder, Turn, UnhookSling
 from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
@@ -39,14 +39,14 @@ class Machines:
             if joint.name in plan.fidelity.locked:
                 raise OrderRejected(held_by(plan.fidelity, joint))
         match order:
-            case Move() | Stop():
+            case Move() | StopOrder():
                 if self.owners.get(order.actuator) != order.model:
                     raise OrderRejected(f"{order.model} has no hook or drive {order.actuator}")
                 if isinstance(order, Move) and VERBS[order.verb].along:
                     self._check_ground(order, picture, lugs)
             case Hookup() | UnhookSling():
                 self._check_sling(order, picture, lugs)
-            case Brake():
+            case BrakeOrder():
                 if self.owners.get(order.brake) != order.model:
                     raise OrderRejected(f"{order.model} has no brake {order.brake}")
 

@@ -120,13 +120,13 @@ class Orders(Atomic):
             case scene.Begin():
                 assert self.lists is not None
                 self.outbox.append((self.lists, m.Begun(order.lift)))
-            case scene.Stop():
+            case scene.StopOrder():
                 self._stop(order, at)
-            case scene.Brake():
+            case scene.BrakeOrder():
                 job = self._job(at, "brake", order.brake)
                 self._tell(order.brake, job.id, at, scene.told(order))
 
-    def _stop(self, order: scene.Stop, at: tuple[int, int]) -> None:
+    def _stop(self, order: scene.StopOrder, at: tuple[int, int]) -> None:
         """Stop an actuator, what moves together with it, and a turn that it follows; what they did ends with it."""
         actor = order.actuator
         for job in (job for job in self.jobs if actor in (f.actuator for f in job.followers)):
@@ -146,8 +146,8 @@ class Orders(Atomic):
             for job in others:
                 self._stop(self._stopping(job.actor, order.accel), at)
 
-    def _stopping(self, actor: str, accel: float | None = None) -> scene.Stop:
-        return scene.Stop(model=self.owners[actor], actuator=actor, accel=accel)
+    def _stopping(self, actor: str, accel: float | None = None) -> scene.StopOrder:
+        return scene.StopOrder(model=self.owners[actor], actuator=actor, accel=accel)
 
     def _job(
         self,

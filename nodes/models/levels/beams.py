@@ -15,7 +15,7 @@ import msgspec
 from heavylift.kernel.algebra.dense import cross, dot, norm, product
 from heavylift.kernel.description.mechanics import Body, Joint, Matrix, Point, Vector
 from heavylift.nodes.plan.fidelity import Fidelity
-from heavylift.nodes.plan.mechanism import Bend, Load, Mechanism
+from heavylift.nodes.plan.mechanism import BeamLoad, Bend, Mechanism
 from heavylift.nodes.plan.planar import times
 
 SETTLES = 40  # steps in which what compression adds to a deflection dies away, as far from buckling as booms are
@@ -46,7 +46,7 @@ def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     return msgspec.structs.replace(machine, system=replace(system, ropes=ropes), heavy=hang, bends=())
 
 
-def _scaled(load: Load, by: float) -> Load:
+def _scaled(load: BeamLoad, by: float) -> BeamLoad:
     x, y, z = (by * f for f in load.force)
     return msgspec.structs.replace(load, force=(x, y, z))
 
@@ -65,7 +65,7 @@ def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
     return replace(body, mass=left, com=com, inertia=(a, b, c), flexible=replace(row.flexible, start=start))
 
 
-def _rest(row: Bend, modes: Modes, loads: list[Load]) -> tuple[float, ...]:
+def _rest(row: Bend, modes: Modes, loads: list[BeamLoad]) -> tuple[float, ...]:
     """Coordinates of its modes under these loads and its own weight, with what compression adds."""
     n, beam = len(modes.mass), row.flexible.beam
     assert beam is not None
@@ -73,7 +73,7 @@ def _rest(row: Bend, modes: Modes, loads: list[Load]) -> tuple[float, ...]:
     weight = row.mass / pieces
     x, y, z = (weight * g for g in row.gravity)
     places = [beam.start + beam.length * (i + 0.5) / pieces for i in range(pieces)]
-    whole = [*loads, *(Load(x=at, p=(at, 0.0, 0.0), force=(x, y, z)) for at in places)]
+    whole = [*loads, *(BeamLoad(x=at, p=(at, 0.0, 0.0), force=(x, y, z)) for at in places)]
     pull, soft = [0.0] * n, [[0.0] * n for _ in range(n)]
     for load in whole:
         shapes, g = modes.at(load.x).T.tolist(), modes.shortening(load.x).tolist()

@@ -15,8 +15,8 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import Bag, InPort, seconds
 from heavylift.nodes.plan import pulses
-from heavylift.nodes.plan.actions import EndOrder, Follow, Motion, Stop
-from heavylift.nodes.plan.interlock import Stopped
+from heavylift.nodes.plan.actions import EndOrder, Follow, Motion, StopOrder
+from heavylift.nodes.plan.interlock import BarredActuator
 from heavylift.nodes.plan.plan import Driven
 
 from . import messages as m
@@ -46,7 +46,7 @@ class DriveActor(LiveActor):
         emergency: float | None = None,
     ) -> None:
         super().__init__(name, element, laws, hears)
-        self.emergency, self.stops = emergency, dict[str, Stopped]()
+        self.emergency, self.stops = emergency, dict[str, BarredActuator]()
         self.initial, self.ends, self.limits = start, (lower, upper), limits
         self.log: Driven | None = None
         self.trip: InPort[m.Trip] | None = None  # from the interlocks of its machine
@@ -105,7 +105,7 @@ class DriveActor(LiveActor):
                 self.run(order, order.what)
             case Follow():
                 self.follow(order, order.what)
-            case Stop(accel=accel):
+            case StopOrder(accel=accel):
                 self.stand(order, accel)
             case EndOrder() if self.law is None:
                 self.halt(order)

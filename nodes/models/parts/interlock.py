@@ -10,7 +10,7 @@ from typing import cast
 
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Coupled, InPort, Message, Model, Out, Port
-from heavylift.nodes.plan.actions import Brake
+from heavylift.nodes.plan.actions import BrakeOrder
 from heavylift.nodes.plan.interlock import Interlock
 
 from . import messages as m
@@ -37,7 +37,7 @@ class InterlockActor(LiveActor):
 
     def obey(self, order: m.Order) -> None:
         """Be bypassed, or watch again."""
-        if not isinstance(order.what, Brake):
+        if not isinstance(order.what, BrakeOrder):
             super().obey(order)
         else:
             self.bypassed = not order.what.engaged

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Bag, In, Out
-from heavylift.nodes.plan.actions import Brake, Hookup, UnhookSling
+from heavylift.nodes.plan.actions import BrakeOrder, Hookup, UnhookSling
 
 from . import messages as m
 from .parts import LiveActor
@@ -62,7 +62,7 @@ class BrakeActor(LiveActor):
 
     def obey(self, order: m.Order) -> None:
         """Engage or release."""
-        if not isinstance(order.what, Brake):
+        if not isinstance(order.what, BrakeOrder):
             super().obey(order)
         else:
             self.set(order.what.engaged)

@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
 from heavylift.kernel.description.mechanics import (
     WORLD,
-    Line,
     Point,
     Rope,
+    RopeSpan,
     System,
     Vector,
     merge,
@@ -28,7 +28,7 @@ from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.joints import Free
 from heavylift.nodes.scene.keys.parts.machines import FrameParts
-from heavylift.nodes.scene.keys.parts.mechanics import Hook
+from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path
 
@@ -53,7 +53,7 @@ class OnHook:
     beam: plan.Mechanism
 
 
-def on_hook(yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.Beam) -> OnHook:
+def on_hook(yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys) -> OnHook:
     """What hangs on the hook of a beam, which is there."""
     path: Path = ("rig", BEAMS, name)
     crane_name, hook = yard.hooks[name]
@@ -139,7 +139,7 @@ def _frame(yard: SceneBuilder, name: str, parts: FrameParts, block: float) -> pl
 
 
 def _slung(
-    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.Beam, frame: plan.Mechanism, lugs: list[str],
+    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, frame: plan.Mechanism, lugs: list[str],
     over: list[Edges],
 ) -> plan.Mechanism:  # fmt: skip
     """A frame with its slings, which lock brakes of it while none is hooked."""
@@ -153,9 +153,9 @@ def _slung(
         sling, upper, lug = f"{name}.sling-{i + 1}", Point(end.body, end.at), lugs[i] if i < len(lugs) else ""
         to = known[lug] if lug else Point(cargo, (0.0, 0.0, 0.0))
         if over[i]:
-            bent.append(Reeving(sling, upper, over[i], to, EA, Signal(given.sling), damping, bool(lug)))
+            bent.append(Reeving(sling, upper, over[i], to, EA, InputSignal(given.sling), damping, bool(lug)))
         else:
-            ropes.append(Rope(sling, (Line(upper, to),), EA, given.sling, damping, hooked=bool(lug)))
+            ropes.append(Rope(sling, (RopeSpan(upper, to),), EA, given.sling, damping, hooked=bool(lug)))
         most, where = rated(rig.sling, yard.scene.gravity), yard.source.where((*path, "sling"))
         ties.append(plan.Tie(rope=sling, upper=upper, lug=key_of(lug, to) if lug else "", rated=most, where=where))
     names, locks = tuple(tie.rope for tie in ties), {f"{name}.{x}" for x in given.parts.locked_while_empty}
@@ -176,8 +176,8 @@ def _slung(
 
 
 def _over(
-    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.Beam, own: kinematics.Poses, lugs: list[Point],
-    exit_: Vector, hangs: float,
+    yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, own: kinematics.Poses,
+    lugs: list[Point], exit_: Vector, hangs: float,
 ) -> tuple[list[Edges], float]:  # fmt: skip
     """The edges of each sling, and how far below its trolley the beam hangs, for which `hangs` is a guess [m]; `own`:
     where its bodies are from its eye."""
@@ -203,7 +203,7 @@ def _over(
 
         def rope(z: float) -> Reeving:
             upper = Point(WORLD, (x + dx, y + dy, z + dz))
-            return Reeving(f"{name}.sling-{i + 1}", upper, over[i], lug, rig.sling.EA, Signal(given.sling))
+            return Reeving(f"{name}.sling-{i + 1}", upper, over[i], lug, rig.sling.EA, InputSignal(given.sling))
 
         low = blocks[lug.body].at[2] + lug.p[2] - dz + SPREAD
         return height_of(rope, low, given.sling, rig.slack, at, "over its edges")
@@ -215,14 +215,15 @@ def _over(
         return over, hangs
 
 
-def _rope(yard: SceneBuilder, name: str, given: schema.Beam, carried: float, L0: float) -> Rope:
+def _rope(yard: SceneBuilder, name: str, given: schema.FrameKeys, carried: float, L0: float) -> Rope:
     """The falls of a hook as two lines that are apart."""
     crane_name, hook = yard.hooks[name]
     crane, blocks = yard.scene.cranes[crane_name], yard.scene.all_blocks
     leaves, half, eye = parts_of(crane).hooks[hook], given.parts.eye.apart / 2, given.parts.eye.body
     x, _, z = leaves.at
     lines = tuple(
-        Line(Point(f"{crane_name}.{leaves.on}", (x + d, 0.0, z)), Point(eye, (d, 0.0, 0.0)), 0.5) for d in (-half, half)
+        RopeSpan(Point(f"{crane_name}.{leaves.on}", (x + d, 0.0, z)), Point(eye, (d, 0.0, 0.0)), 0.5)
+        for d in (-half, half)
     )
     carried += sum(block.mass for block in blocks.values()) / len(yard.hooks)
     EA = crane.falls * crane.fall_EA
@@ -245,14 +246,14 @@ def trolley_start(yard: SceneBuilder, name: str, crane: schema.CraneKeys, trolle
     return y + sum(lug.p[1] + (blocks[lug.body].at[1] - y) for lug in lugs) / len(lugs)
 
 
-def spare_hooks(yard: SceneBuilder, crane: str = "") -> dict[str, Hook]:
+def spare_hooks(yard: SceneBuilder, crane: str = "") -> dict[str, HookKeys]:
     """Hooks of cranes on rails, or of one of them, on which no beam hangs: rigging may."""
-    found, taken = dict[str, Hook](), {f"{owner}.{hook}" for owner, hook in yard.hooks.values()}
+    found, taken = dict[str, HookKeys](), {f"{owner}.{hook}" for owner, hook in yard.hooks.values()}
     for name, given in yard.scene.cranes.items():
         accel, _ = ramp_of(given.ramp)
         for hook, leaves in parts_of(given).hooks.items() if crane in ("", name) else ():
             if f"{name}.{hook}" not in taken:
-                found[f"{name}.{hook}"] = Hook.model_construct(
+                found[f"{name}.{hook}"] = HookKeys.model_construct(
                     on=f"{name}.{leaves.on}", at=leaves.at, falls=given.falls, block=given.hook_block,
                     capacity=given.hook_capacity, fall_EA=given.fall_EA, fall_breaking=given.fall_breaking,
                     mechanism_group=given.mechanism_group, speed=given.empty_hoist_speed, ramp=accel,

@@ -14,7 +14,7 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_inertia
 from heavylift.nodes.scene.keys.parts import kinematics, mechanics
-from heavylift.nodes.scene.keys.parts.flexible import Beam
+from heavylift.nodes.scene.keys.parts.flexible import BeamKeys
 from heavylift.nodes.scene.keys.parts.joints import POSITIONS
 from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
@@ -56,7 +56,7 @@ class Checking:
         if body not in self.bodies:
             self.fault(path, f"there is no body '{body}'", closest(body, self.bodies))
 
-    def beam(self, body: str) -> Beam | None:
+    def beam(self, body: str) -> BeamKeys | None:
         """The beam that a body is, if it is one."""
         return self.given.bodies[body].beam if body in self.given.bodies else None
 
@@ -154,7 +154,7 @@ class Checking:
         return True
 
 
-def moments(body: mechanics.Body) -> k.Matrix:
+def moments(body: mechanics.BodyKeys) -> k.Matrix:
     """Inertia about the centre of mass, as written or of a uniform box."""
     i: tuple[float, ...] = box(body.mass or 0.0, body.box) if body.box else body.inertia
     xx, yy, zz, xy, xz, yz = (*i, 0.0, 0.0, 0.0)[:6]

@@ -12,7 +12,7 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys.base import Base
 from heavylift.nodes.scene.keys.parts import mechanics
-from heavylift.nodes.scene.keys.parts.forces import Characteristic
+from heavylift.nodes.scene.keys.parts.forces import CharacteristicKeys
 from heavylift.nodes.scene.keys.parts.joints import POSITIONS
 from heavylift.nodes.scene.keys.quantities import quantity
 from heavylift.nodes.scene.language.grammar import read_ramp
@@ -87,7 +87,7 @@ def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
             checks.fault(path, str(error))
 
 
-def check_curve(checks: Checking, path: Path, force: Characteristic, turns: bool) -> None:
+def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: bool) -> None:
     """The units of a curve fit the joint that it acts along."""
     place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
     for i in range(len(force.curve)):
@@ -143,7 +143,7 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
     return found
 
 
-def _start(checks: Checking, drive: mechanics.Drive) -> float:
+def _start(checks: Checking, drive: mechanics.DriveKeys) -> float:
     """Where the coordinate of a drive begins."""
     joint = checks.given.joints.get(drive.joint)
     named = dict(zip(joint.coordinates, joint.values(POSITIONS), strict=False)) if joint else {}

@@ -13,7 +13,7 @@ from math import degrees
 from heavylift.kernel.algebra.dense import dot, least_norm, norm
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import Point, Vector
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan import actions
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.keys.parts.rigging import Frame
@@ -95,7 +95,7 @@ class Levelling:
             told = f"{', '.join(phrase.hooks)} cannot level the block: name hooks that hold it beside others"
             self.yard.source.fault(path, told)
             return []
-        signal = Signal("height difference", point=Point(block, ends[0]), origin=Point(block, ends[1]))
+        signal = ScalarSignal("height difference", point=Point(block, ends[0]), origin=Point(block, ends[1]))
         way = norm([a - b for a, b in zip(*ends, strict=True)])
         least, words = way * float(sin(phrase.within)), f"level within {degrees(phrase.within):g} deg"
         holding = {rope: x for rope, x in actors.items() if any(self._rises(on, [rope]) for on, _ in holds)}

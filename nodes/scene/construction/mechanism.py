@@ -25,7 +25,7 @@ from heavylift.kernel.multibody.graph import build_graph
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Bend, Heavy
 from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
-from heavylift.nodes.scene.keys.parts.forces import Characteristic
+from heavylift.nodes.scene.keys.parts.forces import CharacteristicKeys
 from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.source import Path, Source
 
@@ -118,7 +118,7 @@ class _Assembly(Checking):
             where=self.source.where(self.base),
         )
 
-    def _body(self, name: str, body: mechanics.Body) -> k.Body:
+    def _body(self, name: str, body: mechanics.BodyKeys) -> k.Body:
         path: Path = (*self.base, "bodies", name)
         flexible, made = body.beam or body.matrices, None
         if flexible is None and body.mass is None:
@@ -136,7 +136,7 @@ class _Assembly(Checking):
             self.fault((*path, "box"), "a body has either 'inertia' or the moments of its 'box'", on_key=True)
         return k.Body(name, body.mass or 0.0, body.com, moments(body), made)
 
-    def _heavy(self, ropes: Mapping[str, mechanics.Rope]) -> Iterator[Heavy]:
+    def _heavy(self, ropes: Mapping[str, mechanics.RopeKeys]) -> Iterator[Heavy]:
         for name, rope in ropes.items():
             start = rope.lines[0].start if rope.lines else rope.start
             if rope.mass_per_length and start:
@@ -269,7 +269,7 @@ class _Assembly(Checking):
                 self.known((*path, *keys), body)
             joint = getattr(force, "joint", "")
             along = self.along(path, joint, getattr(force, "coordinate", "")) if joint else None
-            if along and isinstance(force, Characteristic):
+            if along and isinstance(force, CharacteristicKeys):
                 check_curve(self, path, force, along[1])
             made = force.built(name, folder=FilePath(self.source.mark(path).file).parent)
             self.checked(path, check_force, made)

@@ -83,7 +83,7 @@ class _Resolver:
         joints = {drive.joint for _, system in systems for drive in system.drives if drive.name in names}
         brakes = [(name, brake.name) for name, system in systems for brake in system.brakes if brake.joint in joints]
         where = self.source.where(path)
-        return tuple(actions.Brake(model=m, brake=b, engaged=True, where=where) for m, b in brakes)
+        return tuple(actions.BrakeOrder(model=m, brake=b, engaged=True, where=where) for m, b in brakes)
 
     def _keeps(self, path: Path, found: tuple[OrderTarget, ...], action: plan.Action) -> plan.Action:
         """Winches follow what luffs in their action."""
@@ -190,7 +190,7 @@ class _Resolver:
                     return [actions.UnhookSling(sling=a.name, parted=True, where=where) for a in found]
                 locks = {m.name: [latch.brake for latch in m.latches] for m in self.yard.machines}
                 brakes = ((a.beam or a.model, b) for a in found for b in (locks[a.beam] if a.beam else [a.name]))
-                return [actions.Brake(model=m, brake=b, engaged=verb.engages, where=where) for m, b in brakes]
+                return [actions.BrakeOrder(model=m, brake=b, engaged=verb.engages, where=where) for m, b in brakes]
             case "move":
                 if isinstance(phrase.ramp, phrases.SwingRamp) and found[0].kind in ("hook", "winch"):
                     self.source.fault(path, f"to {verb.name} makes nothing swing: write an acceleration behind 'ramp'")
@@ -264,7 +264,9 @@ class _Resolver:
         for actor in found if given else ():
             if phrase.turning != actor.turns:
                 self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
-        return [actions.Stop(model=a.model, actuator=a.name, accel=given or a.emergency, where=where) for a in found]
+        return [
+            actions.StopOrder(model=a.model, actuator=a.name, accel=given or a.emergency, where=where) for a in found
+        ]
 
     def _together(self, path: Path, moves: list[actions.Move]) -> list[actions.Move]:
         """Moves with one ramp, the gentlest of theirs."""

@@ -17,7 +17,7 @@ from .checking import Checking
 from .rigging.edges import along_edges
 
 
-def rope_of(checks: Checking, name: str, rope: mechanics.Rope) -> k.Rope | k.RigidRope:
+def rope_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> k.Rope | k.RigidRope:
     """A rope between points, on its way perhaps over others without friction."""
     path: Path = (*checks.base, "ropes", name)
     lines = [(line.start, line.end, line.share, (*path, "lines", i)) for i, line in enumerate(rope.lines)]
@@ -33,14 +33,14 @@ def rope_of(checks: Checking, name: str, rope: mechanics.Rope) -> k.Rope | k.Rig
         checks.fault(path, "a rope has either 'start' and 'end' or 'lines'", on_key=True)
     _wound(checks, path, rope)
     _stretch(checks, path, rope)
-    made = tuple(k.Line(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
+    made = tuple(k.RopeSpan(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
     winch = rope.winch is not None
     if rope.rigid:
         return k.RigidRope(name, made, rope.length, winch, rope.hooked)
     return k.Rope(name, made, rope.EA or 1.0, rope.length, rope.damping or 0.0, winch, rope.hooked)
 
 
-def _stretch(checks: Checking, path: Path, rope: mechanics.Rope) -> None:
+def _stretch(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
     """An elastic rope has a stiffness, a rigid one none, and no damping."""
     if not rope.rigid:
         if rope.EA is None:
@@ -51,7 +51,7 @@ def _stretch(checks: Checking, path: Path, rope: mechanics.Rope) -> None:
             checks.fault((*path, key), f"a rigid rope cannot stretch: leave '{key}' or 'rigid' away", on_key=True)
 
 
-def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reeving:
+def reeving_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> forces.Reeving:
     """A rope over sheaves with a radius or friction."""
     path: Path = (*checks.base, "ropes", name)
     if rope.start is None or rope.end is None or rope.lines:
@@ -65,7 +65,7 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reev
         message = "a rigid rope runs over points only: leave 'radius', 'friction' and 'efficiency' of its sheaves away"
         checks.fault((*path, "rigid"), message, on_key=True)
     sheaves: tuple[forces.Sheave, ...] = tuple(s.built() for s in rope.over)
-    signal = forces.Signal(rope.length, driven=rope.winch is not None)
+    signal = forces.InputSignal(rope.length, driven=rope.winch is not None)
     ends = k.Point(start.body, start.at), k.Point(end.body, end.at)
     faults = len(checks.source.faults)
     coms = {body.name: body.com for body in checks.lift.bodies} | {x: b.com for x, b in checks.given.bodies.items()}
@@ -88,7 +88,7 @@ def _nodes(
     return [start, *over, end]
 
 
-def _wound(checks: Checking, path: Path, rope: mechanics.Rope) -> None:
+def _wound(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
     """The length of a rope lies between those that its winch allows."""
     if rope.winch and not rope.winch.shortest <= rope.length <= rope.winch.longest:
         ends = f"{rope.winch.shortest:g} and {rope.winch.longest:g} m"

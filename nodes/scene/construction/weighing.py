@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import msgspec
 import numpy as np
 from heavylift.kernel.algebra.dense import norm, product
-from heavylift.kernel.description.mechanics import Joint, Line, Point, Rope, System, Vector, merge
-from heavylift.nodes.plan.mechanism import Bend, Heavy, Load, Mechanism, Tie
+from heavylift.kernel.description.mechanics import Joint, Point, Rope, RopeSpan, System, Vector, merge
+from heavylift.nodes.plan.mechanism import BeamLoad, Bend, Heavy, Mechanism, Tie
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene.keys.parts import kinematics
 from numpy.typing import NDArray
@@ -79,7 +79,7 @@ class _Start:
             why=next((why for why, holds in whys.items() if holds), ""),
         )
 
-    def _length(self, line: Line) -> float:
+    def _length(self, line: RopeSpan) -> float:
         return line.share * norm((kinematics.place(line.a, self.at) - kinematics.place(line.b, self.at)).tolist())
 
     def bent(self, row: Bend) -> Bend:
@@ -97,12 +97,12 @@ class _Start:
             joint = self.carried.get(joint.parent)
         return joint
 
-    def _loads(self, row: Bend, on: dict[str, Joint | None], gravity: Vector) -> Iterator[Load]:
+    def _loads(self, row: Bend, on: dict[str, Joint | None], gravity: Vector) -> Iterator[BeamLoad]:
         origin = self.at[row.body][0]
         for body in (body for body in self.whole.bodies if on.get(body.name)):
             p = self._within(row.body, (kinematics.place(Point(body.name, body.com), self.at) - origin).tolist())
             joint, (x, y, z) = on[body.name], gravity
-            yield Load(x=joint.p_PJ[0] if joint else 0.0, p=p, force=(body.mass * x, body.mass * y, body.mass * z))
+            yield BeamLoad(x=joint.p_PJ[0] if joint else 0.0, p=p, force=(body.mass * x, body.mass * y, body.mass * z))
         for rope in self.whole.ropes:
             T = self.pull(rope)
             ends = [(line, *ends) for line in rope.lines for ends in ((line.a, line.b), (line.b, line.a))] if T else []
@@ -114,7 +114,7 @@ class _Start:
                     p, joint = self._within(row.body, (place - origin).tolist()), on[here.body]
                     force = self._within(row.body, [size * x for x in way])
                     x = joint.p_PJ[0] if joint else here.p[0]
-                    yield Load(x=x, p=p, force=force, rope=rope.name, share=line.share)
+                    yield BeamLoad(x=x, p=p, force=force, rope=rope.name, share=line.share)
 
     def _within(self, body: str, way: list[float]) -> Vector:
         """A direction of the world in the frame of a body."""

@@ -16,7 +16,7 @@ from types import NoneType
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 import msgspec
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.description.points import Matrix, Point
 from heavylift.kernel.description.units import Direction as UnitVector
 from heavylift.kernel.description.units import Unit
@@ -47,9 +47,9 @@ def one(key: str, kind: Any, value: Callable[[Any], object] = lambda x: x, defau
 def history(value: str, pairs: str, kind: Any = u.Number, default: float = 1.0) -> Spelling:
     """A signal, written as a constant and as pairs of time and value."""
 
-    def signal(keys: Any) -> Signal:
+    def signal(keys: Any) -> InputSignal:
         times, values = zip(*getattr(keys, pairs), strict=True) if getattr(keys, pairs) else ((), ())
-        return Signal(getattr(keys, value), times, values)
+        return InputSignal(getattr(keys, value), times, values)
 
     return Spelling({value: (kind, default), pairs: (list[tuple[u.Instant, kind]], [])}, signal)
 
@@ -103,7 +103,7 @@ def _spelling(name: str, kind: Any, default: Any) -> Spelling:
     if kind is Point and name in ("at", "point"):
         keys = {"body": (str, ...), "at": (Station, (0.0, 0.0, 0.0))}
         return Spelling(keys, lambda x: Point(x.body, x.at))
-    if kind is Signal:
+    if kind is InputSignal:
         return history("factor", "history")
     if kind == Matrix:
         return one(key, Quaternion, quaternion_matrix, (0.0, 0.0, 0.0, 1.0))

@@ -28,7 +28,7 @@ from pydantic import Field, model_validator
 
 from .base import Base, Direction, Place, turned
 from .parts.forces import Matrix6
-from .parts.forces import Wind as Force
+from .parts.forces import WindForceKeys
 from .parts.mechanics import Moments
 
 Response = tuple[Annotated[float, u.Quantity(u.RESPONSE, "zero")], u.Angle]
@@ -162,7 +162,7 @@ class Area(Base):
     drag: u.Ratio | None = None  # left out: that of the wind
 
 
-class Wind(Base):
+class WindKeys(Base):
     """Wind on the block, whose sides are those of its box, and on other bodies whose sides are given in `on`."""
 
     speed: u.Velocity
@@ -175,14 +175,16 @@ class Wind(Base):
     on: dict[str, Area] = Field(default_factory=dict)
 
     @model_validator(mode="after")
-    def _one(self) -> Wind:
+    def _one(self) -> WindKeys:
         if self.gusts and self.turbulence:
             raise ValueError("give the wind either 'gusts' or a 'turbulence'")
         if not any(self.direction):
             raise ValueError("the direction of the wind has no length")
         return self
 
-    def forces(self, block: tuple[float, float, float] | None, seed: int, end: float | None) -> dict[str, Force]:
+    def forces(
+        self, block: tuple[float, float, float] | None, seed: int, end: float | None
+    ) -> dict[str, WindForceKeys]:
         """By name; `block`: the size of its box [m], if there is one; `end`: of the run [s], if it is known."""
         areas = dict(self.on)
         if block is not None:
@@ -190,7 +192,7 @@ class Wind(Base):
             areas.setdefault(BLOCK, Area.model_construct(sides=(y * z, z * x, x * y)))
         gusts = turbulent(self.speed, self.turbulence, self.scale, seed, end) if self.turbulence else self.gusts
         return {
-            f"wind.{body}": Force.model_construct(
+            f"wind.{body}": WindForceKeys.model_construct(
                 type="wind",
                 body=body,
                 sides=area.sides,

@@ -20,13 +20,13 @@ from pydantic import AfterValidator, ConfigDict, Field, ModelWrapValidatorHandle
 from .actions import ActionLine, Condition, InterlockKeys, Touching
 from .base import Base, Name, Place, ProjectKeys
 from .described import keys_of
-from .environment import Floor, Obstacle, Vessel, Waves, Wind
+from .environment import Floor, Obstacle, Vessel, Waves, WindKeys
 from .nodes import ModelKeys, Process
-from .parts.flexible import Hull, Mode
+from .parts.flexible import Hull, ModeKeys
 from .parts.machines import FrameParts, MachineKeys, PartName, PortalParts
 from .parts.mechanics import Chart, MechanismGroup, MechanismKeys, Moments, Ramp
 from .parts.rigging import Edge, GearKeys, Rigging, SlingType
-from .parts.standing import Ground
+from .parts.standing import GroundKeys
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 RESERVED = (  # no machine and no group has such a name
@@ -158,7 +158,7 @@ class Block(Base):
     inertia: Moments | None = None  # left out: a uniform box
     lugs: dict[Name, Place]
     beam: Hull | None = None  # left out, as `modes`: it is rigid
-    modes: dict[Name, Mode] = Field(default_factory=dict)  # instead: those of a table
+    modes: dict[Name, ModeKeys] = Field(default_factory=dict)  # instead: those of a table
     lug_capacity: u.Mass | None = None  # of each lug; left out: they are not judged
     supports: Supports
     on: str = "world"  # vessel on whose deck it stands: `at` and the height of its supports are in that one's frame
@@ -169,7 +169,7 @@ class Block(Base):
         return bool(self.beam or self.modes)
 
 
-class Beam(Base):
+class FrameKeys(Base):
     """A frame on a hook, such as a lifting beam on a hinge below the hook block, and the slings from it.
 
     What else is written are parameters of its type."""
@@ -220,7 +220,7 @@ class LiftLimits(Base):
 class RigKeys(Base):
     """What connects the machines: beams on hooks, slings to lugs; and names for groups of hooks."""
 
-    beams: dict[Name, Beam]
+    beams: dict[Name, FrameKeys]
     sling: SlingType = SlingType()
     shackle: u.Mass | None = None  # what its shackles may carry, each; left out: they are not judged
     slack: u.Gap = u.LENGTH.read("0.3 m")  # of all slings at the start
@@ -271,10 +271,10 @@ class Scene(Base):
     factors: FactorKeys = FactorKeys()  # of design loads
     assumed: Literal["accept"] | None = None  # accept: the limits that heavylift assumes are confirmed
     mechanism: MechanismKeys | None = None
-    wind: Wind | None = None
+    wind: WindKeys | None = None
     waves: Waves | None = None
     floor: Floor | None = None
-    ground: Ground = Ground()
+    ground: GroundKeys = GroundKeys()
     obstacles: dict[Name, Obstacle] = Field(default_factory=dict)
     vessels: dict[Name, Vessel] = Field(default_factory=dict)
     machines: dict[Name, MachineKeys] = Field(default_factory=dict)  # in parts, as types make them

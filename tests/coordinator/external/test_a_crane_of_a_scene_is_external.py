@@ -10,7 +10,7 @@ import pytest
 from heavylift.coordinator.participants import Participant, parts
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.run import run
-from heavylift.coordinator.transport import Link, Ticket, place
+from heavylift.coordinator.transport import NodeLink, Ticket, place
 from heavylift.kernel import SceneError
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import encode
@@ -21,7 +21,7 @@ LIFT = load("lift")
 
 def player(path: Path) -> None:
     """Knows the plan from elsewhere, and says no more of itself than a program of another kind can."""
-    link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+    link = NodeLink(msgspec.json.decode(path.read_bytes(), type=Ticket))
 
     def send(payload: bytes) -> None:
         said = m.decode(payload)

@@ -12,9 +12,9 @@ import pytest
 from heavylift import run_models
 from heavylift.coordinator.participants import External
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.transport import FIFO, Link, Ticket
+from heavylift.coordinator.transport import FIFO, NodeLink, Ticket
 from heavylift.kernel import HeavyliftError, ProtocolError
-from heavylift.nodes.devs import FOREVER, Event, Result, Tag, ms
+from heavylift.nodes.devs import FOREVER, AtomicResult, Event, Tag, ms
 from heavylift.nodes.zoo import QueuedJob, ring
 
 RING = "heavylift.nodes.zoo.token_ring:ring(2, 1, 5_000_000)"
@@ -31,7 +31,7 @@ def done(spoken: list[Event], reached: int = ms(5), next_: Tag = FOREVER) -> m.D
 
 
 def bye(path: str, type_: str = "Token") -> m.Bye:
-    return m.Bye(results=[Result(path, type_, TOKEN)])
+    return m.Bye(results=[AtomicResult(path, type_, TOKEN)])
 
 
 REFUSED = {  # what it says, and the sentence
@@ -89,7 +89,7 @@ def speak(*answers: m.AnyMessage | bytes) -> Callable[[Path], None]:
     """A guest that answers WELCOME and each GRANT with these."""
 
     def play(path: Path) -> None:
-        link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+        link = NodeLink(msgspec.json.decode(path.read_bytes(), type=Ticket))
         for answer in answers:
             link.receive()
             link.send("s1", answer if isinstance(answer, bytes) else m.encode(answer))
@@ -100,7 +100,7 @@ def speak(*answers: m.AnyMessage | bytes) -> Callable[[Path], None]:
 
 
 def unframed(path: Path) -> None:
-    link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+    link = NodeLink(msgspec.json.decode(path.read_bytes(), type=Ticket))
     link._senders["s1"]._out.put(b"good morning, everybody, how do you do?")
     link.receive()
     link.close()
@@ -108,7 +108,7 @@ def unframed(path: Path) -> None:
 
 def flooding(path: Path) -> None:
     """More than any inbox holds."""
-    link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+    link = NodeLink(msgspec.json.decode(path.read_bytes(), type=Ticket))
     for _ in range(5 * FIFO):
         link._senders["s1"]._out.put(b"x" * 100)
     link.receive()
@@ -116,7 +116,7 @@ def flooding(path: Path) -> None:
 
 
 def of_tomorrow(path: Path) -> None:
-    link = Link(msgspec.json.decode(path.read_bytes(), type=Ticket))
+    link = NodeLink(msgspec.json.decode(path.read_bytes(), type=Ticket))
     sender = link._senders["s1"]
     frame = sender._out_writer.frame(m.encode(HELLO))[4:].replace(b"HLF1", b"HLF2")
     sender._out.put(zlib.crc32(frame).to_bytes(4, "little") + frame)

@@ -11,7 +11,7 @@ import pytest
 import zenoh
 from heavylift.coordinator.hosts import REFUSALS, Credentials, JoinReply, JoinRequest, RemoteListener, code
 from heavylift.coordinator.hosts.remote_node import _ask
-from heavylift.coordinator.transport import JOIN, Hub, Link, Placement, key, remote_session
+from heavylift.coordinator.transport import JOIN, Hub, NodeLink, Placement, key, remote_session
 from heavylift.kernel import ProtocolError
 from heavylift.kernel.version import __version__
 from of_a_yard import free_port
@@ -55,7 +55,7 @@ def test_a_name_belongs_to_its_certificate(run: Run) -> None:
         ]
         with (
             remote_session(crane) as honest,
-            Link(_ask(honest, CRANE, crane), honest),
+            NodeLink(_ask(honest, CRANE, crane), honest),
         ):
             assert said[-1] == "process crane on host quay has joined"
             assert asked(liar, key(JOIN, "crane"), "crane") == JoinReply(

@@ -14,7 +14,17 @@ from heavylift.coordinator.commands import open_door
 from heavylift.coordinator.hosts import Credentials, RemoteListener, library, make_certificates, play
 from heavylift.coordinator.participants import fingerprint
 from heavylift.coordinator.run import run as simulate
-from heavylift.coordinator.transport import AFAR, FrameTopic, Hub, Link, Placement, Writer, key, place, remote_session
+from heavylift.coordinator.transport import (
+    AFAR,
+    FrameTopic,
+    Hub,
+    NodeLink,
+    Placement,
+    Writer,
+    key,
+    place,
+    remote_session,
+)
 from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.plan import encode
 from heavylift.nodes.scene import load
@@ -143,7 +153,7 @@ def test_another_version_is_refused_and_nobody_is_there_twice(keys: Path, monkey
             other.setattr("heavylift.coordinator.hosts.remote_node.code", lambda: "of an edited file")
             with pytest.raises(ProtocolError, match=r"files of one of them were changed; install heavylift \S+"):
                 play("block", there, "", "", print)
-        link = Link(hub.ticket("block"), session)
+        link = NodeLink(hub.ticket("block"), session)
         assert link.nodes == hub.placement.hosted["block"]
         hub._gate.hosts["block"] = "far-away"  # type: ignore[union-attr]
         with pytest.raises(ProtocolError, match="may not join: process 'block' is there already, on host far-away"):

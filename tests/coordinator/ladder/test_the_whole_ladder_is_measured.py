@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import Measured, measure, write
+from heavylift.coordinator.ladder import MeasuredLadder, measure, write
 from heavylift.coordinator.ladder.within import within
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.kernel import SceneError
@@ -21,11 +21,13 @@ SCENE = ["end=20 s"]
 
 
 @pytest.fixture(scope="module")
-def measured() -> Measured:
+def measured() -> MeasuredLadder:
     return measure(load("hall", SCENE), "rope tension", limit=1e-3, budget=120.0)
 
 
-def test_tighter_steps_are_righter_and_the_advice_is_the_cheapest_that_keeps_the_limit(measured: Measured) -> None:
+def test_tighter_steps_are_righter_and_the_advice_is_the_cheapest_that_keeps_the_limit(
+    measured: MeasuredLadder,
+) -> None:
     errors = [row.worst for row in measured.rows]
     assert errors[-1] < errors[0]
     passing = [row for row in measured.rows if row.worst <= 1e-3]
@@ -33,7 +35,7 @@ def test_tighter_steps_are_righter_and_the_advice_is_the_cheapest_that_keeps_the
     assert measured.advice.startswith(f"Use {measured.pick}: ")
 
 
-def test_page_table_and_figure_tell_the_same(measured: Measured, tmp_path: Path) -> None:
+def test_page_table_and_figure_tell_the_same(measured: MeasuredLadder, tmp_path: Path) -> None:
     for kind in (".html", ".csv", ".json", ".png", ".svg"):
         write(measured, tmp_path / f"out{kind}")
     html, data = (tmp_path / "out.html").read_text(), json.loads((tmp_path / "out.json").read_text())
@@ -44,7 +46,7 @@ def test_page_table_and_figure_tell_the_same(measured: Measured, tmp_path: Path)
     assert "<script" not in html
 
 
-def test_the_command_of_a_rung_runs_it(measured: Measured) -> None:
+def test_the_command_of_a_rung_runs_it(measured: MeasuredLadder) -> None:
     assert measured.pick is not None
     words = shlex.split(measured.pick.command)
     scene = load("hall", [word for before, word in pairwise(words) if before == "--set"])

@@ -8,7 +8,7 @@ from random import Random
 import msgspec
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.ladder import Figure, Ladder, Measuring, ModelLevel, chosen, decided, play
+from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, play
 from heavylift.coordinator.ladder.choosing import _looks
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.kernel.description import Check
@@ -73,8 +73,8 @@ class Falling(Measuring):
     def error(self, name: str, rung: ModelLevel) -> float:
         return float(self.sizes[name] * rung.plan.tolerance ** self.orders[name])
 
-    def figures(self, rung: ModelLevel) -> dict[str, Figure]:
-        return {x: Figure(x, "swing", "m", 1.0 + self.error(x, rung), 1.0) for x in self.orders}
+    def figures(self, rung: ModelLevel) -> dict[str, AskedFigure]:
+        return {x: AskedFigure(x, "swing", "m", 1.0 + self.error(x, rung), 1.0) for x in self.orders}
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -17,7 +17,7 @@ from heavylift.nodes.models.parts import (
     Order,
     Stage,
 )
-from heavylift.nodes.plan import Brake, EndOrder, Move, located
+from heavylift.nodes.plan import BrakeOrder, EndOrder, Move, located
 from heavylift.nodes.scene import load, parse, spoken
 from sledge import SLEDGE
 
@@ -34,7 +34,7 @@ def test_a_command_means_what_the_same_words_mean_in_a_scene() -> None:
     hooks = spoken(LIFT, "all hooks:  lower 3 m/min until all slings slack").orders
     assert [order.actuator for order in hooks if isinstance(order, Move)] == ["crane.H1", "crane.H2", "crane.H3"]
     (lock,) = spoken(LIFT, "loader-1: lock").orders
-    assert lock == Brake(model="loader-1", brake="loader-1.hinge.lock", engaged=True)
+    assert lock == BrakeOrder(model="loader-1", brake="loader-1.hinge.lock", engaged=True)
     (push,) = spoken(parse(SLEDGE), "pusher: drive 6 m/min to 3 m").orders
     assert isinstance(push, Move)
     assert (push.actuator, push.to) == ("pusher", 3.0)
@@ -90,7 +90,9 @@ def test_a_command_is_given_beside_the_action_list() -> None:
     said = commander((seconds(3), words("loader-2: lock")))
     assert [message for t, message in said if t == 3.0] == [
         OperatorAnswer("loader-2: lock", seconds(3)),
-        Order("loader-2.hinge.lock", 4, (-2, 0), Brake(model="loader-2", brake="loader-2.hinge.lock", engaged=True)),
+        Order(
+            "loader-2.hinge.lock", 4, (-2, 0), BrakeOrder(model="loader-2", brake="loader-2.hinge.lock", engaged=True)
+        ),
     ]
     assert [message.name for _, message in said if isinstance(message, Stage)] == ["take up slack"]
 

@@ -22,7 +22,7 @@ from heavylift.coordinator.protocol import (
     run_in_memory,
 )
 from heavylift.kernel import ProtocolError
-from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Out, Result, Simulator, Slack, Tag
+from heavylift.nodes.devs import FOREVER, Atomic, AtomicResult, Bag, Event, In, Out, Simulator, Slack, Tag
 
 
 def test_nothing_is_granted_before_all_have_said_hello() -> None:
@@ -192,7 +192,7 @@ def test_every_message_survives_the_wire_and_nothing_else_does() -> None:
         Done(1, Tag(3), [event(2)], Tag(4), [], Tag(4, 1), b"h", Tag(2)),
         Fail(Tag(3), "a.b", "it broke", ""),
         Stop(Tag(3), "finished"),
-        Bye("a waits", 0.5, [Slack("a.out", 10, 15, 3)], [Result("a.b", "Word", b"w")]),
+        Bye("a waits", 0.5, [Slack("a.out", 10, 15, 3)], [AtomicResult("a.b", "Word", b"w")]),
     ]
     for message in messages:
         assert decode(encode(message)) == message

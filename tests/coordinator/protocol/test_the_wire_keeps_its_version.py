@@ -13,7 +13,7 @@ import pytest
 from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport import MAGIC, WIRE, FrameReader, FrameTopic, Writer
 from heavylift.kernel import ProtocolError
-from heavylift.nodes.devs import Event, Result, Slack, Tag
+from heavylift.nodes.devs import AtomicResult, Event, Slack, Tag
 
 FILE = Path(__file__).parents[2] / "data" / "wire.json"
 EVENTS = [Event(5, 1, "crane", "report", 0, "Report", b"\x91\x07"), Event(9, 0, "crane", "done", 2, "Done", b"")]
@@ -25,7 +25,7 @@ SAID: dict[str, m.AnyMessage] = {
     "checkpoint": m.Checkpoint(4, b"state", "why"),
     "fail": m.Fail(Tag(3), "yard.crane", "cannot", "Traceback", EVENTS),
     "stop": m.Stop(Tag(2**63 - 1), "the end"),
-    "bye": m.Bye("nothing", 0.25, [Slack("crane.report", 3, 5, 2)], [Result("crane", "Report", b"\x91\x07")]),
+    "bye": m.Bye("nothing", 0.25, [Slack("crane.report", 3, 5, 2)], [AtomicResult("crane", "Report", b"\x91\x07")]),
 }
 FRAMES: dict[str, dict[str, str]] = json.loads(FILE.read_text()) if FILE.exists() else {}
 

@@ -6,7 +6,7 @@ import sys
 import time
 
 import pytest
-from heavylift.coordinator.transport import Hub, Link
+from heavylift.coordinator.transport import Hub, NodeLink
 from heavylift.kernel import ProtocolError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
@@ -23,11 +23,11 @@ def received(hub: Hub) -> list[tuple[str, bytes]]:
 
 
 def test_the_older_one_is_not_heard_and_refuses_the_newer_ones_orders() -> None:
-    with Hub(["west"]) as hub, Link(hub.ticket("west")) as old:
+    with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as old:
         hub.send("west", b"grant 1")
         assert old.receive() == ("west", b"grant 1")
         hub.renew("west")  # it is thought to be lost, but on its own host it lives
-        with Link(hub.ticket("west")) as new:
+        with NodeLink(hub.ticket("west")) as new:
             old.send("west", b"done 1, late")
             old.sample("west", b"late samples")
             new.send("west", b"hello")
@@ -42,10 +42,10 @@ def test_the_older_one_is_not_heard_and_refuses_the_newer_ones_orders() -> None:
 
 def test_the_end_of_the_older_one_is_not_that_of_the_newer() -> None:
     with Hub(["west"]) as hub:
-        old = Link(hub.ticket("west"))
+        old = NodeLink(hub.ticket("west"))
         hub.send("west", b"grant 1")
         hub.renew("west")
-        with Link(hub.ticket("west")) as new:
+        with NodeLink(hub.ticket("west")) as new:
             old.close()
             time.sleep(0.5)
             new.send("west", b"hello")

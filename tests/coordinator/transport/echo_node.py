@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from heavylift.coordinator.transport import OBSERVER, Link, Ticket, guest_session, key
+from heavylift.coordinator.transport import OBSERVER, NodeLink, Ticket, guest_session, key
 from zenoh.handlers import FifoChannel
 
 
@@ -15,7 +15,7 @@ def main(arguments: list[str]) -> int:
     if what == "raise-early":
         raise ValueError("the model has no mass")
     ticket = Ticket.take()
-    link = Link(ticket)
+    link = NodeLink(ticket)
     for node in ticket.nodes:
         link.send(node, b"hello")
     if what == "say-and-die":

@@ -11,7 +11,7 @@ from random import Random
 
 import pytest
 import zenoh
-from heavylift.coordinator.transport import OBSERVER, OPERATOR, Hub, Link, Writer, guest_session, key
+from heavylift.coordinator.transport import OBSERVER, OPERATOR, Hub, NodeLink, Writer, guest_session, key
 from heavylift.kernel import ProtocolError
 
 TOPICS = ("in", "out", "samples")
@@ -37,7 +37,7 @@ def hub() -> Iterator[Hub]:
         yield hub
 
 
-def spoken(hub: Hub, link: Link, words: bytes) -> None:
+def spoken(hub: Hub, link: NodeLink, words: bytes) -> None:
     """A grant, samples and the answer."""
     hub.send(next(iter(link.nodes)), words)
     assert link.receive() == (next(iter(link.nodes)), words)
@@ -55,11 +55,11 @@ def said_again(session: zenoh.Session, hub: Hub, wire: list[bytes], *processes: 
 
 
 def test_of_an_earlier_incarnation_it_is_dropped(hub: Hub, wire: list[bytes]) -> None:
-    with Link(hub.ticket("west")) as first:
+    with NodeLink(hub.ticket("west")) as first:
         spoken(hub, first, b"first")
         hub.renew("west")
         out = wire[1:]  # its samples and its answer
-        with Link(hub.ticket("west")) as second:
+        with NodeLink(hub.ticket("west")) as second:
             for topic, frame in zip(("samples", "out"), out, strict=True):
                 second._session.put(key(hub.run, topic, "west", "west"), frame)
             spoken(hub, second, b"second")
@@ -67,7 +67,7 @@ def test_of_an_earlier_incarnation_it_is_dropped(hub: Hub, wire: list[bytes]) ->
 
 @pytest.mark.parametrize("topic", ["out", "samples"])
 def test_of_this_incarnation_it_ends_the_run(hub: Hub, wire: list[bytes], topic: str) -> None:
-    with Link(hub.ticket("west")) as west:
+    with NodeLink(hub.ticket("west")) as west:
         spoken(hub, west, b"grant")
         west._session.put(key(hub.run, topic, "west", "west"), wire[("in", "samples", "out").index(topic)])
         west.send("west", b"next")
@@ -78,7 +78,7 @@ def test_of_this_incarnation_it_ends_the_run(hub: Hub, wire: list[bytes], topic:
 def test_of_another_node_it_ends_the_run_in_ones_own_place_and_does_not_arrive_in_its(
     hub: Hub, wire: list[bytes]
 ) -> None:
-    with Link(hub.ticket("west")) as west, Link(hub.ticket("east")) as east:
+    with NodeLink(hub.ticket("west")) as west, NodeLink(hub.ticket("east")) as east:
         spoken(hub, west, b"grant")
         said_again(east._session, hub, wire, "west")
         spoken(hub, east, b"grant")
@@ -93,7 +93,7 @@ def test_guests_disturb_nobody_whatever_they_say(hub: Hub, wire: list[bytes]) ->
     with (
         guest_session(hub.directory.path, OBSERVER) as observer,
         guest_session(hub.directory.path, OPERATOR) as operator,
-        Link(hub.ticket("west")) as west,
+        NodeLink(hub.ticket("west")) as west,
     ):
         spoken(hub, west, b"grant")
         for guest in (observer, operator):
@@ -107,7 +107,7 @@ def test_guests_disturb_nobody_whatever_they_say(hub: Hub, wire: list[bytes]) ->
 def test_a_member_that_says_nonsense_ends_the_run_in_a_sentence(wire: list[bytes]) -> None:
     rng = Random(2)
     for number in range(12):
-        with Hub(["west"]) as hub, Link(hub.ticket("west")) as west:
+        with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as west:
             spoken(hub, west, b"grant %d" % number)
             for chunk in ("2", "0", "x", "9" * 5000):  # incarnations that nobody has begun
                 west._session.liveliness().declare_token(key(hub.run, "alive", "west", chunk))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.transport import FrameReader, FrameTopic, Hub, Link, Writer, key, node_session
+from heavylift.coordinator.transport import FrameReader, FrameTopic, Hub, NodeLink, Writer, key, node_session
 from heavylift.coordinator.transport.session import _config
 from heavylift.kernel import ProtocolError
 from of_the_system import Start, network_sockets
@@ -78,7 +78,7 @@ def test_two_priorities_overtake_each_other_and_ours_is_one(tmp_path: Path) -> N
         settled(heard)
     assert sorted(heard) == list(range(3000))
     assert heard != sorted(heard)
-    with Hub(["west"]) as run, Link(run.ticket("west")) as link:
+    with Hub(["west"]) as run, NodeLink(run.ticket("west")) as link:
         sender = link._senders["west"]
         for publisher in (run._publishers["west"], sender._out, sender._samples):
             assert publisher.priority == zenoh.Priority.DATA

@@ -14,7 +14,7 @@ from every_law import yard
 from heavylift.kernel.algebra import cos, power, sin
 from heavylift.kernel.compiler import Function, Library, SimdBatch, arranged, module
 from heavylift.kernel.description import Body, Joint, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import Simulation
 
 PROCESSORS = {"x86-64": "sse2", "x86-64-v2": "sse4.2", "haswell": "avx2", "skylake-avx512": "avx512f"}
@@ -82,7 +82,7 @@ def turned_tackle(seed):
     axis, across, down = (np.array(e) for e in attitude(random))
     sheaves = [Sheave(Point("block", tuple(k * across)), axis=tuple(axis), radius=0.2, friction=0.1) for k in (-1, 1)]
     ends = [Point("block", tuple(k * across + random.uniform(0.5, 2.0) * down)) for k in (-3, 3)]
-    rope = Reeving("rope", ends[0], tuple(sheaves), ends[1], 1e6, Signal(8.0), 1e3)
+    rope = Reeving("rope", ends[0], tuple(sheaves), ends[1], 1e6, InputSignal(8.0), 1e3)
     return System((block,), (Joint("held", "revolute", "world", "block", **turned),), forces=(rope,))
 
 

@@ -20,7 +20,6 @@ from heavylift.kernel.description import (
     Drive,
     Joint,
     JointSpring,
-    Line,
     Load,
     Lock,
     Master,
@@ -30,6 +29,7 @@ from heavylift.kernel.description import (
     Reeving,
     RigidRope,
     Rope,
+    RopeSpan,
     Sheave,
     Spring,
     Stop,
@@ -40,7 +40,7 @@ from heavylift.kernel.description import (
     UserLaw,
     Wind,
 )
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.islands import simulate
 
 SIX = ((0.0,) * 6,) * 6
@@ -57,18 +57,18 @@ RICH = System(
     brakes=(Brake("brake", "hinge", 1.0, 1.0, 1.0),),
     locks=(Lock("lock", "track"),),
     drives=(Drive("drive", "hinge", "servo", kp=1.0),),
-    ropes=(Rope("fall", (Line(HERE, ABOVE),), 1e3, 20.0),),
-    rigid_ropes=(RigidRope("stay", (Line(HERE, ABOVE),), 30.0),),
+    ropes=(Rope("fall", (RopeSpan(HERE, ABOVE),), 1e3, 20.0),),
+    rigid_ropes=(RigidRope("stay", (RopeSpan(HERE, ABOVE),), 30.0),),
     supports=(Support("pad", HERE, -9.0, 1.0, 1.0, on="upper"), Support("floor", HERE, -9.0, 1.0, 1.0)),
     forces=(
         Load("load", HERE),
-        Wind("wind", HERE, 1.0, 1.0, (1.0, 0.0, 0.0), Signal()),
+        Wind("wind", HERE, 1.0, 1.0, (1.0, 0.0, 0.0), InputSignal()),
         Spring("buffer", HERE, ABOVE, 9.0, 1.0),
         Torsion("torsion", "upper", "lower", (0.0, 1.0, 0.0)),
         Bushing("bushing", HERE, Point("upper"), SIX, SIX),
         Characteristic("motor", "rail", "speed", (0.0, 1.0), (0.0, 0.0)),
         UserLaw("own", "heavylift.nodes.zoo.laws:none", joint="rail"),
-        Reeving("rope", HERE, (Sheave(Point("upper")),), ABOVE, 1e3, Signal(30.0)),
+        Reeving("rope", HERE, (Sheave(Point("upper")),), ABOVE, 1e3, InputSignal(30.0)),
     ),
     contacts=(Contact("contact", Ball("cart", (0.0, 0.0, 50.0), 0.1), Plane("world", (0.0, 0.0, -9.0))),),
     masters=(Master("master"),),

@@ -13,16 +13,16 @@ from heavylift.kernel.description import (
     Characteristic,
     Joint,
     JointSpring,
-    Line,
     Point,
     Reeving,
     Rope,
+    RopeSpan,
     Sheave,
     System,
     Torsion,
     UserLaw,
 )
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.equations import equations
 from heavylift.kernel.model import Program
 from heavylift.kernel.multibody import build_graph, composites, cut, joint_space_inertia
@@ -95,7 +95,7 @@ def two_of_a_kind() -> System:
         joints,
         springs=(JointSpring("soft", "a-rail", 3.0),),
         brakes=(Brake("grip", "b-rail", 1.0, 1.0, 1.0),),
-        ropes=(Rope("tie", (Line(Point("a"), Point("b", Y)),), 1.0, 1.0),),
+        ropes=(Rope("tie", (RopeSpan(Point("a"), Point("b", Y)),), 1.0, 1.0),),
         gravity=G,
     )
 
@@ -189,7 +189,12 @@ def test_names_with_special_signs_survive_in_latex():
         (UserLaw("u", "laws_of_a_user:shaker", "load-guide"), "function(t, state)"),
         (
             Reeving(
-                "r", Point("world"), (Sheave(Point("load"), Y, friction=0.1),), Point("world", X), 1e6, Signal(130.0)
+                "r",
+                Point("world"),
+                (Sheave(Point("load"), Y, friction=0.1),),
+                Point("world", X),
+                1e6,
+                InputSignal(130.0),
             ),
             "T_before exp(mu wrap)/efficiency",
         ),

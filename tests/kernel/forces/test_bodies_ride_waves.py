@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import Body, Bushing, Drive, Joint, Load, Point, System, Wave
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.equations import equations
 from heavylift.kernel.model import Program, evaluate
 from heavylift.kernel.simulation import Simulation
@@ -166,7 +166,7 @@ def test_a_floating_body_answers_as_its_equations_in_the_frequency_domain():
     F = 0.01 * np.array([1e6 * np.exp(0.3j), 2e6 * np.exp(-1j), 9e6, 8e7 * np.exp(2j), 9e8 * np.exp(-0.5j), 5e7])
     loads = []
     for name, part, phase in (("cos", F.real, 0.0), ("sin", F.imag, 0.5 * np.pi)):
-        wave = Signal(0.0, wave=Wave(1.0, W, RAMP, phase))
+        wave = InputSignal(0.0, wave=Wave(1.0, W, RAMP, phase))
         loads.append(Load(name, Point("hull"), tuple(part[:3].tolist()), tuple(part[3:].tolist()), signal=wave))
     lift = Load("buoyancy", Point("hull", hull.com), (0.0, 0.0, m * G))
     water = Bushing("water", Point("world"), Point("hull"), _rows(K), _rows(B))

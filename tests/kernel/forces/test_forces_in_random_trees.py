@@ -16,7 +16,7 @@ from heavylift.kernel.description import (
     UserLaw,
     Wind,
 )
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from msgspec import structs
 from random_trees import random_system
 from small_scenes import SECOND, events, imbalance, started
@@ -42,11 +42,11 @@ def forces(random, names, joints):
 
     a, b = random.choice(names, 2, replace=False)
     way = (Sheave(point(), efficiency=0.95), Sheave(point(), efficiency=0.9))
-    reeved = Reeving("reeved", Point("world", (0.0, 0.0, 9.0)), way, point(), 2e5, Signal(1e3), 1e2)
-    ramp = Signal(times=(0.0, 0.1), values=(0.0, 1.0))
+    reeved = Reeving("reeved", Point("world", (0.0, 0.0, 9.0)), way, point(), 2e5, InputSignal(1e3), 1e2)
+    ramp = InputSignal(times=(0.0, 0.1), values=(0.0, 1.0))
     out = [
         Load("load", point(), tuple((1e3 * random.normal(size=3)).tolist()), unit(), "body", ramp),
-        Wind("wind", point(), 5.0, 1.2, unit(), Signal(20.0), sides=(2.0, 0.0, 7.0)),
+        Wind("wind", point(), 5.0, 1.2, unit(), InputSignal(20.0), sides=(2.0, 0.0, 7.0)),
         Spring("spring", point(), point(), 1.0, 1e3, 10.0),
         Torsion("torsion", str(a), str(b), unit(), 1e3, 10.0),
         Bushing("bushing", point(), point(), matrix(1000.0), matrix(20.0)),
@@ -67,7 +67,7 @@ def test_every_force_at_once(seed):
     made = forces(random, names, joints)
     reeved = next(f for f in made if f.name == "reeved")
     slack = started(replace(system, forces=(reeved,)), native=False)
-    taut = structs.replace(reeved, signal=Signal(0.99 * float(sum(slack.row().shown[3:6]))))
+    taut = structs.replace(reeved, signal=InputSignal(0.99 * float(sum(slack.row().shown[3:6]))))
     system = replace(system, forces=tuple(taut if f is reeved else f for f in made))
     s = started(system, tolerance=1e-11, sample_ns=10_000_000, h_max=0.02)
     oracle = started(system, native=False)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import Body, Characteristic, Joint, Load, Point, System, UserLaw
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import native_state
 from scipy.integrate import solve_ivp
@@ -47,7 +47,7 @@ def test_an_oscillator_of_van_der_pol():
 
 def test_a_law_knows_the_time_of_the_run_and_its_signal():
     """Across an interrupt, after which local time starts again."""
-    law = own("shaker", signal=Signal(times=(0.0, 2.0), values=(0.0, 6.0)))
+    law = own("shaker", signal=InputSignal(times=(0.0, 2.0), values=(0.0, 6.0)))
     s = started(cart(law), **FINE)
     s.interrupt(SECOND)
     s.settle()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import Body, Joint, Load, Master, Point, System, Wind
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import Simulation
 from scipy.integrate import solve_ivp
 from scipy.spatial import ConvexHull
@@ -34,14 +34,14 @@ BOB = Point("bob", (0.0, 0.0, -50.0))
 C16 = FORMS["C16"]["given"]
 
 
-def gale(signal: Signal) -> Wind:
+def gale(signal: InputSignal) -> Wind:
     return Wind("gale", BOB, C16["A"], C16["C"], X, signal)
 
 
 def test_a_load_in_the_wind_hangs_where_the_closed_form_says():
     expected = FORMS["C16"]["expected"]
     theta = -expected["theta_deg"] * pi / 180
-    s = started(replace(pendulum(C16["m"], C16["L"], theta), forces=(gale(Signal(C16["v"])),)), **PEAKS)
+    s = started(replace(pendulum(C16["m"], C16["L"], theta), forces=(gale(InputSignal(C16["v"])),)), **PEAKS)
     s.run(20 * SECOND)
     assert column(s, "wind/force")[1][0, 0] == pytest.approx(expected["F"], rel=1e-12)
     t, q = column(s, "joint/position")
@@ -54,7 +54,7 @@ def test_the_wind_sees_of_a_turned_box_what_its_sides_project():
     size, sides, v = np.array([20.0, 16.0, 8.0]), (16.0 * 8.0, 20.0 * 8.0, 20.0 * 16.0), 15.0
     box = Body("box", 3e5, inertia=((1e7, 0.0, 0.0), (0.0, 1e7, 0.0), (0.0, 0.0, 1e7)))
     float_ = Joint("float", "free", "world", "box", q0=(0.0, 0.0, 0.0, *turn.as_quat()))
-    gale = Wind("gale", Point("box"), 0.0, 1.2, X, Signal(v), sides=sides)
+    gale = Wind("gale", Point("box"), 0.0, 1.2, X, InputSignal(v), sides=sides)
     s = started(System((box,), (float_,), forces=(gale,), gravity=G))
     corners = np.array(list(product(*((-x / 2, x / 2) for x in size)))) @ turn.as_matrix().T
     shadow = ConvexHull(corners[:, 1:]).volume  # of a polygon, its area
@@ -63,7 +63,7 @@ def test_the_wind_sees_of_a_turned_box_what_its_sides_project():
 
 def test_a_sudden_gust_swings_the_load_twice_as_far():
     F, theta = FORMS["C16"]["expected"]["F"], atan(FORMS["C16"]["expected"]["F"] / (C16["m"] * G))
-    gust = Load("gust", BOB, (F, 0.0, 0.0), signal=Signal(times=(1.0, 1.0), values=(0.0, 1.0)))
+    gust = Load("gust", BOB, (F, 0.0, 0.0), signal=InputSignal(times=(1.0, 1.0), values=(0.0, 1.0)))
     s = started(replace(pendulum(C16["m"], C16["L"]), forces=(gust,)), **PEAKS)
     s.run(16 * SECOND)
     t, q = column(s, "joint/position")
@@ -76,7 +76,7 @@ def test_a_gusty_wind_agrees_with_scipy():
     """Drag of the air that the swinging load feels, along a record of gusts; the same law written for SciPy."""
     times, speeds = (0.5, 1.5, 4.0, 4.0, 9.0), (0.0, 20.0, 12.0, 17.0, 5.0)
     m, L = C16["m"], C16["L"]
-    record = Signal(times=times, values=speeds)
+    record = InputSignal(times=times, values=speeds)
     s = started(replace(pendulum(m, L), forces=(gale(record),)), tolerance=1e-11, sample_ns=SECOND, h_max=0.1)
     s.interrupt(12 * SECOND)
 
@@ -103,7 +103,7 @@ def test_breakpoints_of_a_history_are_step_boundaries():
     """A piecewise linear force makes a piecewise cubic motion, which DOPRI5 integrates exactly in steps of any length
     as long as none crosses a breakpoint; the force of the first and last value holds outside."""
     times, values = (0.3, 0.5, 0.5, 1.7, 2.1), (2.0, -1.0, 4.0, 0.0, 1.5)
-    push = Load("push", Point("load"), (10.0, 0.0, 0.0), signal=Signal(times=times, values=values))
+    push = Load("push", Point("load"), (10.0, 0.0, 0.0), signal=InputSignal(times=times, values=values))
     s = started(replace(slider(mass=5.0, axis=X), forces=(push,)), tolerance=1e-3, h_max=10.0)
     s.run(3 * SECOND)
     s.interrupt(3 * SECOND)
@@ -118,7 +118,7 @@ def test_breakpoints_of_a_history_are_step_boundaries():
 
 
 def test_a_scene_at_rest_waits_for_its_history():
-    late = Load("late", Point("load"), (1.0, 0.0, 0.0), signal=Signal(times=(100.0, 100.0), values=(0.0, 1.0)))
+    late = Load("late", Point("load"), (1.0, 0.0, 0.0), signal=InputSignal(times=(100.0, 100.0), values=(0.0, 1.0)))
     s = started(replace(slider(mass=1.0, axis=X), forces=(late,)))
     s.run(102 * SECOND)
     s.interrupt(102 * SECOND)
@@ -126,7 +126,7 @@ def test_a_scene_at_rest_waits_for_its_history():
 
 
 def test_a_driven_load_follows_its_orders_and_a_master():
-    push = Load("push", Point("load"), (6.0, 0.0, 0.0), signal=Signal(0.0, driven=True))
+    push = Load("push", Point("load"), (6.0, 0.0, 0.0), signal=InputSignal(0.0, driven=True))
     s = started(replace(slider(mass=2.0, axis=X), forces=(push,), masters=(Master("m"),)), tolerance=1e-9)
     s.references.set_profile("push", 0, 0.5, 1e3, 0.5)
     s.settle()
@@ -173,7 +173,9 @@ def _hung(m: float, k: float, share: float) -> System:
     """A load of which a share, here a force, is lost after a second."""
     scene = hung(60.0 + m * G / k)
     rope = replace(scene.ropes[0], EA=k * 60.0)
-    gone = Load("part", Point("load"), (0.0, 0.0, -share * m * G), signal=Signal(times=(1.0, 1.0), values=(1.0, 0.0)))
+    gone = Load(
+        "part", Point("load"), (0.0, 0.0, -share * m * G), signal=InputSignal(times=(1.0, 1.0), values=(1.0, 0.0))
+    )
     return replace(scene, bodies=(Body("load", (1.0 - share) * m),), ropes=(rope,), forces=(gone,))
 
 
@@ -200,13 +202,13 @@ def test_an_emergency_stop_while_lowering(ts, key):
 @pytest.mark.parametrize(
     ("force", "told"),
     [
-        (Wind("w", Point("load"), -1.0, 1.0, X, Signal(1.0)), "wind 'w': area is -1; it cannot be negative"),
-        (Wind("w", Point("load"), 1.0, 1.0, (1.0, 1.0, 0.0), Signal(1.0)), "must be a unit vector"),
+        (Wind("w", Point("load"), -1.0, 1.0, X, InputSignal(1.0)), "wind 'w': area is -1; it cannot be negative"),
+        (Wind("w", Point("load"), 1.0, 1.0, (1.0, 1.0, 0.0), InputSignal(1.0)), "must be a unit vector"),
         (Load("f", Point("lod"), X), "'f': there is no body 'lod'"),
         (Load("f", Point("load"), (float("nan"), 0.0, 0.0)), "load 'f': force is nan; it must be a finite number"),
-        (Load("f", Point("load"), X, signal=Signal(times=(0.0, 1.0), values=(1.0,))), "2 times and 1 values"),
-        (Load("f", Point("load"), X, signal=Signal(times=(2.0, 1.0), values=(1.0, 1.0))), "goes back to 1.0 s"),
-        (Load("f", Point("load"), X, signal=Signal(times=(2.0,), values=(1.0,), driven=True)), "one of them"),
+        (Load("f", Point("load"), X, signal=InputSignal(times=(0.0, 1.0), values=(1.0,))), "2 times and 1 values"),
+        (Load("f", Point("load"), X, signal=InputSignal(times=(2.0, 1.0), values=(1.0, 1.0))), "goes back to 1.0 s"),
+        (Load("f", Point("load"), X, signal=InputSignal(times=(2.0,), values=(1.0,), driven=True)), "one of them"),
     ],
 )
 def test_loads_that_cannot_be(force, told):

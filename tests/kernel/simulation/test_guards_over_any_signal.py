@@ -7,9 +7,9 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Drive, Joint, Line, Point, Rope, System, Wind, guard_of
-from heavylift.kernel.description.forces import Signal as Driven
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description import Body, Drive, Joint, Point, Rope, RopeSpan, System, Wind, guard_of
+from heavylift.kernel.description.forces import InputSignalOfScene as Driven
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.model import scalar
 from heavylift.kernel.simulation.native import reader
 from scipy.optimize import lsq_linear
@@ -45,15 +45,15 @@ def jib(load: float) -> System:
         Joint("beam", "prismatic", "world", "trolley", axis=X, p_PJ=(5.0, 0.0, 20.0)),
         Joint("guide", "prismatic", "trolley", "load", axis=Z, q0=(-10.0,)),
     )
-    rope = Rope("fall", (Line(Point("trolley"), Point("load")),), EA, 10.0 / (1.0 + load * G / EA))
+    rope = Rope("fall", (RopeSpan(Point("trolley"), Point("load")),), EA, 10.0 / (1.0 + load * G / EA))
     drive = Drive("out", "beam", "prescribed")
     return System(bodies, joints, ropes=(rope,), drives=(drive,), gravity=G)
 
 
 def test_radius_and_gap_of_a_cart_that_runs_past():
-    radius = Signal("radius", point=Point("cart"), origin=Point("world"))
+    radius = ScalarSignal("radius", point=Point("cart"), origin=Point("world"))
     assert fired(cart(2.0, 3.0), radius, 5.0, rising=False) == pytest.approx(3.0, abs=ROUNDING * 1e-9)
-    gap = Signal(
+    gap = ScalarSignal(
         "gap", point=Point("cart"), origin=Point("world", (0.0, 0.0, 1.0)), numbers=(1.0, 1.0, 1.0, 2.0, 1.0, 1.0)
     )
     assert fired(cart(2.0), gap, 0.5, rising=False) == pytest.approx(3.25, abs=ROUNDING * 1e-9)
@@ -64,7 +64,7 @@ def test_a_gap_between_turned_boxes_is_never_more_than_their_distance():
     spin = Joint("axle", "revolute", "world", "stick", axis=Z, q0=(pi / 2,), v0=(-0.5,))
     stick = System((Body("stick", 10.0, inertia=cube(10.0)),), (spin,), gravity=0.0)
     wall = Point("world", (5.0, 0.0, 0.0))
-    gap = Signal("gap", point=Point("stick"), origin=wall, numbers=(2.0, 1.0, 1.0, 1.0, 9.0, 1.0))
+    gap = ScalarSignal("gap", point=Point("stick"), origin=wall, numbers=(2.0, 1.0, 1.0, 1.0, 9.0, 1.0))
     when = fired(stick, gap, 2.0, rising=False)
     angle = pi / 2 - 0.5 * when
     assert 2.0 * cos(angle) + 1.0 * sin(angle) == pytest.approx(2.0, abs=1e-8)
@@ -79,7 +79,7 @@ def test_a_gap_is_the_distance_of_boxes_by_independent_code(shape):
         turned = [Rotation.from_quat(rng.normal(size=4)).as_matrix() for _ in (0, 1)]
         middles = [np.zeros(3), rng.normal(size=3) * (30.0 if shape == "booms" else 6.0)]
         places = [p for c, R in zip(middles, turned, strict=True) for p in ([*c], *(c + R[:, i] for i in range(3)))]
-        signal = Signal("gap", point=Point("a"), origin=Point("b"))
+        signal = ScalarSignal("gap", point=Point("a"), origin=Point("b"))
         gap = scalar(signal, places, [*halves[0], *halves[1]], [])
         both = np.concatenate(halves)
         nearest = lsq_linear(np.hstack([turned[0], -turned[1]]), middles[1] - middles[0], bounds=(-both, both))
@@ -95,27 +95,29 @@ def test_off_lead_and_swing_of_a_pendulum():
     """A pendulum that is let go at 0.1 rad in a plane at 30 degrees to x: its rope is as far off as its angle."""
     e = (cos(pi / 6), sin(pi / 6), 0.0)
     pivot = Joint("pivot", "revolute", "world", "bob", axis=(-e[1] * -1.0, -e[0], 0.0), q0=(0.1,))
-    rope = Rope("rod", (Line(Point("world"), Point("bob", (0.0, 0.0, -9.0))),), 1.0, 99.0)
+    rope = Rope("rod", (RopeSpan(Point("world"), Point("bob", (0.0, 0.0, -9.0))),), 1.0, 99.0)
     scene = System((Body("bob", 1.0, com=(0.0, 0.0, -9.0)),), (pivot,), ropes=(rope,), gravity=G)
-    through = [fired(scene, Signal(kind, ropes=("rod",)), v, rising=False) for kind, v in (("off-lead", 1e-3),)]
+    through = [fired(scene, ScalarSignal(kind, ropes=("rod",)), v, rising=False) for kind, v in (("off-lead", 1e-3),)]
     quarter = pi / 2 * sqrt(9.0 / G) * (1.0 + 0.1**2 / 16.0)
     assert through[0] == pytest.approx(quarter, abs=0.011)
     s = started(scene, **FINE)
     row = s.native.raw().tolist()
-    along, across = (reader(s.program, Signal(kind, ropes=("rod",)))(row) for kind in ("swing along", "swing across"))
+    along, across = (
+        reader(s.program, ScalarSignal(kind, ropes=("rod",)))(row) for kind in ("swing along", "swing across")
+    )
     out = 9.0 * sin(0.1)
     assert hypot(along, across) > 0.09
     assert (abs(along), abs(across)) == pytest.approx(
         (atan2(out * e[0], 9.0 * cos(0.1)), atan2(out * e[1], 9.0 * cos(0.1))), rel=1e-12
     )
-    assert reader(s.program, Signal("off-lead", ropes=("rod",)))(row) == pytest.approx(0.1, rel=1e-12)
+    assert reader(s.program, ScalarSignal("off-lead", ropes=("rod",)))(row) == pytest.approx(0.1, rel=1e-12)
 
 
 def test_load_is_tension_less_the_hook_block():
     scene = hung(60.0, L0=60.0)
     s = started(scene, **FINE)
-    read = reader(s.program, Signal("load", ropes=("rope",), numbers=(1.0 / G, 25e3)))
-    tension = reader(s.program, Signal("tension", ropes=("rope",)))
+    read = reader(s.program, ScalarSignal("load", ropes=("rope",), numbers=(1.0 / G, 25e3)))
+    tension = reader(s.program, ScalarSignal("tension", ropes=("rope",)))
     s.run(SECOND)
     row = s.native.raw().tolist()
     assert read(row) == pytest.approx(tension(row) / G - 25e3, rel=1e-14)
@@ -128,7 +130,7 @@ CHART = (1.1 * 500.0 * G, 10.0, 20e3 * G, 15.0, 12e3 * G, 20.0, 8e3 * G)  # 20 t
 def test_a_moment_jumps_to_the_next_longer_radius_and_is_never_interpolated(load, reached):
     """A trolley runs out at 1 m/s from 5 m: beyond the radius that its load may have it is at more than 100 %, and with
     no more than its hook block anywhere."""
-    moment = Signal("moment", ropes=("fall",), point=Point("load"), origin=Point("world"), numbers=CHART)
+    moment = ScalarSignal("moment", ropes=("fall",), point=Point("load"), origin=Point("world"), numbers=CHART)
     if reached is None:
         with pytest.raises(ValueError, match="not enough"):
             fired(jib(load), moment, 1.0, out=(1.0, 1e3))
@@ -143,7 +145,7 @@ def test_a_use_by_place_is_of_what_numpy_interpolates(seed):
     rng = np.random.default_rng(seed)
     places, allowed = np.cumsum(rng.uniform(1.0, 9.0, seed + 1)), rng.uniform(1e4, 5e4, seed + 1)
     chart = [x for pair in zip(places, allowed, strict=True) for x in pair]
-    signal = Signal("use by place", ropes=("a", "b"), point=Point("load"), numbers=(1.0 / G, 300.0, *chart))
+    signal = ScalarSignal("use by place", ropes=("a", "b"), point=Point("load"), numbers=(1.0 / G, 300.0, *chart))
     for y in (*rng.uniform(-5.0, places[-1] + 5.0, 20), *places):
         pulls = rng.uniform(1e4, 9e4, 2)
         use = scalar(signal, [[7.0, y, 3.0]], signal.numbers, pulls)
@@ -152,7 +154,7 @@ def test_a_use_by_place_is_of_what_numpy_interpolates(seed):
 
 def test_the_use_of_several_ropes_is_that_of_the_most_used_one():
     rated = np.array([3e5, 1e5, 2e5])
-    signal = Signal("use", ropes=("a", "b", "c"), numbers=tuple(1.0 / rated))
+    signal = ScalarSignal("use", ropes=("a", "b", "c"), numbers=tuple(1.0 / rated))
     for pulls in np.random.default_rng(1).uniform(0.0, 3e5, (20, 3)):
         assert scalar(signal, [], signal.numbers, pulls) == pytest.approx((pulls / rated).max(), rel=1e-14)
 
@@ -163,7 +165,7 @@ def test_a_load_that_runs_in_along_its_chart_trips_where_that_falls():
     joints = tuple(
         replace(j, axis=(0.0, 1.0, 0.0), p_PJ=(0.0, 0.0, 20.0)) if j.name == "beam" else j for j in scene.joints
     )
-    signal = Signal(
+    signal = ScalarSignal(
         "use by place", ropes=("fall",), point=Point("trolley"), numbers=(1.0 / G, 0.0, 2.0, 9e3, 10.0, 1e3)
     )
     when = fired(replace(scene, joints=joints), signal, 1.0, out=(1.0, 1e3))
@@ -173,7 +175,9 @@ def test_a_load_that_runs_in_along_its_chart_trips_where_that_falls():
 def test_a_gust_is_waited_for():
     wind = Wind("gust", Point("cart"), 1.0, 1.0, (0.0, 1.0, 0.0), Driven(0.0, (0.0, 10.0), (5.0, 25.0)))
     scene = replace(cart(0.0), forces=(wind,))
-    assert fired(scene, Signal("wind", of="gust", point=Point("cart")), 12.0) == pytest.approx(3.5, abs=ROUNDING * 1e-9)
+    assert fired(scene, ScalarSignal("wind", of="gust", point=Point("cart")), 12.0) == pytest.approx(
+        3.5, abs=ROUNDING * 1e-9
+    )
 
 
 def test_samples_are_what_guards_see():
@@ -182,9 +186,9 @@ def test_samples_are_what_guards_see():
     for _ in range(5):
         p, o, half = rng.normal(size=3), rng.normal(size=3), rng.uniform(0.1, 1.0, 6)
         kinds = [
-            Signal("radius", point=Point("cart", tuple(p)), origin=Point("world", tuple(o))),
-            Signal("height difference", point=Point("cart", tuple(p)), origin=Point("world", tuple(o))),
-            Signal("gap", point=Point("cart", tuple(p)), origin=Point("world", tuple(o)), numbers=tuple(half)),
+            ScalarSignal("radius", point=Point("cart", tuple(p)), origin=Point("world", tuple(o))),
+            ScalarSignal("height difference", point=Point("cart", tuple(p)), origin=Point("world", tuple(o))),
+            ScalarSignal("gap", point=Point("cart", tuple(p)), origin=Point("world", tuple(o)), numbers=tuple(half)),
         ]
         for x in kinds:
             s = started(replace(cart(1.0), thresholds=(guard_of("it", x),)), **FINE)
@@ -197,14 +201,20 @@ def test_samples_are_what_guards_see():
 @pytest.mark.parametrize(
     ("signal", "message"),
     [
-        (Signal("radius", point=Point("cart")), "a radius needs an origin"),
-        (Signal("off-lead", ropes=("nylon",)), "there is no rope 'nylon'"),
-        (Signal("off-lead"), "an off-lead needs a rope"),
-        (Signal("gap", point=Point("cart"), origin=Point("world")), "a gap needs 6 numbers, not 0"),
-        (Signal("wind", of="breeze"), "there is no wind or other force 'breeze'"),
-        (Signal("moment", ropes=("fall",), point=Point("load"), origin=Point("world")), "a moment needs a chart"),
-        (Signal("use", ropes=("fall",)), "a use needs a number for each of 1 ropes, not 0"),
-        (Signal("use by place", ropes=("fall",), point=Point("load"), numbers=(1.0, 0.0, 2.0, 0.0)), "needs a chart"),
+        (ScalarSignal("radius", point=Point("cart")), "a radius needs an origin"),
+        (ScalarSignal("off-lead", ropes=("nylon",)), "there is no rope 'nylon'"),
+        (ScalarSignal("off-lead"), "an off-lead needs a rope"),
+        (ScalarSignal("gap", point=Point("cart"), origin=Point("world")), "a gap needs 6 numbers, not 0"),
+        (ScalarSignal("wind", of="breeze"), "there is no wind or other force 'breeze'"),
+        (
+            ScalarSignal("moment", ropes=("fall",), point=Point("load"), origin=Point("world")),
+            "a moment needs a chart",
+        ),
+        (ScalarSignal("use", ropes=("fall",)), "a use needs a number for each of 1 ropes, not 0"),
+        (
+            ScalarSignal("use by place", ropes=("fall",), point=Point("load"), numbers=(1.0, 0.0, 2.0, 0.0)),
+            "needs a chart",
+        ),
     ],
 )
 def test_what_cannot_be_guarded_is_told(signal, message):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import Beam, Body, Flexible, Joint, Load, Point, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import SampleRecorder
 from small_scenes import SECOND, hand_over, started
 
@@ -16,7 +16,7 @@ STANDING = ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))  # x upwards
 def column(*pressed: tuple[float, float]) -> System:
     """Compressed to parts of its Euler load, at times."""
     times, parts = zip(*pressed, strict=True)
-    push = Load("push", Point("jib", (L, 0.0, 0.0)), (0.0, 0.0, -EULER), signal=Signal(times=times, values=parts))
+    push = Load("push", Point("jib", (L, 0.0, 0.0)), (0.0, 0.0, -EULER), signal=InputSignal(times=times, values=parts))
     body = Body("jib", 0.0, flexible=Flexible(2, Beam(L, 100.0, EI_y=EI, EI_z=EI, elements=8), damping=1.0, loads=(L,)))
     return System((body,), (Joint("root", "fixed", "world", "jib", R_PJ=STANDING),), forces=(push,), gravity=0.0)
 

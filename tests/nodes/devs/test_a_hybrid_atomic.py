@@ -8,7 +8,7 @@ import pytest
 from heavylift.kernel import ModelError
 from heavylift.nodes import drive
 from heavylift.nodes.devs import Bag, Coupled, Hybrid, In, Message, Out, Simulator, State, Tag, hybrid, seconds
-from heavylift.nodes.zoo import Ball, Bounce, G
+from heavylift.nodes.zoo import Bounce, FallingBall, G
 
 SECOND = 10**9
 
@@ -97,12 +97,12 @@ def test_the_state_at_the_end_is_a_result() -> None:
 
 
 def test_a_snapshot_goes_on_to_the_last_bit() -> None:
-    whole, cut = Simulator(Ball("ball", 3.0, 0.7)), Simulator(Ball("ball", 3.0, 0.7))
+    whole, cut = Simulator(FallingBall("ball", 3.0, 0.7)), Simulator(FallingBall("ball", 3.0, 0.7))
     for simulator in (whole, cut):
         simulator.start()
     whole.run(seconds(9))
     cut.run(seconds(2))
-    other = Simulator(Ball("ball", 3.0, 0.7))
+    other = Simulator(FallingBall("ball", 3.0, 0.7))
     other.start()
     other.restore(cut.snapshot())
     other.run(seconds(9))
@@ -112,7 +112,7 @@ def test_a_snapshot_goes_on_to_the_last_bit() -> None:
 @pytest.mark.parametrize(("height", "e"), [(10.0, 0.8), (2.0, 0.5), (0.3, 0.9)])
 def test_a_ball_bounces_when_its_closed_form_says_and_comes_to_rest(height: float, e: float) -> None:
     model = Coupled("room")
-    ball = model.add(Ball("ball", height, e))
+    ball = model.add(FallingBall("ball", height, e))
     model.connect(ball.bounce, model.add_out("bounce", Bounce))
     said = [(tag.t, m) for tag, _, m in drive(model) if isinstance(m, Bounce)]
     first, fall = (2 * height / G) ** 0.5, G * (2 * height / G) ** 0.5

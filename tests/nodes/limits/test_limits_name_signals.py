@@ -5,7 +5,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from heavylift.kernel.description import Point, Quantity, assembled
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.model import LINED, ROWS, SIDES, check_signal, scalar
 from heavylift.nodes.limits import BASES, KINDS, READERS, evaluated, signal_of, signals_of
 from heavylift.nodes.plan import STANDING, TOUCHING
@@ -33,7 +33,7 @@ NUMBERS = {
 def test_a_formula_gives_on_columns_what_it_gives_at_each_instant(quantity: Quantity) -> None:
     random, n = np.random.default_rng(1), 200
     lined, side = quantity in LINED, quantity in SIDES
-    x = Signal(quantity, of="one", point=Point("a"), origin=Point("b"), ropes=("r", "s", "t"))
+    x = ScalarSignal(quantity, of="one", point=Point("a"), origin=Point("b"), ropes=("r", "s", "t"))
     places = random.normal(0.0, 5.0, (4 if lined else PLACES.get(quantity, 0), 3, n)).round(3)
     numbers = (*NUMBERS.get(quantity, ()), *(SHARES if lined else ()))
     values, lines = random.normal(5.0, 4.0, (2 if side else 3, n)).round(1), LINES if side else ()
@@ -82,11 +82,11 @@ def test_pull_and_side_force_of_ropes_against_vectors() -> None:
         T, U = random.uniform(1e3, 9e5, 2)
         mean = 0.3 * (b - a) + 0.7 * (d - c)
         pull = 0.2 * T + 30.0 * np.linalg.norm(mean)
-        one = Signal("pull", ropes=("r",), numbers=(0.2, 30.0))
+        one = ScalarSignal("pull", ropes=("r",), numbers=(0.2, 30.0))
         assert scalar(one, [a, b, c, d], (0.2, 30.0, 0.3, 0.7), [T]) == pytest.approx(pull, rel=1e-12)
-        factor = scalar(Signal("reserve"), [a, b, c, d], (0.2, 30.0, 2e6, 0.3, 0.7), [T])
+        factor = scalar(ScalarSignal("reserve"), [a, b, c, d], (0.2, 30.0, 2e6, 0.3, 0.7), [T])
         assert factor == pytest.approx(2e6 / pull, rel=1e-12)
         both = T * (b - a) / np.linalg.norm(b - a) + U * (d - c) / np.linalg.norm(d - c)
         for axis, quantity in enumerate(SIDES):
-            found = scalar(Signal(quantity, ropes=("r", "s")), [a, b, c, d], (1.0, 2.0), [T, U], (1, 1))
+            found = scalar(ScalarSignal(quantity, ropes=("r", "s")), [a, b, c, d], (1.0, 2.0), [T, U], (1, 1))
             assert found == pytest.approx(both[axis], rel=1e-9, abs=1e-6 * (T + U))

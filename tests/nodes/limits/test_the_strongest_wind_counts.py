@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.nodes.limits.reading import _strongest
 
 
-def speed(s: Signal, t: float) -> float:
+def speed(s: InputSignal, t: float) -> float:
     """One history at one time, by its definition."""
     here = [abs(v) for at, v in zip(s.times, s.values, strict=True) if at == t]
     if here:
@@ -23,11 +23,11 @@ def speed(s: Signal, t: float) -> float:
 @pytest.mark.parametrize("seed", range(5))
 def test_random_histories_with_jumps(seed: int) -> None:
     random = np.random.default_rng(seed)
-    winds = [Signal(-4.0)]
+    winds = [InputSignal(-4.0)]
     for _ in range(2):
         times = np.sort(np.repeat(random.integers(0, 50, 8), random.integers(1, 3, 8)))[:12]
         times = [t for i, t in enumerate(times.tolist()) if i < 2 or times[i - 2] != t]  # a jump has two sides
-        winds.append(Signal(0.0, tuple(map(float, times)), tuple(random.uniform(-9.0, 9.0, len(times)).tolist())))
+        winds.append(InputSignal(0.0, tuple(map(float, times)), tuple(random.uniform(-9.0, 9.0, len(times)).tolist())))
     t = np.sort([*random.uniform(-5.0, 60.0, 40), *range(50)])
     expected = [max(speed(s, x) for s in winds) for x in t.tolist()]
     assert _strongest(winds, t) == pytest.approx(expected, rel=1e-12)

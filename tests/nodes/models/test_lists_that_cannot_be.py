@@ -6,7 +6,7 @@ from heavylift.nodes.models.parts import StateEvent
 from heavylift.nodes.plan import (
     Action,
     And,
-    Brake,
+    BrakeOrder,
     Hookup,
     LiftedCondition,
     Move,
@@ -90,7 +90,7 @@ def test_the_other_crane_may_travel() -> None:
         ),
         (Hookup(sling="loader-3.sling-1", lug="C"), "there is no lug C"),
         (UnhookSling(sling="loader-3.sling-1"), "sling loader-3.sling-1 is not hooked and cannot be unhooked"),
-        (Brake(model="loader-1", brake="lock", engaged=True), "loader-1 has no brake lock"),
+        (BrakeOrder(model="loader-1", brake="lock", engaged=True), "loader-1 has no brake lock"),
     ],
 )
 def test_orders_without_an_object(order: Order, sentence: str) -> None:

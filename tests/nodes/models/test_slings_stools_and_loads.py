@@ -21,7 +21,7 @@ from heavylift.nodes.models.parts import (
     Unhooked,
     Watch,
 )
-from heavylift.nodes.plan import Brake, Hookup
+from heavylift.nodes.plan import BrakeOrder, Hookup
 from heavylift.nodes.plan import UnhookSling as Release
 from yard import Bench, turnover
 
@@ -72,8 +72,8 @@ def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
 def test_the_hinge_is_locked_by_order_once() -> None:
     bench = (
         loader()
-        .put(1.0, "order", Order(LOCK, 4, (0, 0), Brake(model="loader-3", brake=LOCK, engaged=True)))
-        .put(2.0, "order", Order(LOCK, 5, (0, 0), Brake(model="loader-3", brake=LOCK, engaged=True)))
+        .put(1.0, "order", Order(LOCK, 4, (0, 0), BrakeOrder(model="loader-3", brake=LOCK, engaged=True)))
+        .put(2.0, "order", Order(LOCK, 5, (0, 0), BrakeOrder(model="loader-3", brake=LOCK, engaged=True)))
     )
     assert bench.said()[1:] == [
         (1.0, "input", SetBrake(LOCK, True)),

@@ -3,7 +3,7 @@
 import math
 
 from heavylift.kernel.description import Point, Threshold
-from heavylift.nodes.plan import And, Brake, CrossingCondition, LiftedCondition, Move, SlingsCondition, Wait
+from heavylift.nodes.plan import And, BrakeOrder, CrossingCondition, LiftedCondition, Move, SlingsCondition, Wait
 from heavylift.nodes.scene import parse
 
 SCENE = """\
@@ -53,7 +53,7 @@ def test_orders_reach_their_actuators() -> None:
     assert (hoist.model, hoist.actuator, hoist.speed, hoist.accel, hoist.by) == ("portal", "rope", -0.05, 1.0, None)
     assert isinstance(hoist.until, LiftedCondition)
     assert hoist.until.model == "portal"
-    assert release == Brake(model="portal", brake="parking", engaged=False, where="scene.yaml:29:5")
+    assert release == BrakeOrder(model="portal", brake="parking", engaged=False, where="scene.yaml:29:5")
     drive, turn = second.orders
     assert isinstance(drive, Move)
     assert isinstance(turn, Move)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import Bushing, Characteristic, Load, Point, Spring, Torsion, UserLaw, Wind
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.nodes.plan import decode, encode
 from heavylift.nodes.scene import load, parse
 
@@ -66,14 +66,18 @@ def test_every_kind_becomes_its_description(written, tmp_path):
         tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(d)) for d in (k6, (1.0, *(0.0,) * 5))
     )
     described = (
-        Load("tug", Point("jib", (5.0, 0.0, 0.0)), (0.0, 3e3, 0.0), (0.0, 0.0, -2e3), "body", Signal(0.5)),
-        Wind("gale", jib, 12.0, 1.2, (0.0, -1.0, 0.0), Signal(0.0, (0.0, 2.0), (5.0, 1.0))),
+        Load("tug", Point("jib", (5.0, 0.0, 0.0)), (0.0, 3e3, 0.0), (0.0, 0.0, -2e3), "body", InputSignal(0.5)),
+        Wind("gale", jib, 12.0, 1.2, (0.0, -1.0, 0.0), InputSignal(0.0, (0.0, 2.0), (5.0, 1.0))),
         Spring("stay", Point("world", (0.0, 9.0, 0.0)), cart, 9.0, 2e3),
         Torsion("bar", "cart", "jib", (0.0, 0.0, 1.0), 4e3, 1e3, radians(90)),
         Bushing("mount", cart, jib, K, D),
         Characteristic("motor", "slew", "speed", (radians(10), radians(20)), (8e3, 0.0)),
         UserLaw(
-            "own", f"{tmp_path / 'mine.py'}:push", "rail", parameters=(3.0,), signal=Signal(1.0, (0.0, 1.0), (0.0, 1.0))
+            "own",
+            f"{tmp_path / 'mine.py'}:push",
+            "rail",
+            parameters=(3.0,),
+            signal=InputSignal(1.0, (0.0, 1.0), (0.0, 1.0)),
         ),
     )
     assert forces == {force.name: force for force in described}

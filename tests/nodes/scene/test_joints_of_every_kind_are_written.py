@@ -94,8 +94,8 @@ def test_a_scene_with_every_type_of_joint():
     assert (travel.threshold.of, travel.threshold.coordinate) == ("ram", "travel")
     assert (spindle.threshold.of, spindle.threshold.coordinate) == ("spindle", "")
     bolt, pin = built.actions[0].orders
-    assert bolt == a.Brake(model="rig", brake="bolt", engaged=True, where="scene.yaml:50:5")
-    assert pin == a.Brake(model="rig", brake="pin", engaged=False, where="scene.yaml:51:5")
+    assert bolt == a.BrakeOrder(model="rig", brake="bolt", engaged=True, where="scene.yaml:50:5")
+    assert pin == a.BrakeOrder(model="rig", brake="pin", engaged=False, where="scene.yaml:51:5")
 
 
 def lines(old: str, new: str) -> list[str]:

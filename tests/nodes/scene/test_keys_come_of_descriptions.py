@@ -10,7 +10,14 @@ from heavylift.nodes.scene.keys.parts import forces, mechanics
 from heavylift.nodes.scene.text.units import NAMED
 from pydantic import ValidationError
 
-LAWS = (mechanics.Spring, mechanics.Stop, mechanics.Brake, mechanics.Lock, mechanics.Support, mechanics.Drive)
+LAWS = (
+    mechanics.SpringKeys,
+    mechanics.StopKeys,
+    mechanics.BrakeKeys,
+    mechanics.LockKeys,
+    mechanics.SupportKeys,
+    mechanics.DriveKeys,
+)
 GIVEN: dict[str, Any] = {  # what has no unit, or is written otherwise
     "type": "prescribed", "start": {"body": "a"}, "end": {"body": "b"}, "body": "a", "joint": "j", "over": "speed",
     "curve": [[0, 0]], "function": "math:sin", "direction": [0, 0, 1], "axis": [0, 0, 1], "range": [0, "1 m"],
@@ -28,7 +35,7 @@ def _numbers(kind: type) -> dict[str, Unit]:
 def _needed(model: Any) -> dict[str, Any]:
     torsion = {"start": "a", "end": "b"} if model.__name__ == "Torsion" else {}
     given = {key: x for key, x in (GIVEN | torsion).items() if key in model.model_fields}
-    if "type" in given and model is not mechanics.Drive:
+    if "type" in given and model is not mechanics.DriveKeys:
         given["type"] = get_args(model.model_fields["type"].annotation)[0]
     return given
 

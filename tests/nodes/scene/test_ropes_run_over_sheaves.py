@@ -2,8 +2,8 @@
 
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description import Line, Point, Reeving, Rope, Sheave
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description import Point, Reeving, Rope, RopeSpan, Sheave
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.nodes.plan import CrossingCondition, Move, SlingsCondition
 from heavylift.nodes.scene import parse
 
@@ -39,7 +39,7 @@ def mechanism(sheave):
 def test_points_make_lines_of_one_tension():
     w, o, load = Point("world", (-1.0, 0.0, 0.0)), Point("world"), Point("load")
     system = mechanism("").system
-    lines = (Line(w, load), Line(load, o), Line(o, load))
+    lines = (RopeSpan(w, load), RopeSpan(load, o), RopeSpan(o, load))
     assert system.ropes == (Rope("fall", lines, 2e7, 30.4, 3e3, winch=True),)
     assert system.forces == ()
 
@@ -53,7 +53,7 @@ def test_sheaves_make_a_reeving():
         (Sheave(Point("load")), sheave),
         Point("load"),
         2e7,
-        Signal(30.4, driven=True),
+        InputSignal(30.4, driven=True),
         3e3,
     )
     assert found.system.forces == (rope,)

@@ -7,7 +7,7 @@ from math import acos, cos, degrees, radians
 import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, load, parse
-from heavylift.nodes.scene.keys.parts import Hook
+from heavylift.nodes.scene.keys.parts import HookKeys
 from heavylift.nodes.scene.text import library, machine_type
 from lifting import cranes
 
@@ -130,12 +130,12 @@ def test_a_goliath_of_belfast_lifts() -> None:
     assert sum(lifted.tensions[hook.rope] for hook in crane.hooks) > 300e3 * scene.plan.gravity
 
 
-def rough_terrain(boom_ft: int) -> Hook:
+def rough_terrain(boom_ft: int) -> HookKeys:
     """The hook of the crane with a boom of this length, as the type makes it."""
     return with_boom(boom_ft * FOOT)
 
 
-def with_boom(boom: float) -> Hook:
+def with_boom(boom: float) -> HookKeys:
     scene = lift("rough-terrain-59", 5, f", boom: {boom!r} m", near=True)
     return scene.scene.machines["crane"].hooks["crane.main"]
 

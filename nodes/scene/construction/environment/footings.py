@@ -11,7 +11,7 @@ from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.machines import PortalParts
-from heavylift.nodes.scene.keys.parts.mechanics import Hook, Parts
+from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, Parts
 from heavylift.nodes.scene.keys.parts.standing import Stands
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
@@ -65,7 +65,7 @@ def _set_up(yard: SceneBuilder, machine: Mechanism) -> Mechanism:
 
 def _configuration(machine: Mechanism, given: Parts[Any] | PortalParts | None) -> dict[str, str]:
     """What its type says, booms, counterweights and bases of charts, falls, base, mats."""
-    found, hooks = dict[str, str](), dict[str, Hook]()
+    found, hooks = dict[str, str](), dict[str, HookKeys]()
     if isinstance(given, Parts):
         found, hooks = {key: str(value) for key, value in given.configuration.items()}, dict(given.hooks)
     for name, hook in hooks.items():

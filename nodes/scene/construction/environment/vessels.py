@@ -12,7 +12,7 @@ from math import pi
 import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.forces import Bushing, Load, Matrix6, Signal, Wave
+from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Wave
 from heavylift.kernel.description.mechanics import IDENTITY, WORLD, Body, Drive, Joint, Point, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
@@ -185,7 +185,7 @@ def _wave_loads(yard: SceneBuilder, name: str, given: Vessel, floating: Floating
     found, delay, R = [], _delay(yard, waves, given.at), given.attitude
     for part, of, phase in (("cosine", cos, 0.0), ("sine", sin, 0.5 * pi)):
         x = [size * float(of(angle - delay)) for size, angle in (getattr(floating.loads, mode) for mode in MODES)]
-        signal = Signal(0.0, wave=_wave(waves, 1.0, phase))
+        signal = InputSignal(0.0, wave=_wave(waves, 1.0, phase))
         force, moment = (tuple(product(R, along)) for along in (x[:3], x[3:]))
         found.append(Load(f"{name}.wave {part}", Point(name), force, moment, signal=signal))  # type: ignore[arg-type]
     return found[0], found[1]

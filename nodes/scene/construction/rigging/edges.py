@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from heavylift.kernel.algebra.dense import cross, dot, norm
 from heavylift.kernel.description import mechanics as k
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
 from heavylift.kernel.description.points import Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
@@ -102,7 +102,7 @@ def equalising(
     axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]
     x, y, z = (sum(float(R[j][i]) * axis[j] for j in range(3)) for i in range(3))
     over = Sheave(sheave, (x, y, z), given.radius, given.friction, given.efficiency)
-    return Reeving(name, ends[0], (over,), ends[1], given.sling.EA, Signal(given.length))
+    return Reeving(name, ends[0], (over,), ends[1], given.sling.EA, InputSignal(given.length))
 
 
 def height_of(

@@ -8,14 +8,14 @@ from math import sqrt
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
-from heavylift.kernel.description.forces import Reeving, Signal
+from heavylift.kernel.description.forces import InputSignal, Reeving
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Heavy, Tie
 from heavylift.nodes.scene.construction.checking import Checking
 from heavylift.nodes.scene.construction.scene_builder import box
 from heavylift.nodes.scene.keys.parts import kinematics
-from heavylift.nodes.scene.keys.parts.mechanics import Hook
+from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.keys.parts.rigging import SlingKeys
 from heavylift.nodes.scene.text.source import Path
 
@@ -74,7 +74,7 @@ def _hang_one(
     checks: Checking,
     found: Hung,
     name: str,
-    hook: Hook,
+    hook: HookKeys,
     tree: RiggingTree | None,
     around: k.System,
     at: kinematics.Poses,
@@ -102,7 +102,7 @@ def _hang_one(
     lines, away = _lines(name, hook), 0.0
     if hook.drum:
         drum = k.Point(hook.drum.body, hook.drum.at)
-        lines.append(k.Line(k.Point(hook.on, hook.at), drum, 1.0 / hook.falls))
+        lines.append(k.RopeSpan(k.Point(hook.on, hook.at), drum, 1.0 / hook.falls))
         away = norm((kinematics.place(drum, at) - tip).tolist()) / hook.falls
     EA = hook.falls * hook.fall_EA
     L0 = (length + away) / (1.0 + hook.block * gravity / EA)
@@ -111,7 +111,7 @@ def _hang_one(
     if hook.over_edges:
         both, coms = (k.Point(hook.on, hook.at), k.Point(name)), {body.name: body.com for body in around.bodies}
         edges = along_edges(checks.source, path, hook.over_edges, checks.edges, both, coms, lambda: at)
-        found.reevings.append(Reeving(name, both[0], edges, both[1], EA, Signal(L0, driven=True), damping))
+        found.reevings.append(Reeving(name, both[0], edges, both[1], EA, InputSignal(L0, driven=True), damping))
     else:
         found.ropes.append(k.Rope(name, tuple(lines), EA, L0, damping, winch=True))
     for why, bad in (("shorter", length < hook.shortest - TOUCH), ("longer", length > hook.longest + TOUCH)):
@@ -141,16 +141,16 @@ def _hang_one(
     )  # fmt: skip
 
 
-def _lines(name: str, hook: Hook) -> list[k.Line]:
+def _lines(name: str, hook: HookKeys) -> list[k.RopeSpan]:
     """The falls as one line, or as two that are apart."""
     sides = (-hook.apart / 2, hook.apart / 2) if hook.apart else (0.0,)
     x, y, z = hook.at
     return [
-        k.Line(k.Point(hook.on, (x, y + d, z)), k.Point(name, (0.0, d, 0.0)), 1.0 / len(sides)) for d in sides
+        k.RopeSpan(k.Point(hook.on, (x, y + d, z)), k.Point(name, (0.0, d, 0.0)), 1.0 / len(sides)) for d in sides
     ]  # fmt: skip
 
 
-def _plumb(name: str, hook: Hook, tip: tuple[float, ...], tree: RiggingTree | None) -> float:
+def _plumb(name: str, hook: HookKeys, tip: tuple[float, ...], tree: RiggingTree | None) -> float:
     """How far below its tip a hook hangs at the start: as written, as its slings ask, or as near as can be [m]."""
     asked = tree.height(name, lambda _: [tip[0], tip[1], 0.0]) if tree else None
     if hook.hangs is not None or asked is None:
@@ -158,7 +158,7 @@ def _plumb(name: str, hook: Hook, tip: tuple[float, ...], tree: RiggingTree | No
     return tip[2] - asked - hook.height
 
 
-def _slings(found: Hung, key: str, given: SlingKeys, name: str, hook: Hook, tree: RiggingTree | None) -> None:
+def _slings(found: Hung, key: str, given: SlingKeys, name: str, hook: HookKeys, tree: RiggingTree | None) -> None:
     """The slings of a rigging, from the hook to lugs of blocks."""
     assert tree is not None
     found.ties += tree.ties(key)
@@ -167,6 +167,6 @@ def _slings(found: Hung, key: str, given: SlingKeys, name: str, hook: Hook, tree
         eye = k.Point(name, (0.0, 0.0, -hook.height))
         damping = 2.0 * given.sling.damping * sqrt(EA / length * hook.block)
         if hooked and given.over_edges:
-            found.reevings.append(Reeving(sling, eye, tree.edges(key, i), lug, EA, Signal(length), damping))
+            found.reevings.append(Reeving(sling, eye, tree.edges(key, i), lug, EA, InputSignal(length), damping))
         else:
-            found.ropes.append(k.Rope(sling, (k.Line(eye, lug),), EA, length, damping, hooked=hooked))
+            found.ropes.append(k.Rope(sling, (k.RopeSpan(eye, lug),), EA, length, damping, hooked=hooked))

@@ -14,7 +14,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import Quantity, RatedLimit
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
-from heavylift.nodes.scene.keys.parts.mechanics import Hook
+from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingKeys, SlingType
 from heavylift.nodes.scene.text.source import Path, shown
 
@@ -76,7 +76,7 @@ def _travels(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit
 
 
 def _hoist(
-    yard: SceneBuilder, given: Hook, at: dict[str, Any], ends: tuple[float, float] | None
+    yard: SceneBuilder, given: HookKeys, at: dict[str, Any], ends: tuple[float, float] | None
 ) -> Iterator[RatedLimit]:
     """How its rope may lead, its largest tension, and between which ends its winch moves."""
     limits = yard.scene.limits
@@ -120,7 +120,7 @@ def tandem_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> I
             seen.add(hook.rope)
 
 
-def _fall(given: Hook, at: dict[str, Any]) -> RatedLimit:
+def _fall(given: HookKeys, at: dict[str, Any]) -> RatedLimit:
     """The rope of a hook at rest, all falls together, of which the one at the drum is loaded most; friction assumed."""
     at = {**at, "unit": "N", "quantity": "rope tension"}
     if not given.fall_breaking:
@@ -130,7 +130,7 @@ def _fall(given: Hook, at: dict[str, Any]) -> RatedLimit:
     return RatedLimit(value=most, factor=factor, **{**at, "source": f"{ISO_4308}, {given.mechanism_group}"})
 
 
-def _given(yard: SceneBuilder, machine: plan.Mechanism, rope: str) -> Hook:
+def _given(yard: SceneBuilder, machine: plan.Mechanism, rope: str) -> HookKeys:
     """The keys of a hook."""
     scene = yard.scene
     return (scene.machines.get(machine.name) or scene.mechanism).hooks[rope]  # type: ignore[union-attr]

@@ -14,11 +14,11 @@ import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description import mechanics as k
-from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
 from heavylift.nodes.plan.mechanism import Tie
 from heavylift.nodes.scene.keys.base import BodyPoint
 from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
-from heavylift.nodes.scene.keys.parts.mechanics import Hook
+from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, SlingKeys
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
@@ -33,7 +33,7 @@ NOWHERE = k.Point("")
 class RiggingTree:
     """All rigging of a scene; what is wrong with it is added to the faults of its source."""
 
-    def __init__(self, source: Source, scene: Scene, around: k.System, spare: Mapping[str, Hook]) -> None:
+    def __init__(self, source: Source, scene: Scene, around: k.System, spare: Mapping[str, HookKeys]) -> None:
         blocks = scene.all_blocks
         for name in () if blocks else scene.rigging:
             source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
@@ -256,7 +256,7 @@ class RiggingTree:
             at = k.Point(k.WORLD, (p[0], p[1], p[2] + z))
             if isinstance(given, Equaliser):
                 return equalising(name, given, at, np.eye(3), (ends[0], ends[1]), self.at)
-            return Reeving(name, at, self.edges(name, i), ends[0], given.sling.EA, Signal(length))
+            return Reeving(name, at, self.edges(name, i), ends[0], given.sling.EA, InputSignal(length))
 
         radius = given.radius if isinstance(given, Equaliser) else 0.0
         low = max(self._where(word)[2] for word in words) + radius - p[2] + SPREAD
@@ -284,9 +284,9 @@ class RiggingTree:
             half = 0.5 * float(atan2(float(R[1][0]), float(R[0][0])))
             attitude = (0.0, 0.0, float(sin(half)), float(cos(half)))
             free = joints.Free.model_construct(type="free", child=name, position=tuple(p.tolist()), attitude=attitude)
-            body = mechanics.Body.model_construct(mass=given.mass, com=given.com, box=given.size)
+            body = mechanics.BodyKeys.model_construct(mass=given.mass, com=given.com, box=given.size)
             return make(name=name, bodies={name: body}, joints={f"{name}.free": free})
-        ropes, at = dict[str, mechanics.Rope](), kinematics.poses(around)
+        ropes, at = dict[str, mechanics.RopeKeys](), kinematics.poses(around)
         for rope, (i, lower, hooked) in self.ropes(name).items():
             upper = self.upper(given.holders[i])
             assert upper is not None
@@ -305,7 +305,7 @@ class RiggingTree:
             light = self.hooks[upper.body].block if upper.body in self.hooks else self.frames[upper.body].mass
             damping = 2.0 * given.sling.damping * sqrt(given.sling.EA / length * light)
             edges = [] if isinstance(given, Equaliser) or not hooked else given.over_edges
-            ropes[rope] = mechanics.Rope.model_construct(
+            ropes[rope] = mechanics.RopeKeys.model_construct(
                 start=start, end=end, over=over, over_edges=edges, EA=given.sling.EA, length=length, damping=damping,
                 hooked=hooked,
             )  # fmt: skip

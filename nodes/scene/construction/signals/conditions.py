@@ -11,7 +11,7 @@ from typing import Literal
 import msgspec
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Point, System
-from heavylift.kernel.description.signals import Signal, guard_of
+from heavylift.kernel.description.signals import ScalarSignal, guard_of
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language import phrases
@@ -44,7 +44,7 @@ class Conditions:
         return parts[0] if len(parts) == 1 else actions.And(all=parts, where=where, text=text)
 
     def crossing(
-        self, path: Path, signal: Signal, model: str, value: float, rising: bool, text: str
+        self, path: Path, signal: ScalarSignal, model: str, value: float, rising: bool, text: str
     ) -> actions.CrossingCondition:
         """A crossing of a signal, whose threshold has a name of its own."""
         self.thresholds += 1
@@ -73,7 +73,7 @@ class Conditions:
                 names = self._ropes(path, test.of, test.noun, test.column)
                 return actions.SlingsCondition(names=names, each=test.each, state=test.state, **named)
             case phrases.CrossTest():
-                model, signal = self.signal(path, test) or ("", Signal("height"))
+                model, signal = self.signal(path, test) or ("", ScalarSignal("height"))
                 return self.crossing(path, signal, model, test.value, test.rising, test.text)
         return msgspec.structs.replace(test, where=named["where"])
 
@@ -124,7 +124,7 @@ class Conditions:
         self.source.fault(path, missing, column=test.column)
         return ""
 
-    def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, Signal]:
+    def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, ScalarSignal]:
         """The gap between a block and what it lands on, which it must meet by a contact."""
         blocks = ["block"] if self.yard.scene.block else [*self.yard.scene.blocks]
         block = test.of or (blocks[0] if len(blocks) == 1 else "")
@@ -135,9 +135,9 @@ class Conditions:
             return found
         told = f"'{block}' meets no '{test.on}' on which it could land" if block else "which block? write its name"
         self.source.fault(path, told, closest(test.on, known) if block else "", column=test.column)
-        return "", Signal("height")
+        return "", ScalarSignal("height")
 
-    def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, Signal] | None:
+    def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, ScalarSignal] | None:
         """The model that watches a quantity, and its signal; a fault if there is none."""
         if test.share:
             return self._share(path, test)
@@ -149,7 +149,7 @@ class Conditions:
         blocks |= {"": "block"} if self.yard.scene.block else {}
         if quantity in ("angle", "height") and of in blocks:
             kind: Literal["angle", "height"] = "angle" if quantity == "angle" else "height"
-            return blocks[of], Signal(kind, of=blocks[of], point=None if kind == "angle" else Point(blocks[of]))
+            return blocks[of], ScalarSignal(kind, of=blocks[of], point=None if kind == "angle" else Point(blocks[of]))
         if quantity in ("tension", "length"):
             return self._rope_signal(path, test, "tension" if quantity == "tension" else "length")
         if quantity in ("position", "speed"):
@@ -162,7 +162,7 @@ class Conditions:
                 at, joint, coordinate, turns = along[of]
                 if test.value and test.turning != turns:
                     self.source.fault(path, f"'{of}' {wrong_units(turns=turns)}", column=test.column)
-                return at, Signal("joint" if quantity == "position" else "speed", of=joint, coordinate=coordinate)
+                return at, ScalarSignal("joint" if quantity == "position" else "speed", of=joint, coordinate=coordinate)
         if found := self.subjects.signal(quantity, of):
             return found
         if quantity in {"angle", "height"} and self.yard.scene.block:
@@ -179,7 +179,7 @@ class Conditions:
         self.source.fault(path, missing, hint, column=test.column)
         return None
 
-    def _share(self, path: Path, test: phrases.CrossTest) -> tuple[str, Signal] | None:
+    def _share(self, path: Path, test: phrases.CrossTest) -> tuple[str, ScalarSignal] | None:
         """A load or tension over what its subject is rated for; of a set, the largest of them."""
         rows, word = self.subjects.ratings[test.quantity], ".".join(test.of.split())
         *front, noun = test.of.split() or [""]
@@ -192,7 +192,7 @@ class Conditions:
                     self.source.fault(path, told, "write an absolute value", column=test.column)
                     return None
             uses = tuple(1.0 / value for value in limits if value)
-            return (self._watching(ropes), Signal("use", ropes=ropes, numbers=uses)) if ropes else None
+            return (self._watching(ropes), ScalarSignal("use", ropes=ropes, numbers=uses)) if ropes else None
         row = rows.get(word)
         if row is None:
             told = f"there is no '{test.of}' with a rated {test.quantity}"
@@ -206,11 +206,11 @@ class Conditions:
 
     def _rope_signal(
         self, path: Path, test: phrases.CrossTest, kind: Literal["tension", "length"]
-    ) -> tuple[str, Signal] | None:
+    ) -> tuple[str, ScalarSignal] | None:
         *front, last = test.of.split() or [""]
         noun = last if last in {"slings", "ropes"} else "one"
         ropes = self._ropes(path, " ".join(front) if noun != "one" else test.of, noun, test.column)
-        return (self._watching(ropes), Signal(kind, ropes=ropes)) if ropes else None
+        return (self._watching(ropes), ScalarSignal(kind, ropes=ropes)) if ropes else None
 
     def _watching(self, ropes: Sequence[str]) -> str:
         """The model that watches over ropes: theirs, or the block's of several."""

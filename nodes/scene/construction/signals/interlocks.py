@@ -11,7 +11,7 @@ from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.mechanics import Point, System, merge
 from heavylift.kernel.description.signals import guard_of
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.interlock import Interlock, Stopped
+from heavylift.nodes.plan.interlock import BarredActuator, Interlock
 from heavylift.nodes.plan.verbs import VERBS, Verb
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.construction.targets import OrderTarget, targets
@@ -123,10 +123,10 @@ class _Builder:
             self.source.fault(path, f"it would be reset where it trips: write '{_behind(test)}', behind that")
         return until.value if isinstance(until, CrossTest) else test.value
 
-    def _stops(self, path: Path, machine: str, given: Keys, test: CrossTest) -> list[Stopped]:
+    def _stops(self, path: Path, machine: str, given: Keys, test: CrossTest) -> list[BarredActuator]:
         actors = self.moving[machine].values()
         if given.stops == "all":
-            return [Stopped(actuator=x.name, emergency=_emergency(given, x)) for x in actors]
+            return [BarredActuator(actuator=x.name, emergency=_emergency(given, x)) for x in actors]
         found = []
         for i, words in enumerate(given.stops):
             at: Path = (*path, "stops", i)
@@ -136,7 +136,7 @@ class _Builder:
                 self.source.fault(at, f"'{machine}' has nothing that can {verb.name}")
             for x in obeying:
                 ways = self._towards(path, x, test) if given.towards else way
-                found.append(Stopped(actuator=x.name, way=ways, emergency=_emergency(given, x)))
+                found.append(BarredActuator(actuator=x.name, way=ways, emergency=_emergency(given, x)))
         return found
 
     def _way(self, path: Path, words: str) -> tuple[Verb | None, int]:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.scene.construction.limiting import rated_limits, scene_limits
@@ -16,7 +16,7 @@ from heavylift.nodes.scene.text.source import Path
 
 from .conditions import Conditions, unit_of
 
-SIGNAL = tuple(x.name for x in fields(Signal))
+SIGNAL = tuple(x.name for x in fields(ScalarSignal))
 
 
 def build_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> tuple[RatedLimit, ...]:
@@ -51,5 +51,5 @@ def _interlocks(yard: SceneBuilder) -> Iterator[RatedLimit]:
             own = {name: getattr(guard, name) for name in SIGNAL}
             yield RatedLimit(
                 subject=x.name, quantity="interlock", unit=x.unit or "", value=x.value, least=not x.rising,
-                signal=Signal(**own), elements=(x.name,), source=by, where=x.where,
+                signal=ScalarSignal(**own), elements=(x.name,), source=by, where=x.where,
             )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.models import OwnModel
 from heavylift.nodes.plan import plan
@@ -88,7 +88,7 @@ class _Models:
             self.source.fault(path, str(error))
             return model
 
-    def signal(self, path: Path, text: str) -> Signal | None:
+    def signal(self, path: Path, text: str) -> ScalarSignal | None:
         """What a port hears: a quantity of a condition, of what has it."""
         words = " ".join(text.split())
         match = re.fullmatch(rf"({'|'.join(sorted(QUANTITIES, key=lambda x: -len(x)))})(?: (?:of )?(.+))?", words)
@@ -103,7 +103,7 @@ class _Models:
             return None
         actor = next(iter(self.targets.get(of, ())), None)
         if quantity in ("position", "speed") and actor and (moved := self.moved(actor)):
-            return Signal("joint" if quantity == "position" else "speed", of=moved[0], coordinate=moved[1])
+            return ScalarSignal("joint" if quantity == "position" else "speed", of=moved[0], coordinate=moved[1])
         roped = not share and quantity in ("tension", "length", "swing along", "swing across")
         of = actor.name if actor and actor.kind == "hook" and roped else of
         test = CrossTest(quantity=quantity, of=of, rising=True, value=0.0, turning=False, column=0, share=share)

@@ -8,7 +8,7 @@ from typing import cast
 
 from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import WORLD, Point, Quantity, Vector
-from heavylift.kernel.description.signals import Signal
+from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.limits.named import LOADS, signal_of
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.limit import RatedLimit
@@ -46,7 +46,7 @@ class Subjects:
         self.boxes = _boxes(yard, mechanisms)
         self.winds = [(m.name, f) for m in mechanisms for f in m.system.forces if isinstance(f, Wind)]
 
-    def signal(self, quantity: str, of: str) -> tuple[str, Signal] | None:
+    def signal(self, quantity: str, of: str) -> tuple[str, ScalarSignal] | None:
         """The model that watches a quantity of hooks, ropes, points, boxes or winds, and the signal; None if it has
         none."""
         kind, word = cast(Quantity, quantity), ".".join(of.split())
@@ -55,29 +55,29 @@ class Subjects:
         match quantity:
             case "height" if word in self.points:
                 model, point = self.points[word]
-                return model, Signal("height", point=point)
+                return model, ScalarSignal("height", point=point)
             case "height difference" if all(name in self.points for name in names):
                 (model, point), (_, origin) = (self.points[name] for name in names)
-                return model, Signal(kind, point=point, origin=origin)
+                return model, ScalarSignal(kind, point=point, origin=origin)
             case "load" if hook:
-                return model, Signal(kind, ropes=(hook.rope,), numbers=(1.0 / self.gravity, hook.block_mass))
+                return model, ScalarSignal(kind, ropes=(hook.rope,), numbers=(1.0 / self.gravity, hook.block_mass))
             case "load" if (row := self.ratings[quantity].get(word)) and row.unit == "kg":
                 each = signal_of(row, self.machines, self.gravity)
                 return (self.ropes[row.elements[0]], each) if each else None
             case "radius" if hook and hook.axis:
-                return model, Signal(kind, point=hook.eye, origin=hook.axis)
+                return model, ScalarSignal(kind, point=hook.eye, origin=hook.axis)
             case "moment" if hook and hook.chart:
                 chart = [x for radius, mass in hook.chart for x in (radius, mass * self.gravity)]
                 numbers = EMPTY * hook.block_mass * self.gravity, *chart
-                return model, Signal(kind, ropes=(hook.rope,), point=hook.eye, origin=hook.axis, numbers=numbers)
+                return model, ScalarSignal(kind, ropes=(hook.rope,), point=hook.eye, origin=hook.axis, numbers=numbers)
             case "off-lead" | "swing along" | "swing across" if (rope := hook.rope if hook else word) in self.straight:
-                return self.ropes[rope], Signal(kind, ropes=(rope,))
+                return self.ropes[rope], ScalarSignal(kind, ropes=(rope,))
             case "gap" if all(name in self.boxes for name in names):
                 (model, a, half), (_, b, other) = (self.boxes[name] for name in names)
-                return model, Signal(kind, point=a, origin=b, numbers=(*half, *other))
+                return model, ScalarSignal(kind, point=a, origin=b, numbers=(*half, *other))
             case "wind" if self.winds:
                 model, force = self.winds[0]
-                return model, Signal(kind, of=force.name, point=force.at)
+                return model, ScalarSignal(kind, of=force.name, point=force.at)
         return None
 
     @cached_property
@@ -88,7 +88,7 @@ class Subjects:
         found["load"] |= {word: found["load"][x.rope] for word, x in self.hooks.items() if word not in found["load"]}
         return found
 
-    def share(self, row: RatedLimit) -> tuple[str, Signal] | None:
+    def share(self, row: RatedLimit) -> tuple[str, ScalarSignal] | None:
         """The load or tension of a row over its limit, as `check` judges it; None if no number limits it."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
@@ -97,12 +97,12 @@ class Subjects:
             chart = [x for place, mass in row.chart for x in (place, mass)]
             numbers = 1.0 / self.gravity, self._blocks(row), *chart
             place = Point(hook.on)
-            return self.ropes[hook.rope], Signal("use by place", ropes=row.elements, point=place, numbers=numbers)
+            return self.ropes[hook.rope], ScalarSignal("use by place", ropes=row.elements, point=place, numbers=numbers)
         if row.value is None:
             return None
         own = self.gravity * row.value, self._blocks(row) / row.value
         numbers = (1.0 / row.value, 0.0) if row.unit == "N" else (1.0 / own[0], own[1])
-        return self.ropes[row.elements[0]], Signal("load", ropes=row.elements, numbers=numbers)
+        return self.ropes[row.elements[0]], ScalarSignal("load", ropes=row.elements, numbers=numbers)
 
     def _blocks(self, row: RatedLimit) -> float:
         return sum(self.hooks[rope].block_mass for rope in row.elements if rope in self.hooks)

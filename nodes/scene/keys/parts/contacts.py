@@ -32,7 +32,7 @@ class Against(_Side):
     normal: Direction = (0.0, 0.0, 1.0)
 
 
-class Contact(_Side):
+class ContactKeys(_Side):
     """A rigid contact with friction; impacts return `restitution` of the speed of approach."""
 
     body: str
@@ -41,7 +41,7 @@ class Contact(_Side):
     restitution: Ratio = 0.0
 
 
-def built(name: str, x: Contact) -> c.Contact:
+def built(name: str, x: ContactKeys) -> c.Contact:
     """The kernel's description."""
     b: c.Shape = c.Plane(x.against.body, x.against.at, x.against.normal)
     if x.against.box or x.against.radius:

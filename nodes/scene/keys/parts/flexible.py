@@ -57,7 +57,7 @@ class Stiffness(Base):
         return self.EI_y or E * s.Iy, self.EI_z or E * s.Iz, self.EA or E * s.area, self.GJ or G * s.J
 
 
-class Beam(Stiffness):
+class BeamKeys(Stiffness):
     """A uniform beam of a length and a mass."""
 
     length: u.Extent
@@ -67,7 +67,7 @@ class Beam(Stiffness):
     frame: Literal["clamped", "simply supported", "free"] = "clamped"
 
     @model_validator(mode="after")
-    def _one_mass(self) -> Beam:
+    def _one_mass(self) -> BeamKeys:
         if (self.mass is None) == (self.mass_per_length is None):
             raise ValueError("a beam has either 'mass' or 'mass per length'")
         return self
@@ -97,7 +97,7 @@ class Hull(Stiffness):
     mass: u.Mass | None = None  # that bends with it; left out: all of the block's
 
 
-class Mode(Base):
+class ModeKeys(Base):
     """A mode of a block that hangs freely; lugs and stools that it does not name move with the block's frame."""
 
     frequency: u.Frequency

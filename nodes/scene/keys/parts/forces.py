@@ -40,7 +40,7 @@ def _matrix(key: str, word: str, slide: Any, turn: Any) -> Spelling:
     )
 
 
-class Wind(keys_of(f.Wind, word="wind", signal=history("speed", "gusts", u.Velocity, 0.0))):  # type: ignore[misc]
+class WindForceKeys(keys_of(f.Wind, word="wind", signal=history("speed", "gusts", u.Velocity, 0.0))):  # type: ignore[misc]
     """Drag of a wind on an area at a point of a body, or on the `sides` of a box; `gusts` are its speed over time."""
 
     area: u.Area = 0.0
@@ -52,11 +52,11 @@ MATRICES = {
 }
 
 
-class Bushing(keys_of(f.Bushing, word="bushing", **MATRICES)):  # type: ignore[misc]
+class BushingKeys(keys_of(f.Bushing, word="bushing", **MATRICES)):  # type: ignore[misc]
     """A spring and damper in all six directions between two frames; K and D are whole matrices in SI units."""
 
 
-class Characteristic(keys_of(f.Characteristic, word="characteristic", x=_column(0), effort=_column(1), of=OVER)):  # type: ignore[misc]
+class CharacteristicKeys(keys_of(f.Characteristic, word="characteristic", x=_column(0), effort=_column(1), of=OVER)):  # type: ignore[misc]
     """An actuator law as data: a `curve` of [position or speed, effort] of a joint, times `factor` or a `history`."""
 
 
@@ -73,7 +73,7 @@ class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
         return replace(super().built(*first), function=function, guards=guards)
 
 
-WRITTEN = {f.Wind: Wind, f.Bushing: Bushing, f.Characteristic: Characteristic, f.UserLaw: LawKeys}
+WRITTEN = {f.Wind: WindForceKeys, f.Bushing: BushingKeys, f.Characteristic: CharacteristicKeys, f.UserLaw: LawKeys}
 KINDS = [kind for kind in get_args(f.Force) if kind is not f.Reeving]  # which is a rope in scenes
 WORDS = {kind: re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind.__name__).lower() for kind in KINDS}
 MODELS = [WRITTEN.get(kind) or keys_of(kind, word=word, module=__name__) for kind, word in WORDS.items()]

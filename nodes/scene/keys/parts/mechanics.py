@@ -20,8 +20,8 @@ from heavylift.nodes.scene.text import units as u
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, GetCoreSchemaHandler, Tag
 from pydantic_core import CoreSchema, core_schema
 
-from .contacts import Contact
-from .flexible import Beam, Elastic, Matrices
+from .contacts import ContactKeys
+from .flexible import BeamKeys, Elastic, Matrices
 from .forces import Force as ForceElement
 from .joints import ENDS, Joint, Range
 from .standing import Stands
@@ -69,7 +69,7 @@ MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
 Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValidator(rising)]
 
 
-class Body(Base):
+class BodyKeys(Base):
     """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz; no mass at all where
     what it carries has some.
 
@@ -81,11 +81,11 @@ class Body(Base):
     com: Place = (0.0, 0.0, 0.0)
     inertia: Moments = (0.0, 0.0, 0.0)
     box: tuple[u.Extent, u.Extent, u.Extent] | None = None
-    beam: Beam | None = None
+    beam: BeamKeys | None = None
     matrices: Matrices | None = None
 
 
-class Line(keys_of(points.Line)):  # type: ignore[misc]
+class LineKeys(keys_of(points.RopeSpan)):  # type: ignore[misc]
     """One straight part of a rope, with its weight in the rope's length."""
 
 
@@ -110,7 +110,7 @@ class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
         return not (self.radius or self.friction) and self.efficiency == 1.0
 
 
-class Rope(Base):
+class RopeKeys(Base):
     """A tension-only elastic rope; `length` is unstretched.  `rigid`: it cannot stretch, and has no EA and damping.
 
     From `start` to `end`, on its way perhaps `over` points and sheaves or `over edges`, or over separate `lines` of one
@@ -121,7 +121,7 @@ class Rope(Base):
     end: BodyPoint | None = None
     over: list[Over] = Field(default_factory=list)
     over_edges: list[str] = Field(default_factory=list)
-    lines: list[Line] = Field(default_factory=list)
+    lines: list[LineKeys] = Field(default_factory=list)
     EA: u.Force | None = None
     rigid: bool = False
     length: u.Extent
@@ -136,27 +136,27 @@ class Rope(Base):
         return not self.over_edges and all(x.plain for x in self.over)
 
 
-class Support(keys_of(k.Support, "on")):  # type: ignore[misc]
+class SupportKeys(keys_of(k.Support, "on")):  # type: ignore[misc]
     """A point that a horizontal pad can push up and rub, never pull."""
 
 
-class Spring(keys_of(k.JointSpring)):  # type: ignore[misc]
+class SpringKeys(keys_of(k.JointSpring)):  # type: ignore[misc]
     """A linear spring and damper on a joint."""
 
 
-class Stop(keys_of(k.Stop, **ENDS)):  # type: ignore[misc]
+class StopKeys(keys_of(k.Stop, **ENDS)):  # type: ignore[misc]
     """End stops of a joint."""
 
 
-class Brake(keys_of(k.Brake, moment=one("holds", u.Effort))):  # type: ignore[misc]
+class BrakeKeys(keys_of(k.Brake, moment=one("holds", u.Effort))):  # type: ignore[misc]
     """A dry brake on a joint, slipping at `holds`."""
 
 
-class Lock(keys_of(k.Lock)):  # type: ignore[misc]
+class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
     """A joint that orders can lock and unlock; `engaged`: locked at the start."""
 
 
-class Drive(keys_of(k.Drive, "wave")):  # type: ignore[misc]
+class DriveKeys(keys_of(k.Drive, "wave")):  # type: ignore[misc]
     """A drive of a joint, following what the action list orders; with a verb orders to its machine find it."""
 
     stiffness: u.AnyStiffness = 0.0  # servo: per displacement
@@ -179,7 +179,7 @@ class BoomChart(Base):
     chart: Chart
 
 
-class Hook(Base):
+class HookKeys(Base):
     """A hook on the falls of a winch; the elastic rope from the body `on` to the hook block is all of its falls.
 
     With a `drum` the rope goes on from `at` to it, as one fall: what moves `at` against the drum, as luffing does,
@@ -244,18 +244,18 @@ class Parts(Base, Generic[PartKey]):
     """Bodies, joints and laws by their names."""
 
     name: Name = "mechanism"
-    bodies: dict[PartKey, Body] = Field(default_factory=dict)
+    bodies: dict[PartKey, BodyKeys] = Field(default_factory=dict)
     joints: dict[PartKey, Joint] = Field(default_factory=dict)
-    ropes: dict[PartKey, Rope] = Field(default_factory=dict)
-    supports: dict[PartKey, Support] = Field(default_factory=dict)
-    springs: dict[PartKey, Spring] = Field(default_factory=dict)
-    stops: dict[PartKey, Stop] = Field(default_factory=dict)
-    brakes: dict[PartKey, Brake] = Field(default_factory=dict)
-    locks: dict[PartKey, Lock] = Field(default_factory=dict)
-    drives: dict[PartKey, Drive] = Field(default_factory=dict)
+    ropes: dict[PartKey, RopeKeys] = Field(default_factory=dict)
+    supports: dict[PartKey, SupportKeys] = Field(default_factory=dict)
+    springs: dict[PartKey, SpringKeys] = Field(default_factory=dict)
+    stops: dict[PartKey, StopKeys] = Field(default_factory=dict)
+    brakes: dict[PartKey, BrakeKeys] = Field(default_factory=dict)
+    locks: dict[PartKey, LockKeys] = Field(default_factory=dict)
+    drives: dict[PartKey, DriveKeys] = Field(default_factory=dict)
     forces: dict[PartKey, ForceElement] = Field(default_factory=dict)
-    contacts: dict[PartKey, Contact] = Field(default_factory=dict)
-    hooks: dict[PartKey, Hook] = Field(default_factory=dict)
+    contacts: dict[PartKey, ContactKeys] = Field(default_factory=dict)
+    hooks: dict[PartKey, HookKeys] = Field(default_factory=dict)
     elastic: dict[PartKey, Elastic] = Field(default_factory=dict)  # bodies
     shapes: dict[PartKey, list[Drawn]] = Field(default_factory=dict)  # bodies
     configuration: dict[str, str | int | float] = Field(default_factory=dict)  # more of how it is set up, in words

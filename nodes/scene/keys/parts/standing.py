@@ -57,7 +57,7 @@ class Mats(Base):
     mass: u.AnyMass = 0.0
 
 
-class Ground(Base):
+class GroundKeys(Base):
     """What cranes on tracks and outriggers stand on."""
 
     bearing: u.Pressure | None = None  # permissible pressure; left out: not judged

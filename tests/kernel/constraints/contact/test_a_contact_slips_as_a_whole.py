@@ -7,7 +7,7 @@ from math import atan, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel.description import WORLD, Ball, Body, Box, Contact, Joint, Load, Plane, Point, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import Simulation
 from scipy.optimize import linprog
 from small_scenes import SECOND, G, events, hand_over, started, times
@@ -26,8 +26,8 @@ def free(name: str, z: float) -> Joint:
     return Joint(f"{name}-free", "free", WORLD, name, q0=(0.0, 0.0, z, 0.0, 0.0, 0.0, 1.0))
 
 
-def growing(most: float) -> Signal:
-    return Signal(times=(0.0, 1.0), values=(0.0, most))
+def growing(most: float) -> InputSignal:
+    return InputSignal(times=(0.0, 1.0), values=(0.0, most))
 
 
 def pushed(mass: float, size, mu: float, height: float, most: float, direction: float = 0.0) -> Simulation:
@@ -97,13 +97,13 @@ def test_on_a_slope_that_steepens_it_slips_at_the_angle_of_friction(mu: float) -
         "down",
         Point("box"),
         (0.0, 0.0, -1.0),
-        signal=Signal(times=tuple(at.tolist()), values=tuple(np.cos(rate * at).tolist())),
+        signal=InputSignal(times=tuple(at.tolist()), values=tuple(np.cos(rate * at).tolist())),
     )
     along = Load(
         "along",
         Point("box"),
         (1.0, 0.0, 0.0),
-        signal=Signal(times=tuple(at.tolist()), values=tuple(np.sin(rate * at).tolist())),
+        signal=InputSignal(times=tuple(at.tolist()), values=tuple(np.sin(rate * at).tolist())),
     )
     ground = Contact("ground", Box("box", (1.0, 2.0, 0.5)), Plane(), mu)
     bodies, joints = (block("box", 1.0, (1.0, 2.0, 0.5)),), (free("box", 0.25),)
@@ -115,7 +115,7 @@ def test_on_a_slope_that_steepens_it_slips_at_the_angle_of_friction(mu: float) -
 def test_a_body_that_comes_to_rest_sticks_once() -> None:
     """Pushed for a while, it slides, is braked by friction alone, and stands: t = v / mu g after the push."""
     mu, mass, push = 0.3, 5.0, 2.0 * 0.3 * 5.0 * G
-    signal = Signal(times=(0.0, 0.5, 0.5000001, 2.0), values=(push, push, 0.0, 0.0))
+    signal = InputSignal(times=(0.0, 0.5, 0.5000001, 2.0), values=(push, push, 0.0, 0.0))
     load = Load("push", Point("box", (0.0, 0.0, -0.25)), (1.0, 0.0, 0.0), signal=signal)
     ground = Contact("ground", Box("box", (2.0, 2.0, 0.5)), Plane(), mu)
     bodies, joints = (block("box", mass, (2.0, 2.0, 0.5)),), (free("box", 0.25),)

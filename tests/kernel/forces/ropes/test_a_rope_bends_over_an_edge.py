@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.description import Body, Drive, Joint, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.forces.reeving import ReevingLaw
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
@@ -46,7 +46,7 @@ def test_it_is_the_shortest_way_over_the_edge_wherever_that_points(seed):
     b = np.array([random.uniform(1.0, 6.0), random.uniform(-3.0, 3.0), random.uniform(-4.0, 0.2)])
     turned, moved = Rotation.random(random_state=seed), random.normal(size=3)
     ends = [tuple((turned.apply(p) + moved).tolist()) for p in (a, b)]
-    rope = Reeving("r", Point("world", ends[0]), (edge("block"),), Point("world", ends[1]), EA, Signal(9.0))
+    rope = Reeving("r", Point("world", ends[0]), (edge("block"),), Point("world", ends[1]), EA, InputSignal(9.0))
 
     def pose(body: str) -> tuple[np.ndarray, np.ndarray]:
         return (turned.as_matrix(), moved) if body == "block" else (np.eye(3), np.zeros(3))
@@ -58,7 +58,7 @@ def drawn(mu: float, aside: float) -> tuple:
     """The end of a rope drawn down slowly by 0.5 m beside an edge, its other end `aside` along it; all that is told."""
     a, b = (-4.0, 0.0, -1.0), (3.0, aside, -2.0)
     lift = Joint("lift", "prismatic", "world", "end", a, axis=Z)
-    rope = Reeving("r", Point("end"), (edge(friction=mu),), Point("world", b), EA, Signal(7.5))
+    rope = Reeving("r", Point("end"), (edge(friction=mu),), Point("world", b), EA, InputSignal(7.5))
     drive = Drive("z", "lift", "prescribed")
     s = started(System((Body("end", 50.0),), (lift,), forces=(rope,), drives=(drive,), gravity=G), **FINE)
     s.set_profile("z", 0, 0.25, 1e3, -0.5)
@@ -136,7 +136,7 @@ def test_a_pendulum_meets_the_edge_and_leaves_it_when_a_fine_integration_says_so
         Joint("z", "prismatic", "cart", "load", axis=Z, q0=(x0[1],)),
     )
     keel = edge(at=(OFF, 0.0, 0.0), axis=(0.0, -1.0, 0.0))
-    rope = Reeving("r", Point("world", (HANG[0], 0.0, HANG[1])), (keel,), Point("load"), EA, Signal(L0))
+    rope = Reeving("r", Point("world", (HANG[0], 0.0, HANG[1])), (keel,), Point("load"), EA, InputSignal(L0))
     s = started(System((Body("cart", 0.0), Body("load", MASS)), slides, forces=(rope,), gravity=G), **FINE)
     hand_over(s, round(end * SECOND))
     s.settle()
@@ -166,7 +166,7 @@ def turning_block(seed: int) -> System:
         axis, ends = (0.0, -side, 0.0), (-8.0, 0.0) if side > 0.0 else (0.0, 8.0)
         over = edge("block", (side * half, -4.0, -half), ends, float(random.choice([0.0, 0.2])), axis)
         lug, hook = (side * 0.3, y, -half - R), (side * 2.5, y + random.uniform(-1.0, 1.0), 7.0)
-        ropes.append(Reeving(f"r{i}", Point("world", hook), (over,), Point("block", lug), 3e6, Signal(9.8), 2e3))
+        ropes.append(Reeving(f"r{i}", Point("world", hook), (over,), Point("block", lug), 3e6, InputSignal(9.8), 2e3))
     return System((Body("block", mass, inertia=cube(mass, 3.0)),), (float_,), forces=tuple(ropes), gravity=G)
 
 
@@ -182,7 +182,7 @@ def test_a_block_that_turns_over_its_slings_keeps_its_energy_in_the_accounts(see
 
 def test_a_rope_that_runs_off_the_end_of_its_edge_ends_the_run():
     slide = Joint("slide", "prismatic", "world", "end", (-4.0, 0.0, -1.0), axis=Y)
-    rope = Reeving("r", Point("end"), (edge(span=(-1.0, 1.0)),), Point("world", (4.0, 0.0, -1.0)), EA, Signal(8.0))
+    rope = Reeving("r", Point("end"), (edge(span=(-1.0, 1.0)),), Point("world", (4.0, 0.0, -1.0)), EA, InputSignal(8.0))
     drives = (Drive("y", "slide", "prescribed"),)
     s = started(System((Body("end", 1.0),), (slide,), forces=(rope,), drives=drives, gravity=G), **FINE)
     s.set_profile("y", 0, 1.0, 1e3, 4.0)

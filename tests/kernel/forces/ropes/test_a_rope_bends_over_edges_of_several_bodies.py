@@ -5,8 +5,8 @@ from math import hypot, pi
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, JointSpring, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description import Body, Joint, JointSpring, Point, Reeving, Rope, RopeSpan, Sheave, System
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.forces.reeving import ReevingLaw
 from scipy.spatial import ConvexHull
 from small_scenes import SECOND, G, X, Y, Z, column, cube, hand_over, imbalance, started
@@ -43,7 +43,7 @@ def gantries(friction: float) -> System:
     )
     springs = (JointSpring("s", "across", 4e4), JointSpring("u", "rocks", 2e5), JointSpring("t", "along", 3e3))
     over = edge("west", (-2.0, 0.0, 1.0), "one", friction), edge("east", (2.0, 0.0, -0.5), "two", friction)
-    rope = Reeving("r", Point("world", (-6.0, -1.0, -1.0)), over, Point("load"), EA, Signal(16.4), 2e3)
+    rope = Reeving("r", Point("world", (-6.0, -1.0, -1.0)), over, Point("load"), EA, InputSignal(16.4), 2e3)
     bodies = [Body(n, m, inertia=cube(m, 1.0)) for n, m in (("west", 300.0), ("east", 150.0), ("load", 90.0))]
     return System((Body("cart", 200.0), *bodies), joints, springs=springs, forces=(rope,), gravity=G)
 
@@ -57,7 +57,7 @@ def test_it_is_the_shortest_way_over_both_edges(seed):
     moved = {"world": (0.0, 0.0, 0.0), "pier": tuple(random.normal(size=3))}
     own = tuple(np.subtract(second, moved["pier"]).tolist())
     over = edge("world", first, "one"), edge("pier", own, "two")
-    rope = Reeving("r", Point("world", a), over, Point("world", b), EA, Signal(9.0))
+    rope = Reeving("r", Point("world", a), over, Point("world", b), EA, InputSignal(9.0))
     length = ReevingLaw().start_length(rope, lambda body: (np.eye(3), np.array(moved[body])))
     assert length == pytest.approx(shortest(a, b, first, second), rel=1e-8)
 
@@ -78,8 +78,10 @@ def loose(kind: str, **more) -> System:
     """A rope over an edge of the ground and one of a body on a joint of a kind."""
     joint = Joint("j", kind, "world", "pier", (2.0, 0.0, 0.0), **more)
     over = edge("world", (-2.0, 0.0, 0.0), "one"), edge("pier", (0.0, 0.0, 0.0), "two")
-    rope = Reeving("r", Point("world", (-6.0, 0.0, -3.0)), over, Point("world", (6.0, 0.0, -3.0)), EA, Signal(14.0))
-    holds = Rope("h", (Line(Point("world", (2.0, 0.0, 5.0)), Point("pier")),), EA, 5.0)
+    rope = Reeving(
+        "r", Point("world", (-6.0, 0.0, -3.0)), over, Point("world", (6.0, 0.0, -3.0)), EA, InputSignal(14.0)
+    )
+    holds = Rope("h", (RopeSpan(Point("world", (2.0, 0.0, 5.0)), Point("pier")),), EA, 5.0)
     return System((Body("pier", 9.0, inertia=cube(9.0, 1.0)),), (joint,), ropes=(holds,), forces=(rope,), gravity=G)
 
 

@@ -6,7 +6,7 @@ from math import exp, pi
 
 import pytest
 from heavylift.kernel.description import WORLD, Body, Joint, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, Y, Z, column, hand_over, imbalance, started
 
@@ -24,7 +24,7 @@ def atwood(a: float, b: float, mu: float, speed: float, slack: float = 0.0) -> S
     )
     length = 2.0 * DOWN + pi * DRUM + slack
     sheave = Sheave(Point(WORLD), Y, DRUM, mu)
-    rope = Reeving("rope", Point("a"), (sheave,), Point("b"), 2e6, Signal(length), 5e3)
+    rope = Reeving("rope", Point("a"), (sheave,), Point("b"), 2e6, InputSignal(length), 5e3)
     scene = System((Body("a", a), Body("b", b)), joints, forces=(rope,), gravity=G)
     return started(scene, method="radau5", sample_ns=SECOND // 100)
 

@@ -9,7 +9,7 @@ import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import equilibrium
 from heavylift.kernel.description import Body, Drive, Joint, Load, Point, Reeving, Sheave, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.forces import InputSignal
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 from small_scenes import SECOND, G, X, Y, Z, column, cube, events, hand_over, imbalance, started, times
@@ -24,7 +24,7 @@ WORLD = Point("world")
 
 
 def rope(sheaves, end, L0, **more) -> Reeving:
-    return Reeving("r", Point("end"), sheaves, Point("world", (end[0], 0.0, end[1])), EA, Signal(L0), **more)
+    return Reeving("r", Point("end"), sheaves, Point("world", (end[0], 0.0, end[1])), EA, InputSignal(L0), **more)
 
 
 def driven(made: Reeving, start) -> System:
@@ -259,7 +259,7 @@ def test_loads_flung_about_on_ropes_over_several_sheaves_lose_no_energy(seed, en
     float_ = Joint("float", "free", "world", "end", q0=(-3.0, 0.0, -2.0, 0.0, 0.0, 0.0, 1.0), v0=v0)
     damping = float(random.choice([0.0, 50.0]))
     end = Point("world", (float(xs[-1]) + 3.0, 0.0, -2.0))
-    made = Reeving("r", Point("end"), tuple(sheaves), end, 2e5, Signal(float(xs[-1]) + 7.5), damping)
+    made = Reeving("r", Point("end"), tuple(sheaves), end, 2e5, InputSignal(float(xs[-1]) + 7.5), damping)
     load = Body("end", 100.0, inertia=cube(100.0, 0.5))
     s = started(System((load,), (float_,), forces=(made,), gravity=G), **FINE | {"tolerance": 1e-9})
     if ends:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description import Body, Joint, Point, Reeving, Rope, RopeSpan, Sheave, System
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, cube, started
 
@@ -30,7 +30,7 @@ def test_an_equaliser_holds_one_tension_whatever_the_lengths():
     drop = [10.0 + x * sin(0.1) for x in (-2.0, 2.0)]
     spans = [hypot(x - 2.0 * cos(0.1), z) for x, z in zip((2.0, 0.0, 0.0, 2.0), sorted(drop * 2), strict=True)]
     L0 = sum(spans) / (1 + 1000.0 * G / 4 / 1e7)
-    rope = Reeving("eq", top[0], (Sheave(at[0]), Sheave(top[1]), Sheave(at[1])), top[2], 1e7, Signal(L0))
+    rope = Reeving("eq", top[0], (Sheave(at[0]), Sheave(top[1]), Sheave(at[1])), top[2], 1e7, InputSignal(L0))
     s = started(System((beam,), (joint,), forces=(rope,), gravity=G), **FINE)
     s.interrupt(SECOND)
     T = tensions(s, 4)
@@ -50,7 +50,7 @@ def test_an_equaliser_beam_shares_as_its_tilt_says():
     for name, x, T in (("one", -c, W - T2), ("two", c, T2)):
         place = (x * cos(phi) + h * sin(phi), 0.0, -x * sin(phi) + h * cos(phi))
         l = top - place[2]
-        line = Line(Point("world", (place[0], 0.0, top)), Point("beam", (x, 0.0, h)))
+        line = RopeSpan(Point("world", (place[0], 0.0, top)), Point("beam", (x, 0.0, h)))
         ropes.append(Rope(name, (line,), EA, l / (1.0 + T / EA)))
     s = started(System((beam,), (joint,), ropes=tuple(ropes), gravity=G))
     n = s.program.nq
@@ -67,7 +67,7 @@ def test_an_equaliser_does_not_feel_a_length_error():
     L0 = h / (1.0 + W / 4 / (k * h))
     long = [dL / 2 * sign for sign in (-1.0, 1.0, -1.0, 1.0)]  # of the two diagonals, so that the block stays level
     ropes = tuple(
-        Rope(f"r{i}", (Line(Point("world", c), Point("block", c)),), k * h, L0 - d / 2)
+        Rope(f"r{i}", (RopeSpan(Point("world", c), Point("block", c)),), k * h, L0 - d / 2)
         for i, (c, d) in enumerate(zip(corners, long, strict=True))
     )
     free = started(System((block,), (joint,), ropes=ropes, gravity=G))
@@ -75,6 +75,8 @@ def test_an_equaliser_does_not_feel_a_length_error():
     assert abs(T - W / 4) == pytest.approx(np.abs(expected["dT"]), rel=2e-3)  # strain
     turns = [(body, c) for i, c in enumerate(corners) for body in (("block", "world") if i % 2 else ("world", "block"))]
     eyes = [Sheave(Point(body, c)) for body, c in turns]
-    rope = Reeving("one", eyes[0].at, tuple(eyes[1:-1]), eyes[-1].at, k * h, Signal(200.0 + 3 * 20.0 + sum(long)), 1e5)
+    rope = Reeving(
+        "one", eyes[0].at, tuple(eyes[1:-1]), eyes[-1].at, k * h, InputSignal(200.0 + 3 * 20.0 + sum(long)), 1e5
+    )
     s = started(System((block,), (joint,), forces=(rope,), gravity=G))
     assert np.ptp(tensions(s, 7)) == 0.0

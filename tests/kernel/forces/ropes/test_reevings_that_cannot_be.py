@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description import Body, Joint, Point, Reeving, Rope, RopeSpan, Sheave, System
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, Y, Z, cube, slider, started
 
@@ -14,7 +14,7 @@ WORLD, LOAD = Point("world"), Point("load")
 
 BAD = [
     ({"EA": 0.0}, "reeving 'r': EA is 0; it must be positive"),
-    ({"signal": Signal(0.0)}, "reeving 'r': length is 0; it must be positive"),
+    ({"signal": InputSignal(0.0)}, "reeving 'r': length is 0; it must be positive"),
     ({"sheaves": ()}, "sheaves are missing"),
     ({"sheaves": (Sheave(WORLD, (0.0, 2.0, 0.0)),)}, "sheave 1 has an axis of length 2"),
     ({"sheaves": (Sheave(WORLD, efficiency=0.0),)}, "sheave 1 has an efficiency outside (0, 1]"),
@@ -30,14 +30,14 @@ BAD = [
 @pytest.mark.parametrize(("changes", "told"), BAD)
 def test_reevings_that_cannot_be(changes, told):
     made = {"a": Point("world", (-5.0, 0.0, 0.0)), "sheaves": (Sheave(WORLD, Y, 0.3),), "b": LOAD, "EA": 1e6}
-    made |= {"signal": Signal(10.0), **changes}
+    made |= {"signal": InputSignal(10.0), **changes}
     with pytest.raises(KernelError) as e:
         Simulation(replace(slider(q0=-5.0, axis=Z), forces=(Reeving("r", **made),)))
     assert told in str(e.value)
 
 
 def test_a_rope_whose_line_has_no_length_is_refused():
-    rope = Rope("r", (Line(WORLD, LOAD), Line(LOAD, Point("load"))), 1e6, 10.0)
+    rope = Rope("r", (RopeSpan(WORLD, LOAD), RopeSpan(LOAD, Point("load"))), 1e6, 10.0)
     with pytest.raises(KernelError, match="rope 'r': line 2 begins and ends at one point; it has no length"):
         Simulation(replace(slider(), ropes=(rope,)))
 
@@ -45,7 +45,7 @@ def test_a_rope_whose_line_has_no_length_is_refused():
 def flung(axis) -> System:
     """A load that a long rope over a sheave at the origin throws up against it."""
     load = Joint("float", "free", "world", "load", q0=(1.0, 0.1, -3.0, 0.0, 0.0, 0.0, 1.0))
-    rope = Reeving("rope", Point("world", (-1.0, 0.0, -3.0)), (Sheave(WORLD, axis, 0.3),), LOAD, 1e4, Signal(6.3))
+    rope = Reeving("rope", Point("world", (-1.0, 0.0, -3.0)), (Sheave(WORLD, axis, 0.3),), LOAD, 1e4, InputSignal(6.3))
     return System((Body("load", 10.0, inertia=cube(10.0)),), (load,), forces=(rope,))
 
 

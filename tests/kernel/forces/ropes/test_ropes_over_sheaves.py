@@ -8,8 +8,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from heavylift.kernel.description import Body, Joint, Line, Point, Reeving, Rope, Sheave, System
-from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description import Body, Joint, Point, Reeving, Rope, RopeSpan, Sheave, System
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, Y, Z, column, cube, events, imbalance, slider, started
 
@@ -32,7 +32,7 @@ def tackle(falls: int, eta: float, mass: float, height: float, EA: float, dampin
     sheaves = tuple(Sheave(WORLD if i % 2 else LOAD, efficiency=eta) for i in range(falls - 1))
     end = LOAD if falls % 2 else WORLD
     L0 = falls * height / (1.0 + mass * G / falls / EA)
-    rope = Reeving("rope", WORLD, sheaves, end, EA, Signal(L0, driven=True), damping)
+    rope = Reeving("rope", WORLD, sheaves, end, EA, InputSignal(L0, driven=True), damping)
     return replace(slider(mass=mass, q0=-height), forces=(rope,))
 
 
@@ -63,7 +63,7 @@ def test_the_parts_of_a_frictionless_tackle_are_equal_and_those_of_a_rope_with_l
     s = started(scene, tolerance=1e-9)
     assert tensions(s, given["n"]) == pytest.approx(np.full(given["n"], expected["T_ideal"]), rel=EQUAL)
     assert given["MBF"] / tensions(s, given["n"])[0] == pytest.approx(expected["SF_ideal"], rel=EQUAL)
-    lines = (Line(WORLD, LOAD, float(given["n"])),)
+    lines = (RopeSpan(WORLD, LOAD, float(given["n"])),)
     rope = Rope("rope", lines, 1.0e8, scene.forces[0].signal.value)
     other = started(replace(scene, forces=(), ropes=(rope,)), tolerance=1e-9)
     for simulation in (s, other):
@@ -81,7 +81,13 @@ def atwood(m1: float, m2: float, mu: float, swing: float = 0.0, R: float = 0.5, 
     )
     T = 2 * m1 * m2 / (m1 + m2) * G
     rope = Reeving(
-        "rope", Point("one"), (Sheave(WORLD, Y, R, mu),), Point("two"), EA, Signal((10.0 + pi * R) / (1 + T / EA)), 2e4
+        "rope",
+        Point("one"),
+        (Sheave(WORLD, Y, R, mu),),
+        Point("two"),
+        EA,
+        InputSignal((10.0 + pi * R) / (1 + T / EA)),
+        2e4,
     )
     bodies = (Body("one", m1, inertia=cube(m1, 0.2)), Body("two", m2, inertia=cube(m2, 0.2)))
     return System(bodies, joints, forces=(rope,), gravity=G)
@@ -120,7 +126,7 @@ def test_a_swing_reverses_the_slip_of_a_sheave():
     sheave = Sheave(Point("world", (-0.3, 0.0, 0.0)), Y, 0.3, 0.15)
     L0 = (sqrt(8.0**2 - 0.3**2) + 10.0 + 0.3 * (pi / 2 + asin(0.3 / 8.0))) / (1 + 1000.0 * G / 2e7)
     winch = Point("world", (-8.3, 0.0, 0.0))
-    rope = Reeving("rope", winch, (sheave,), LOAD, 2e7, Signal(L0, driven=True), 3e4)
+    rope = Reeving("rope", winch, (sheave,), LOAD, 2e7, InputSignal(L0, driven=True), 3e4)
     s = started(replace(load, forces=(rope,)), **FINE)
     for i, speed in enumerate((-0.5, 0.5, -0.5)):
         s.references.set_profile("rope", 2 * i * SECOND, speed, 0.5, None)
@@ -156,7 +162,7 @@ def test_wrapped_ropes_pull_as_mujocos_tendons():
         Sheave(Point("boom", two), Y, 0.3),
     )
     L0, EA, d = 9.0, 5e4, 300.0
-    rope = Reeving("rope", Point("world", a), sheaves, Point("load", b), EA, Signal(L0), d)
+    rope = Reeving("rope", Point("world", a), sheaves, Point("load", b), EA, InputSignal(L0), d)
     angle, v0 = -0.2, (0.3, 0.0, -0.8, 0.0, 0.2, 0.0)
     system = System(
         (boom, load),
@@ -210,7 +216,7 @@ def test_a_rope_over_two_sheaves_is_a_belt(crossed):
     sheaves = (Sheave(WORLD, Y, r1), Sheave(Point("world", (d, 0.0, 0.0)), (0.0, turn, 0.0), r2))
     guide = Joint("guide", "prismatic", "world", "load", (-r1, 0.0, 0.0), axis=Z, q0=(-down,))
     end = Point("world", (d + r2, 0.0, -down * turn))
-    rope = Reeving("r", LOAD, sheaves, end, 1e6, Signal(30.0))
+    rope = Reeving("r", LOAD, sheaves, end, 1e6, InputSignal(30.0))
     s = started(System((Body("load", 1.0),), (guide,), forces=(rope,)))
     lean = asin((r1 - turn * r2) / d)
     straight = sqrt(d * d - (r1 - turn * r2) ** 2)
@@ -234,7 +240,7 @@ def test_a_drum_turns_with_the_rope_that_sticks_to_it():
         (Sheave(Point("drum"), Y, R, mu),),
         LOAD,
         EA,
-        Signal((6 + pi * R) / (1 + T / EA)),
+        InputSignal((6 + pi * R) / (1 + T / EA)),
     )
     s = started(System(bodies, joints, forces=(rope,), gravity=G), tolerance=1e-12, sample_ns=FINE["sample_ns"])
     s.run(2 * SECOND)
