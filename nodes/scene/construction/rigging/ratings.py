@@ -88,8 +88,8 @@ def _hoist(
         yield from strength_limits("hoist rope", at["subject"], given.fall_breaking, at["where"], {})
     pull = {"value": given.drum_pull} if given.drum_pull else {"note": "its type states none", "source": ""}
     yield RatedLimit(quantity="drum pull", **{**at, "unit": "N", **pull})
-    high = {"value": given.highest} if given.highest is not None else {"note": "its type states none", "source": ""}
-    yield RatedLimit(quantity="hook height", **{**at, "unit": "m", **high})
+    if given.highest is not None:  # else the shortest rope is the upper end
+        yield RatedLimit(quantity="hook height", value=given.highest, **{**at, "unit": "m"})
     if ends is not None:
         yield RatedLimit(quantity="rope length", between=ends, **{**at, "unit": "m"})
 
