@@ -20,9 +20,8 @@ from heavylift.nodes.limits import (
     uses_on_path,
 )
 from heavylift.nodes.plan import Plan
-from heavylift.nodes.scene import load
 from heavylift.nodes.statics import StaticState
-from lifting import cargo, hook_ropes, slings
+from lifting import bare, cargo, hook_ropes, slings
 
 EXACT = 1e-12  # relative: the same triangle by other functions
 LEVEL = np.eye(3)
@@ -32,7 +31,7 @@ HOOK = "crane.H3"
 
 
 def plan(*settings: str) -> Plan:
-    return load("lift", settings).plan
+    return bare("lift", settings).plan
 
 
 def hung(built: Plan, along: float, across: float, tension: float = LOADED, sling: float = LOADED / 2) -> SignalColumns:
@@ -97,7 +96,7 @@ def test_a_machine_has_its_own_limit_in_each_direction() -> None:
 
 
 def test_an_unknown_limit_is_told_and_not_judged() -> None:
-    scene = load("lift", ["limits={off-lead: unknown}"])
+    scene = bare("lift", ["limits={off-lead: unknown}"])
     assert judged(scene.plan, hung(scene.plan, 10.0, 10.0)) == []
     told = [check.sentence for check in scene.checks if check.why == NOT_CHECKED]
     for way in ("along", "across"):
