@@ -35,7 +35,7 @@ ALIKE = {
 }
 ANSWERS = "rows of a table, such as barge.csv#loaded; columns period [s], heading [deg], surge [m/m], surge phase [deg]"
 SHORT = {  # what a scene may write shorter than its models require
-    "ActionLine": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
+    "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
 }
 FILES = ({"type": "string"}, {"type": "array", "items": {"type": "string"}})
