@@ -53,11 +53,13 @@ cranes:
 {rigging}
 
 gear:
-  WR-{rope}: {{kind: sling, EA: {EA:.3g} MN, breaking: {breaking:.4g} kN, diameter: {rope} mm, termination: {end}, mass: {mass:.3g} kg}}
+  WR-{rope}:
+    {{kind: sling, EA: {EA:.3g} MN, breaking: {breaking:.4g} kN, diameter: {rope} mm, termination: {end}, {mass}}}
   SH-{WLL:g}: {{kind: shackle, WLL: {WLL:g} t, standard: {standard}, mass: {shackle:g} kg}}
 
 practice: 0027/ND              # factors from loads at rest to design loads
-factors: {{weight: 1.03, cog: [{box}], tilt: 3 deg, heights: 1.05, dynamics: included, wind: 8 m/s, area: {area:.3g} m2}}
+factors:
+  {{weight: 1.03, cog: [{box}], tilt: 3 deg, heights: 1.05, dynamics: included, wind: 8 m/s, area: {area:.3g} m2}}
 limits: {{clearance: 0.5 m, off-lead: 3 deg, touch: 2 m/min, impact: 1.5}}
 
 actions:
@@ -96,7 +98,7 @@ class Gear(NamedTuple):
     EA: float
     breaking: float
     end: str
-    mass: float
+    mass: str
     WLL: float
     shackle: float
     standard: str
@@ -111,7 +113,7 @@ def _gear(mass: float, share: float, length: float) -> Gear:
     WLL = next((x for x in SHACKLES if x >= MORE["shackle"] * leg), max(SHACKLES))
     return Gear(
         rope, 0.0483 * rope * rope, 0.356e-3 * rope * rope * 1770.0, "ferrule" if rope <= THIMBLES else "resin",
-        0.00409 * rope * rope * length, WLL, SHACKLES[WLL], "EN 13889" if WLL <= 25.0 else "RR-C-271",
+        f"mass: {0.00409 * rope * rope * length:.3g} kg", WLL, SHACKLES[WLL], "EN 13889" if WLL <= 25.0 else "RR-C-271",
         ceil(MORE["lug"] * leg), ceil(MORE["stool"] * mass / 4.0),
     )  # fmt: skip
 
@@ -121,7 +123,8 @@ def _text(name: str, crane: str, table: str) -> str:
     if machine_type(crane).data.get("family") == RAILS:
         lugs, (x, y), at = _above(crane, v), (PORTAL_AT, _middle(crane)), f", at: {PORTAL_AT:g} m"
         length, share = 10.0, 0.25
-        hung = f"rig:\n{{0}}  {BEAMS}:\n", f"    {BEAM}-{{0}}: {{{{hook: crane {{0}}, sling: 10 m, lugs: [{{1}}], capacity: 300 t}}}}"
+        own = "hook: crane {0}, sling: 10 m, lugs: [{1}], capacity: 300 t"
+        hung = f"rig:\n{{0}}  {BEAMS}:\n", f"    {BEAM}-{{0}}: {{{{{own}}}}}"
     else:
         hooks, at = _hooks(crane), ""
         x, y = (sum(places) / len(hooks) for places in zip(*hooks.values(), strict=True))
@@ -136,7 +139,7 @@ def _text(name: str, crane: str, table: str) -> str:
     top, pads = w / 2 + LUG, [(a * PADS * u, b * PADS * v) for a in (-1, 1) for b in (-1, 1)]
     gear, stands = _gear(mass, share, length), str(machine_type(crane).data.get("stands"))
     pins = f", pin: {3 * gear.rope} mm" if gear.end == "ferrule" else ""
-    own = f"sling: {{gear: WR-{gear.rope}, legs: single{pins}}}", f"shackle: {{gear: SH-{gear.WLL:g}}}"
+    held = f"sling: {{gear: WR-{gear.rope}, legs: single{pins}}}", f"shackle: {{gear: SH-{gear.WLL:g}}}"
     return TEXT.format(
         **gear._asdict(),
         mats=", mats: {crane: {area: 1.5 m2, mass: 600 kg}}" if "outriggers" in stands else "",
@@ -153,8 +156,8 @@ def _text(name: str, crane: str, table: str) -> str:
         stools=f"{STOOLS:g} m",
         pads=", ".join(f"[{a:.4g} m, {b:.4g} m]" for a, b in pads),
         at=at,
-        rigging=hung[0].format("".join(f"  {line}\n" for line in own))
-        + "\n".join(hung[1].format(hook, ", ".join(each), ", ".join(own)) for hook, each in named.items()),
+        rigging=hung[0].format("".join(f"  {line}\n" for line in held))
+        + "\n".join(hung[1].format(hook, ", ".join(each), ", ".join(held)) for hook, each in named.items()),
     )
 
 
