@@ -27,6 +27,7 @@ from heavylift.nodes.scene import check, json_schema, load
 from heavylift.nodes.scene.keys import Block, CraneKeys, Supports, comments
 from heavylift.nodes.scene.keys.parts import SlingType
 from heavylift.nodes.scenes import frames_folder
+from heavylift.recordings.read import Judged
 from lifting import bare, hook_ropes
 
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
@@ -207,7 +208,10 @@ def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     row = rows["crane.H3", "rope factor"]
     assert (row["limit"]["value"], row["limit"]["breaking"], row["stage"]) == (5.6, 1351e3, "lift off")
     assert row["value"] == pytest.approx(12.35, abs=0.005)
-    assert [(f["severity"], f["kind"], f["subject"]) for f in told["findings"]] == [("red", "overload", "loader-3")]
+    found = told["verdict"]["findings"]
+    assert [(f["severity"], f["kind"], f["subject"]) for f in found] == [("red", "overload", "loader-3")]
+    assert (told["verdict"]["state"], told["verdict"]["red"]) == ("red", True)
+    assert told["verdict"].keys() <= {*Judged.__struct_fields__}, "in the words of a run"
 
 
 def test_a_use_is_not_rounded_to_its_limit() -> None:
