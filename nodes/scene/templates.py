@@ -8,7 +8,7 @@ from pathlib import Path
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAM, BEAMS, RAILS
+from heavylift.nodes.plan.spellings import BEAM, BEAMS
 from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 from heavylift.nodes.scene.text.files import scene_file, scene_text
 from heavylift.nodes.scene.text.machine_types import machine_type
@@ -73,7 +73,7 @@ def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
 
 def _text(name: str, crane: str, table: str) -> str:
     u, v, w = _size(table)
-    if machine_type(crane).data.get("family") == RAILS:
+    if "girders" in machine_type(crane).data:
         lugs, (x, y), at = _above(crane, v), (PORTAL_AT, _middle(crane)), f", at: {PORTAL_AT:g} m"
         hung = f"rig:\n  {BEAMS}:\n", f"    {BEAM}-" + "{0}: {{hook: crane {0}, sling: 10 m, lugs: [{1}]}}"
     else:

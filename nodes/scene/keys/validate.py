@@ -73,7 +73,7 @@ def uncertainties(source: Source) -> dict[Path, Stated]:
 def _reserved(scene: Scene) -> Iterator[Fault]:
     """No machine and no group has the name of a keyword of the language or of a part of a run."""
     named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
-    named |= {("machines", name): name for name in scene.machines}
+    named |= {("machines", name): name for name in scene.machines if name not in scene.cranes}
     if scene.rig:
         named |= {("rig", BEAMS, name): name for name in scene.rig.beams}
         named |= {("rig", "groups", name): name for name in scene.rig.groups}

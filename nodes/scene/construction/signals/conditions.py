@@ -13,6 +13,7 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Point, System
 from heavylift.kernel.description.signals import ScalarSignal, guard_of
 from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language import phrases
 from heavylift.nodes.scene.language.quantities import QUANTITIES
@@ -155,8 +156,8 @@ class Conditions:
         if quantity in ("position", "speed"):
             along = {words: (m.name, *x) for m in self.mechanisms for words, x in _coordinates(m.system).items()}
             for crane in self.yard.cranes:
-                along |= {joint.name: (crane.name, joint.name, "", False) for joint in crane.system.joints}
-                along[crane.name] = along[crane.system.joints[0].name]
+                along |= {words: (crane.name, *x) for words, x in _coordinates(crane.system).items()}
+                along |= {called_of(d.name)[0]: along[d.joint] for d in crane.system.drives if not called_of(d.name)[1]}
             known = [*along]
             if of in along:
                 at, joint, coordinate, turns = along[of]
