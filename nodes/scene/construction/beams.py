@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
+from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
 from heavylift.kernel.description.mechanics import (
     WORLD,
@@ -31,6 +32,7 @@ from heavylift.nodes.scene.keys.parts.machines import FrameParts, MachineKeys
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path
+from numpy.typing import NDArray
 
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
@@ -64,9 +66,13 @@ def on_hook(
     frame = _frame(yard, name, given.parts, hook.block)
     raise_faults(yard.source, yard.source.faults)
     system, at = frame.system, kinematics.poses(frame.system)
-    origin, (x, y, top) = (
-        kinematics.place(Point(hook.on, p), kinematics.poses(crane.system)).tolist() for p in ((0.0, 0.0, 0.0), hook.at)
-    )
+    start = kinematics.poses(crane.system)
+    x, y, top = kinematics.place(Point(hook.on, hook.at), start).tolist()
+    if hook.over_edges:
+        told = f"the rope of {called} bends over edges: hang `rigging` on it, no frame"
+        yard.source.fault((*path, "hook"), told)
+    drum = Point(hook.drum.body, hook.drum.at) if hook.drum else None
+    away = norm((kinematics.place(drum, start) - (x, y, top)).tolist()) / hook.falls if drum else 0.0
     mass = sum(body.mass for body in system.bodies)
     ends, lugs = [Point(end.body, end.at) for end in given.parts.slings], [x for x in given.lugs or () if x in known]
     if given.lugs and len(given.lugs) != len(ends):
@@ -85,16 +91,14 @@ def on_hook(
     if given.over_edges:
         over, hangs = _over(yard, rig, name, given, at, [known[lug] for lug in lugs], (x, y, top), hangs)
     pose = (x, y, top - hangs, 0.0, 0.0, 0.0, 1.0)
-    rope = _rope(yard, called, hook, given, mass, hangs / (1 + strain))
+    rope = _rope(yard, called, hook, given, mass, (hangs + away) / (1 + strain), start[hook.on][1])
     winch = plan.Actuator(
-        name=rope.name, start=rope.L0, accel=ramp_of(hook.ramp)[0], lower=hook.shortest, upper=hook.longest,
-        verb="hoist", speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest, emergency=hook.emergency,
+        name=rope.name, start=rope.L0, accel=ramp_of(hook.ramp)[0], lower=hook.shortest + away,
+        upper=hook.longest + away, verb="hoist", speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest,
+        emergency=hook.emergency,
     )  # fmt: skip
     drums, efficiency, _ = reeving(hook)
     line = hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
-    n = len(rope.lines)
-    a, b, z = (sum(span.a.p[i] for span in rope.lines) / n + origin[i] for i in range(3))
-    ex, ey, ez = (sum(span.b.p[i] for span in rope.lines) / n + pose[i] for i in range(3))
     part = (hook.fall_breaking or 0.0) / rope_factor(yard, called, hook)[0]
     part -= line / hook.falls * yard.scene.gravity * rope.L0
     hoist = plan.Hoist(
@@ -106,7 +110,7 @@ def on_hook(
         chart=tuple(hook.chart or ()),
         on=hook.on,
         line=line,
-        ends=((a, b, z), (ex, ey, ez)),
+        ends=((x, y, top), pose[:3]),
         below=mass,
         falls=hook.falls,
         drum_ends=drums,
@@ -117,8 +121,8 @@ def on_hook(
     )
     assert hoist.ends is not None
     heavy = Heavy(
-        rope=rope.name, line=line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines),
-        ends=hoist.ends, below=hoist.below, on=hoist.on,
+        rope=rope.name, line=line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines[:2]),
+        ends=hoist.ends, below=hoist.below, on=hoist.on, lead=away,
     )  # fmt: skip
     free = replace(system.joints[0], q0=pose)
     frame = msgspec.structs.replace(frame, system=replace(system, joints=(free, *system.joints[1:])))
@@ -224,15 +228,22 @@ def _over(
         return over, hangs
 
 
-def _rope(yard: SceneBuilder, name: str, hook: HookKeys, given: schema.FrameKeys, carried: float, L0: float) -> Rope:
-    """The falls of a hook as two lines that are apart."""
+def _rope(
+    yard: SceneBuilder, name: str, hook: HookKeys, given: schema.FrameKeys, carried: float, L0: float,
+    R: NDArray[np.float64],
+) -> Rope:  # fmt: skip
+    """The falls of a hook as two lines apart along x, and what leads to its drum; `R`: attitude of what they leave."""
     half, eye, blocks = given.parts.eye.apart / 2, given.parts.eye.body, yard.scene.all_blocks
-    x, y, z = hook.at
-    lines = tuple(RopeSpan(Point(hook.on, (x + d, y, z)), Point(eye, (d, 0.0, 0.0)), 0.5) for d in (-half, half))
+    lines = []
+    for d in (-half, half):
+        x, y, z = (p + d * along for p, along in zip(hook.at, R[0].tolist(), strict=True))
+        lines.append(RopeSpan(Point(hook.on, (x, y, z)), Point(eye, (d, 0.0, 0.0)), 0.5))
+    if hook.drum:
+        lines.append(RopeSpan(Point(hook.on, hook.at), Point(hook.drum.body, hook.drum.at), 1.0 / hook.falls))
     carried += sum(block.mass for block in blocks.values()) / len(yard.hooks)
     EA = hook.falls * hook.fall_EA
     damping = 2 * hook.damping * math.sqrt(EA / max(L0, 1e-3) * carried)
-    return Rope(name, lines, EA, L0, damping, winch=True)
+    return Rope(name, tuple(lines), EA, L0, damping, winch=True)
 
 
 def placed(yard: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import get_args
 
 import msgspec
-from heavylift.kernel.description.mechanics import RemovedMethod
+from heavylift.kernel.description.mechanics import WORLD, RemovedMethod
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Cell, carried_hooks, is_root
 from heavylift.nodes.plan.planar import groups_of, planar
@@ -104,6 +104,10 @@ def _hang(yard: SceneBuilder, rig: schema.RigKeys) -> None:
         else:
             taken[words] = name
             crane, hook = words.split()
+            given = yard.scene.machines[crane]
+            if other := [x.parent for x in given.joints.values() if x.parent not in (WORLD, *given.bodies)]:
+                yard.source.fault(path, f"{crane} stands on {other[0]}: hang `rigging` on its hooks, no frame of `rig`")
+                continue
             yard.hooks[name] = (crane, hook)
         if name in yard.scene.machines:
             yard.source.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)

@@ -29,7 +29,8 @@ def plain(folder: Path) -> Path:
     """The bundled scene with no type of a crane and another type of frame."""
     source = read(bundled()[SCENE].read_text(), "turnover.yaml")
     actions, rig = source.data["actions"], source.data["rig"]
-    assert isinstance(actions, list) and isinstance(rig, dict)
+    assert isinstance(actions, list)
+    assert isinstance(rig, dict)
     loaders = {name: {"type": "hanger.yaml", **given} for name, given in dict(rig["loaders"]).items()}
     rig = json.loads(renamed(json.dumps({key: x for key, x in rig.items() if key != "loaders"})))
     rig["loaders"] = json.loads(renamed(json.dumps(loaders)))
