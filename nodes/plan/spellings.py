@@ -24,9 +24,11 @@ FAMILY = "goliath"
 BASE = f"{FAMILY}-900"
 
 
-def old_type(data: dict[str, Any]) -> None:
-    """Have a type of the former family extend its smallest one: its parameters, bodies and hooks are laid over that."""
-    if data.get("family") == FAMILY:
-        del data["family"]
-        data["extends"] = BASE
-        data.pop("drives", None)
+def old_type(data: dict[str, Any]) -> bool:
+    """Have a type of the former family extend its smallest one, whose drives it has; whether it is one."""
+    if data.get("family") != FAMILY:
+        return False
+    del data["family"]
+    data["extends"] = BASE
+    data.pop("drives", None)
+    return True

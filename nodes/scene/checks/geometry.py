@@ -7,7 +7,7 @@ action list, the states before and after an action.  A subject is reported once 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, product
 from math import sqrt
 from typing import TypeAlias
 
@@ -15,7 +15,6 @@ from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector
 from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import lug_places
-from heavylift.nodes.plan.shapes import around
 from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -153,29 +152,29 @@ def _meet(built: plan.Plan, before: Places, after: Places) -> Violations:
     for (one, a, drive), (two, b, other) in combinations(sliding, 2):
         if (a.parent, a.axis) != (b.parent, b.axis) or a.axis not in (X, Y):
             continue
-        i = (X, Y).index(a.axis)
-        p, q = _box(one, a), _box(two, b)
-        if p is None or q is None or any(_apart(p, q, k) for k in range(3) if k != i):
-            continue
-        least = (p[1][i] + q[1][i]) / 2
-        gap, was = (places[other] - places[drive] + q[0][i] - p[0][i] for places in (after, before))
-        if abs(gap) < least - TOUCH or gap * was < 0:
-            names = (one.name, two.name) if a.parent == WORLD else (plan.driven(drive), plan.driven(other))
-            message = f"{names[0]} and {names[1]} overlap: {abs(gap):g} m from middle to middle"
-            yield " ".join(names), two.where, f"{message}, but they need {least:g} m"
+        i, moved = (X, Y).index(a.axis), [places[other] - places[drive] for places in (after, before)]
+        for p, q in product(_boxes(one, a), _boxes(two, b)):
+            if any(_between(p, q, k) >= -TOUCH for k in range(3) if k != i):
+                continue
+            least = (p[1][i] + q[1][i]) / 2
+            gap, was = (way + q[0][i] - p[0][i] for way in moved)
+            if abs(gap) < least - TOUCH or gap * was < 0:
+                names = (one.name, two.name) if a.parent == WORLD else (plan.driven(drive), plan.driven(other))
+                message = f"{names[0]} and {names[1]} overlap: {abs(gap):g} m from middle to middle"
+                yield " ".join(names), two.where, f"{message}, but they need {least:g} m"
+                break
 
 
-def _box(machine: plan.Mechanism, joint: Joint) -> tuple[Vector, Vector] | None:
-    """Middle and edges of what slides, where its coordinate is 0 [m]."""
-    boxes = [(x.centre, x.size) for x in machine.shapes if x.body == joint.child]
-    if not boxes:
-        return None
-    (x, y, z), size = around(boxes)
-    return (x + joint.p_PJ[0], y + joint.p_PJ[1], z + joint.p_PJ[2]), size
+def _boxes(machine: plan.Mechanism, joint: Joint) -> list[tuple[Vector, Vector]]:
+    """Middles and edges of what slides, where its coordinate is 0 [m]."""
+    at = joint.p_PJ
+    boxes = ((x.centre, x.size) for x in machine.shapes if x.body == joint.child)
+    return [((x + at[0], y + at[1], z + at[2]), size) for (x, y, z), size in boxes]
 
 
-def _apart(one: tuple[Vector, Vector], two: tuple[Vector, Vector], i: int) -> bool:
-    return abs(one[0][i] - two[0][i]) >= (one[1][i] + two[1][i]) / 2 - TOUCH
+def _between(p: tuple[Vector, Vector], q: tuple[Vector, Vector], i: int) -> float:
+    """How far two boxes are apart along an axis, negative if they are not."""
+    return abs(p[0][i] - q[0][i]) - (p[1][i] + q[1][i]) / 2
 
 
 def _clear(built: plan.Plan, state: StaticState, where: str) -> Violations:

@@ -129,7 +129,7 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
         start = _start(checks, drive)
         accel, pulses = ramp_of(drive.ramp)
         if drive.range and not drive.range[0] - TOUCH <= start <= drive.range[1] + TOUCH:
-            told = f"it begins at {start:g}, past the end of the range of {name}, {lower:g} to {upper:g}"
+            told = f"{plan.driven(name)} begins at {start:g}, past the end of its range, {lower:g} to {upper:g}"
             checks.fault((*checks.base, "joints", drive.joint, "start"), told)
         found.append(
             plan.Actuator(

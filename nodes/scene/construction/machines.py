@@ -37,7 +37,7 @@ def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
         by_name = {crane.name: crane for crane in cranes}
         hung = {x: on_hook(yard, scene.rig, x, scene.rig.beams[x], by_name[of]) for x, (of, _) in yard.hooks.items()}
     for crane in cranes:
-        own = [hung[frame] for frame, (owner, _) in yard.hooks.items() if owner == crane.name]
+        own = [hung[frame] for frame, (owner, _) in yard.hooks.items() if owner == crane.name and frame in hung]
         yard.machines.append(_with_frames(yard, crane, own))
     yard.machines += [x.frame for x in hung.values()] + blocks
     if scene.rig:

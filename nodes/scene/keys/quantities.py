@@ -39,8 +39,8 @@ def _parameters(at: BaseModel) -> dict[str | int, tuple[object, Kind]]:
         if isinstance(text, list) and len(known) == len(values):
             kinds = tuple(Annotated[float, kind] for _, kind in known)
             found[key] = tuple(number for number, _ in known), tuple[kinds]  # type: ignore[valid-type]
-        elif known:
-            (found[key],) = known
+        else:
+            found[key] = known[0] if known else (text, None)
     return found
 
 
@@ -72,11 +72,11 @@ def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
     return float(at), found
 
 
-def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated]) -> list[Fault]:
-    """Uncertainties of what is no quantity, or that make no sense of it."""
-    faults = []
+def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: Mapping[Path, Path]) -> list[Fault]:
+    """Uncertainties of what is no quantity, or that make no sense of it; `given`: as `Source.given`."""
+    faults, put = [], {written: at for at, written in given.items()}
     for path, each in stated.items():
-        found = quantity_at(scene, path)
+        found = quantity_at(scene, put.get(path, path))
         try:
             if found is None:
                 raise ValueError("is no quantity that could be uncertain; write it without '+-', 'sd' or '..'")

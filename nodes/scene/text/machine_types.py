@@ -53,12 +53,15 @@ def machine_type(name: str, frame: bool = False) -> MachineType:
 
 def extending(kind: MachineType) -> MachineType:
     """A type laid over that of the library which it extends, if it does."""
-    old_type(kind.source.data)
+    old = old_type(kind.source.data)
     base = kind.data.get("extends")
     if not isinstance(base, str):
         return kind
-    below = machine_type(base, "frame type" in kind.data).source
-    return MachineType(kind.name, merged(deepcopy(below), kind.source))
+    below = deepcopy(machine_type(base, "frame type" in kind.data).source)
+    theirs, own = below.data.get("hooks"), kind.data.get("hooks")
+    if old and isinstance(own, dict) and isinstance(theirs, dict):  # which says where they are alone
+        below.data["hooks"] = {name: next(iter(theirs.values())) for name in own}
+    return MachineType(kind.name, merged(below, kind.source))
 
 
 def gather(source: Source) -> None:

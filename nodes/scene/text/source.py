@@ -69,6 +69,7 @@ class Source:
     root: FilePath = FilePath()  # the scene's folder, which holds all files that it may use
     files: tuple[str, ...] = ()  # the file, and before it those that it extends
     given: dict[Path, Path] = field(default_factory=dict)  # what types put somewhere -> where the scene writes it
+    offered: dict[Path, str] = field(default_factory=dict)  # the same -> the parameter that it is
 
     def fault(
         self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None

@@ -77,6 +77,7 @@ class Expansion:
         if not isinstance(machines, dict):
             return  # which is reported elsewhere
         machines[self.name] = self._laid(machine, machines.get(self.name, {}), ())
+        self.source.where(self.at)  # so that its place is called as the scene writes it
         self.source.keys[self.base] = self.source.mark(self.at, on_key=True)
         self.source.values[self.base] = self.source.mark(self.at)
 
@@ -169,6 +170,7 @@ class Expansion:
         word = " ".join(text[1:].split())
         if word in self.kind.parameters:
             raw = self._raw(word)
+            self.source.offered[(*self.base, *to)] = word
             if word in self.given:
                 self.source.given[(*self.base, *to)] = (*self.at, self.written[word])
             if word in self.given or not (isinstance(raw, str) and raw.startswith("=")):
@@ -219,7 +221,8 @@ class Expansion:
         """Whether a value can stand for a parameter's own; what is computed there tells nothing of it, and what no
         arithmetic uses may be whatever the keys read that it is put into."""
         default = self.kind.parameters[key]
-        return value_of(default) is None or _alike(given, default) or not any(key in text for text in self.arithmetic)
+        whole = value_of(given) is None and not any(key in text for text in self.arithmetic)
+        return value_of(default) is None or _alike(given, default) or whole
 
     def _mark(self, path: Path, to: Path) -> None:
         """Where the text at `path` stands in the type."""

@@ -35,10 +35,10 @@ heavylift: 1
 name: beside
 block:
   {{mass: 120 t, size: [30 m, 8 m, 4 m], at: [40 m, 70 m, 3 m],
-   lugs: {{P: [-12 m, 0 m, 2.3 m], Q: [-8 m, 0 m, 2.3 m], R: [10 m, 0 m, 2.3 m]}}, {STANDS}}}
+   lugs: {{P: [-12 m, 0 m, 2.3 m], Q: [-8 m, 0 m, 2.3 m], R: [14 m, 0 m, 2.3 m]}}, {STANDS}}}
 cranes:
   west: {{type: goliath-900, at: 36 m, upper trolley: 70 m}}
-  hall: {{type: overhead-100, at: 50 m, span: 150 m, trolley: 70 m, reach: [2 m, 140 m]}}
+  hall: {{type: overhead-100, at: 54 m, span: 150 m, trolley: 70 m, reach: [2 m, 140 m], runway: [0 m, 90 m]}}
 rig:
   slack: 0.1 m
   loaders: {{one: {{hook: west H1, sling: 8 m, lugs: [P, Q]}}}}
@@ -89,7 +89,7 @@ def test_a_crane_on_rails_lifts_beside_another_one() -> None:
 
 
 def test_unlike_cranes_on_rails_share_a_block_and_their_derating() -> None:
-    text = BESIDE.replace("hall: {type: overhead-100, at: 50 m, span: 150 m, trolley: 70 m, reach: [2 m, 140 m]}",
+    text = BESIDE.replace("hall: {type: overhead-100, at: 50 m, span: 150 m, trolley: 70 m, reach: [2 m, 140 m], runway: [0 m, 90 m]}",
                           "east: {type: goliath-1200, at: 76 m, upper trolley: 70 m}")  # fmt: skip
     text = (
         text.replace("rigging: {tail: {on: hall main, to: [R], length: 5 m, slack: 0.1 m}}\n", "")

@@ -81,7 +81,9 @@ class _Hook:
             yield from strength_limits("hoist rope", self.name, given.fall_breaking, self.hook.where, own, told)
         else:
             yield self.row("rope tension", "N", "fall_breaking", note="give its hook a 'fall breaking'", source="")
-        pull = {"value": given.drum_pull} if given.drum_pull else {"note": "its type states none", "source": ""}
+        offered = self.yard.source.offered.get((*self.base, "hooks", self.name, "drum pull"))
+        none = f"give '{offered}'" if offered else "its type states none"
+        pull = {"value": given.drum_pull} if given.drum_pull else {"note": none, "source": ""}
         yield self.row("drum pull", "N", "drum_pull", **{"note": told, **pull})
 
     def leads(self) -> Iterator[RatedLimit]:
@@ -199,9 +201,11 @@ def _travels(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit
         (quantity, over), drive = way, keys.drives.get(actuator.name)
         part = "" if is_root(machine, joint.child) else f" {joint.child.rpartition('.')[2]}"
         for key, does in (("force", "its drive moves"), ("brake", "its brake holds")) if drive and ropes else ():
-            most, none = getattr(drive, key), f"its type states no '{key}' of {actuator.name}"
+            most, path = getattr(drive, key), (*base, "drives", actuator.name, key)
+            word = yard.source.offered.get(path)
+            none = f"give '{word}'" if word else f"its type states no '{key}' of {actuator.name}"
             found = {"quantity": "side force", "unit": "N", "value": most, "over": over, "elements": ropes}
-            source, where = _stated(yard, (*base, "drives", actuator.name, key), actuator.where)
+            source, where = _stated(yard, path, actuator.where)
             found |= {"note": does, "source": source} if most else {"note": none}
             yield RatedLimit(subject=f"{machine.name}{part}", where=where, **found)
         if actuator.lower is not None and actuator.upper is not None:

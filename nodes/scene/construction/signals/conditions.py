@@ -32,6 +32,7 @@ class Conditions:
 
     def __init__(self, yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> None:
         self.yard, self.source, self.mechanisms = yard, yard.source, mechanisms
+        self.moving = (*yard.cranes, *mechanisms)
         self.rigged = {name: slings for m in mechanisms for name, slings in m.rigged.items()}
         self.subjects = Subjects(yard, mechanisms)
         self.thresholds = 0
@@ -154,10 +155,9 @@ class Conditions:
         if quantity in ("tension", "length"):
             return self._rope_signal(path, test, "tension" if quantity == "tension" else "length")
         if quantity in ("position", "speed"):
-            along = {words: (m.name, *x) for m in self.mechanisms for words, x in _coordinates(m.system).items()}
-            for crane in self.yard.cranes:
-                along |= {words: (crane.name, *x) for words, x in _coordinates(crane.system).items()}
-                along |= {called_of(d.name)[0]: along[d.joint] for d in crane.system.drives if not called_of(d.name)[1]}
+            along = {words: (m.name, *x) for m in self.moving for words, x in _coordinates(m.system).items()}
+            drives = [(*called_of(drive.name), drive.joint) for m in self.moving for drive in m.system.drives]
+            along |= {name: along[joint] for name, called, joint in drives if not called and joint in along}
             known = [*along]
             if of in along:
                 at, joint, coordinate, turns = along[of]

@@ -112,7 +112,7 @@ class _Models:
 
     def moved(self, actor: OrderTarget) -> tuple[str, str] | None:
         """Joint and coordinate that a drive moves."""
-        drives = (drive for m in (*self.yard.cranes, *self.conditions.mechanisms) for drive in m.system.drives)
+        drives = (drive for m in self.conditions.moving for drive in m.system.drives)
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
