@@ -153,16 +153,18 @@ def _meet(built: plan.Plan, before: Places, after: Places) -> Violations:
         if (a.parent, a.axis) != (b.parent, b.axis) or a.axis not in (X, Y):
             continue
         i, moved = (X, Y).index(a.axis), [places[other] - places[drive] for places in (after, before)]
+        met = []
         for p, q in product(_boxes(one, a), _boxes(two, b)):
-            if any(_between(p, q, k) >= -TOUCH for k in range(3) if k != i):
-                continue
             least = (p[1][i] + q[1][i]) / 2
             gap, was = (way + q[0][i] - p[0][i] for way in moved)
-            if abs(gap) < least - TOUCH or gap * was < 0:
-                names = (one.name, two.name) if a.parent == WORLD else (plan.driven(drive), plan.driven(other))
-                message = f"{names[0]} and {names[1]} overlap: {abs(gap):g} m from middle to middle"
-                yield " ".join(names), two.where, f"{message}, but they need {least:g} m"
-                break
+            beside = any(_between(p, q, k) >= -TOUCH for k in range(3) if k != i)
+            if not beside and (abs(gap) < least - TOUCH or gap * was < 0):
+                met.append((least - abs(gap), abs(gap), least))
+        if met:
+            _, gap, least = max(met)
+            names = (one.name, two.name) if a.parent == WORLD else (plan.driven(drive), plan.driven(other))
+            message = f"{names[0]} and {names[1]} overlap: {gap:g} m from middle to middle"
+            yield " ".join(names), two.where, f"{message}, but they need {least:g} m"
 
 
 def _boxes(machine: plan.Mechanism, joint: Joint) -> list[tuple[Vector, Vector]]:

@@ -73,7 +73,7 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
     names = {*(scene.rig.beams if scene.rig else ())}
     for key in ("machines", "blocks", "vessels"):
         for name in getattr(scene, key):
-            if name in names:
+            if name in names and not (key == "machines" and scene.rig and name in scene.rig.beams):
                 source.fault((key, name), f"the name '{name}' is given twice: another machine has it", on_key=True)
             names.add(name)
     if scene.mechanism and scene.mechanism.name in names:

@@ -76,7 +76,8 @@ def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: M
     """Uncertainties of what is no quantity, or that make no sense of it; `given`: as `Source.given`."""
     faults, put = [], {written: at for at, written in given.items()}
     for path, each in stated.items():
-        found = quantity_at(scene, put.get(path, path))
+        at = put.get(path, path)
+        found = quantity_at(scene, at if at[0] == "machines" else path)
         try:
             if found is None:
                 raise ValueError("is no quantity that could be uncertain; write it without '+-', 'sd' or '..'")

@@ -37,7 +37,7 @@ ORDERS = {
     "verb that does not fit": (
         "lift",
         [("    trolleys: traverse", "    trolleys: travel")],
-        "trolleys: travel",
+        "travel",
         "actions[3].trolleys: 'trolleys' cannot travel",
     ),
     "faster than the crane": (

@@ -19,7 +19,7 @@ YARDS = {
     "a crane off its rails, whose hooks are then elsewhere, too": (
         "lift",
         [("goliath-900, at: 40 m", "goliath-900, at: 4000 m")],
-        "crane:",
+        "4000 m",
         "cranes.crane.at: crane begins at 4000, past the end of its range, 0 to 400",
     ),
     "block under no hook": (

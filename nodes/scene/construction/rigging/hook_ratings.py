@@ -71,11 +71,11 @@ class _Hook:
         factor, source = rope_factor(self.yard, self.name, given)
         if given.fall_breaking:
             most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, efficiency)
-            yield self.row("rope tension", "N", "rope_factor", value=most, factor=factor, source=source)
             yield self.row(
                 "rope factor", "", "rope_factor", value=factor, least=True, factor=factor, source=source, note=told,
                 breaking=given.fall_breaking,
             )  # fmt: skip
+            yield self.row("rope tension", "N", "rope_factor", value=most, factor=factor, source=source)
             partial = given.rope_partial_factor
             own = {"partial_factor": (partial, "the scene", told)} if partial else {}
             yield from strength_limits("hoist rope", self.name, given.fall_breaking, self.hook.where, own, told)

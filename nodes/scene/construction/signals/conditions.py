@@ -156,8 +156,8 @@ class Conditions:
             return self._rope_signal(path, test, "tension" if quantity == "tension" else "length")
         if quantity in ("position", "speed"):
             along = {words: (m.name, *x) for m in self.moving for words, x in _coordinates(m.system).items()}
-            drives = [(*called_of(drive.name), drive.joint) for m in self.moving for drive in m.system.drives]
-            along |= {name: along[joint] for name, called, joint in drives if not called and joint in along}
+            drives = [drive for m in self.moving for drive in m.system.drives if called_of(drive.name) == (m.name, "")]
+            along |= {called_of(drive.name)[0]: along[drive.joint] for drive in drives}
             known = [*along]
             if of in along:
                 at, joint, coordinate, turns = along[of]
