@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal["hook", "block", "load", "drive", "winch", "sling", "rope", "brake", "lock", "interlock", "lift", "none"]
-Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "level", "wait", "begin"]
+Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", "level", "wait", "begin", "own"]
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,9 @@ class Verb:
     engages: bool = False
     ways: tuple[str, str] = ("", "")
     """Words for its ways along the coordinate, upwards and downwards."""
+    module: str = ""
+    """Of a verb with a meaning of its `own`: has `phrase(reader)`, what stands behind the verb, and
+    `orders(actors, phrase, where)`, the orders of the plan that it becomes."""
 
 
 FORWARD = ("forward", "back")

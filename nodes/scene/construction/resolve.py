@@ -6,6 +6,7 @@ Two orders of one action for the same actor contradict each other and are refuse
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 
 import msgspec
 from heavylift.nodes.plan import actions, plan
@@ -157,6 +158,8 @@ class _Resolver:
             return self._rigging(path, slings, phrase, where)
         until = self.condition(path, phrase.until)
         match verb.becomes:
+            case "own":
+                return [*import_module(verb.module).orders(found, phrase, where)]
             case "wait":
                 return [actions.Wait(seconds=phrase.seconds, where=where)]
             case "turn":
