@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAM, BEAMS, RAILS
+from heavylift.nodes.plan.spellings import BEAM, BEAMS
 from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 from heavylift.nodes.scene.text.files import scene_file, scene_text
 from heavylift.nodes.scene.text.machine_types import machine_type
@@ -120,7 +120,7 @@ def _gear(mass: float, share: float, length: float) -> Gear:
 
 def _text(name: str, crane: str, table: str) -> str:
     (u, v, w), mass = _block(table)
-    if machine_type(crane).data.get("family") == RAILS:
+    if "girders" in machine_type(crane).data:
         lugs, (x, y), at = _above(crane, v), (PORTAL_AT, _middle(crane)), f", at: {PORTAL_AT:g} m"
         length, share = 10.0, 0.25
         own = "hook: crane {0}, sling: 10 m, lugs: [{1}], capacity: 300 t"

@@ -24,9 +24,9 @@ from heavylift.nodes.limits import (
 )
 from heavylift.nodes.plan import Use, plan
 from heavylift.nodes.scene import check, json_schema, load
-from heavylift.nodes.scene.keys import Block, CraneKeys, Supports, comments
+from heavylift.nodes.scene.keys import Block, Supports, comments
 from heavylift.nodes.scene.keys.parts import SlingType
-from heavylift.nodes.scenes import frames_folder
+from heavylift.nodes.scenes import frames_folder, types_folder
 from heavylift.recordings.read import Judged
 from lifting import bare, hook_ropes
 
@@ -75,12 +75,13 @@ def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
 
 def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
     found = {}
-    for model in (CraneKeys, SlingType, Supports, Block):
+    for model in (SlingType, Supports, Block):
         found |= {(model.__name__, key): told for key, told in comments(model).items() if "damping" in key}
         keys = {field.alias for field in model.model_fields.values() if "damping" in str(field.alias)}
         assert keys == {key for owner, key in found if owner == model.__name__}
-    assert len(found) == 5
-    parameters = (frames_folder() / "block-loader.yaml").read_text().partition("eye:")[0].splitlines()
+    assert len(found) == 2
+    files = frames_folder() / "block-loader.yaml", types_folder() / "goliath-900.yaml"
+    parameters = [line for file in files for line in file.read_text().partition("bodies:")[0].splitlines()]
     found |= {line.strip(): line for line in parameters if "damping:" in line}
     assert len(found) == 8
     assert all("assumed" in told for told in found.values()), found

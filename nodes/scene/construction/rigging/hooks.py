@@ -13,11 +13,11 @@ from heavylift.nodes.limits.reeving import ROLLING, drum_ends
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Heavy, Tie
 from heavylift.nodes.scene.construction.checking import Checking
-from heavylift.nodes.scene.construction.scene_builder import box
+from heavylift.nodes.scene.construction.scene_builder import box, ramp_of
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.keys.parts.rigging import SlingKeys
-from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.scene.text.source import Path, Source
 
 from .edges import along_edges
 from .tree import RiggingTree
@@ -63,11 +63,19 @@ def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: f
         if hook.over_edges and (hook.drum or hook.apart):
             told = "a hook rope over edges is one line: leave 'drum' and 'apart' away"
             checks.fault((*path, "over edges"), told, on_key=True)
+        check_drums(checks.source, path, hook)
         if hook.shortest >= hook.longest:
             checks.fault((*path, "longest"), "the longest rope must be longer than the shortest")
         if not checks.source.faults:
             _hang_one(checks, found, name, hook, tree, whole, at, gravity)
     return found
+
+
+def check_drums(source: Source, path: Path, hook: HookKeys) -> None:
+    """The falls of a hook are shared by the ends of its rope on drums."""
+    if hook.drum_ends and hook.falls % hook.drum_ends:
+        message = f"{hook.falls} falls cannot be shared by {hook.drum_ends} drum ends: give an even number of falls"
+        source.fault((*path, "drum ends"), f"{message}, or 'drum ends: 1'", on_key=True)
 
 
 def _hang_one(
@@ -123,8 +131,8 @@ def _hang_one(
     ends_at = hook.shortest + away, hook.longest + away
     found.actuators.append(
         plan.Actuator(
-            name=name, start=L0, accel=hook.ramp, lower=min(ends_at[0], L0), upper=ends_at[1], verb="hoist",
-            speed=hook.speed, highest=hook.highest, emergency=hook.emergency, where=where,
+            name=name, start=L0, accel=ramp_of(hook.ramp)[0], lower=min(ends_at[0], L0), upper=ends_at[1], verb="hoist",
+            speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest, emergency=hook.emergency, where=where,
         )
     )  # fmt: skip
     for key, given in rigging.items():
@@ -136,7 +144,8 @@ def _hang_one(
         plan.Hoist(
             rope=name, eye=k.Point(name), block_mass=hook.block, capacity=hook.capacity or 0.0, axis=axis,
             chart=tuple(hook.chart or ()), on=hook.on, falls=hook.falls,
-            drum_ends=drum_ends(hook.falls), efficiency=ROLLING, breaking=hook.fall_breaking or 0.0, where=where,
+            drum_ends=drum_ends(hook.falls, hook.drum_ends), efficiency=hook.sheave_efficiency or ROLLING,
+            breaking=hook.fall_breaking or 0.0, where=where,
         )
     )  # fmt: skip
 

@@ -15,7 +15,7 @@ from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.shapes import around
 from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.construction.limiting import rated_limits
-from heavylift.nodes.scene.construction.scene_builder import SceneBuilder, parts_of
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 
 RATINGS = {
     "load": (*LOADS, BEAM_LOAD),
@@ -128,10 +128,12 @@ def _boxes(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> dict[str
     for cargo in yard.cargo:
         found[cargo.body] = cargo.body, Point(cargo.body), _half(cargo.size)
     for crane in yard.cranes:
-        keys = yard.scene.cranes.get(crane.name)
-        girder, width = crane.girders[0], max(shape.size[0] for shape in crane.shapes)
-        x, y, z = parts_of(keys).bodies.main.box if keys else (width, girder.span, girder.height)
-        found[crane.name] = crane.name, Point(f"{crane.name}.main", (0.0, y / 2, z / 2)), _half((x, y, z))
+        root = next(joint.child for joint in crane.system.joints if joint.parent == WORLD)
+        keys, com = yard.scene.machines.get(crane.name), {x.name: x.com for x in crane.system.bodies}[root]
+        boxes = [(x.centre, x.size) for x in crane.shapes if x.body == root]
+        size = (keys.bodies[root].box if keys else None) or (around(boxes)[1] if boxes else None)
+        if size:  # it stands on the ground
+            found[crane.name] = crane.name, Point(root, (com[0], com[1], size[2] / 2)), _half(size)
     if floor := yard.scene.floor:
         found["floor"] = "obstacles", Point(WORLD, (0.0, 0.0, floor.height - WIDE)), (WIDE, WIDE, WIDE)
     for m in mechanisms:

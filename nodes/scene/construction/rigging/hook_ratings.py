@@ -1,0 +1,223 @@
+"""Limits of machines with hooks: what each hook, a part or all may carry, ropes, how they lead, travel.
+
+What a parameter of the scene gives is the scene's; the rest is the type's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heavylift.kernel.description.mechanics import WORLD
+from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
+from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.limit import Quantity, RatedLimit
+from heavylift.nodes.plan.mechanism import carried_hooks, is_root
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
+from heavylift.nodes.scene.keys.base import written
+from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
+from heavylift.nodes.scene.text.source import Path
+
+WAYS: dict[str, Quantity] = {"along": "off-lead along", "across": "off-lead across"}
+TRAVELS: dict[tuple[float, float, float], tuple[Quantity, str]] = {
+    (1.0, 0.0, 0.0): ("rails", "along"),
+    (0.0, 1.0, 0.0): ("girder", "across"),
+}
+
+
+def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
+    """All of them of a machine."""
+    hooks = [_Hook(yard, machine, hook) for hook in sorted(machine.hooks, key=lambda hook: hook.rope)]
+    for hook in hooks:
+        yield hook.load()
+    yield from _together(yard, machine)
+    for hook in hooks:
+        yield from hook.roped()
+    for hook in hooks:
+        yield from hook.leads()
+    yield from _travels(yard, machine)
+    for hook in hooks:
+        yield from hook.ends()
+
+
+class _Hook:
+    """A hook with its keys."""
+
+    def __init__(self, yard: SceneBuilder, machine: plan.Mechanism, hook: plan.Hoist) -> None:
+        self.yard, self.machine, self.hook, self.name = yard, machine, hook, hook.rope
+        self.base, self.given = _base(yard, machine), given_hook(yard, machine, hook.rope)
+
+    def row(self, quantity: Quantity, unit: str, key: str, **more: object) -> RatedLimit:
+        """A row of it, as the type or the scene states a key."""
+        source, where = _stated(self.yard, (*self.base, "hooks", self.name, written(key)), self.hook.where)
+        found = {"source": source, "where": where, **more}
+        return RatedLimit(subject=self.name, quantity=quantity, unit=unit, elements=(self.name,), **found)  # type: ignore[arg-type]
+
+    def load(self) -> RatedLimit:
+        """What hangs on it."""
+        given, hook = self.given, self.hook
+        if hook.chart:
+            note = "with hook block and rigging; the next longer radius counts"
+            return self.row("hook load", "kg", "capacity_chart", chart=hook.chart, over="radius", note=note)
+        if given.capacity_by_place:
+            chart = tuple(given.capacity_by_place)
+            return self.row("hook load", "kg", "capacity_by_place", chart=chart, over="trolley")
+        note = "" if given.capacity else "give its hook a 'capacity'"
+        return self.row("hook load", "kg", "capacity", value=given.capacity, note=note)
+
+    def roped(self) -> Iterator[RatedLimit]:
+        """Its rope and drum."""
+        given, (ends, efficiency, told) = self.given, reeving(self.given)
+        factor, source = rope_factor(self.yard, self.name, given)
+        if given.fall_breaking:
+            most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, efficiency)
+            yield self.row(
+                "rope factor", "", "rope_factor", value=factor, least=True, factor=factor, source=source, note=told,
+                breaking=given.fall_breaking,
+            )  # fmt: skip
+            yield self.row("rope tension", "N", "rope_factor", value=most, factor=factor, source=source)
+            partial = given.rope_partial_factor
+            own = {"partial_factor": (partial, "the scene", told)} if partial else {}
+            yield from strength_limits("hoist rope", self.name, given.fall_breaking, self.hook.where, own, told)
+        else:
+            yield self.row("rope tension", "N", "fall_breaking", note="give its hook a 'fall breaking'", source="")
+        offered = self.yard.source.offered.get((*self.base, "hooks", self.name, "drum pull"))
+        none = f"give '{offered}'" if offered else "its type states none"
+        pull = {"value": given.drum_pull} if given.drum_pull else {"note": none, "source": ""}
+        yield self.row("drum pull", "N", "drum_pull", **{"note": told, **pull})
+
+    def leads(self) -> Iterator[RatedLimit]:
+        """How far its rope may lead off the vertical: its own limits in two ways, or those of the scene."""
+        limits = self.yard.scene.limits
+        for way, quantity in WAYS.items():
+            key = f"off_lead_{way}"
+            own, scene = getattr(self.given, key), getattr(limits, key)
+            if own is None:
+                continue
+            at = (*self.base, "hooks", self.name, written(key))
+            value = own if own != "as in limits" else scene if scene is not None else limits.off_lead
+            there = own != "as in limits" or scene is not None or "off_lead" in limits.model_fields_set
+            where = (
+                self.yard.source.where(at if own != "as in limits" else ("limits",)) if there else self.machine.where
+            )
+            yield self._led(key, quantity, value, "the scene" if there else "assumed", where)
+        if self.given.off_lead_along is None and self.given.off_lead_across is None:
+            by = "the scene" if "off_lead" in limits.model_fields_set else "assumed"
+            yield self._led("off_lead", "off-lead", limits.off_lead, by, self.hook.where)
+
+    def _led(self, key: str, quantity: Quantity, value: object, source: str, where: str) -> RatedLimit:
+        note = "" if value != "unknown" else "the machine's limit is unknown"
+        most = None if value == "unknown" else value
+        return self.row(quantity, "rad", key, value=most, note=note, source=source, where=where)
+
+    def ends(self) -> Iterator[RatedLimit]:
+        """How high it may be, and between which ends its winch moves."""
+        high = self.given.highest
+        told = {"value": high} if high is not None else {"note": "its type states none", "source": ""}
+        yield self.row("hook height", "m", "highest", **told)
+        winch = next((a for a in self.machine.actuators if a.name == self.name), None)
+        if winch is not None and winch.lower is not None and winch.upper is not None:
+            yield self.row("rope length", "m", "longest", between=(winch.lower, winch.upper))
+
+
+def given_hook(yard: SceneBuilder, machine: plan.Mechanism, rope: str) -> HookKeys:
+    """The keys of a hook."""
+    found: HookKeys = (yard.scene.machines.get(machine.name) or yard.scene.mechanism).hooks[rope]  # type: ignore[union-attr]
+    return found
+
+
+def _base(yard: SceneBuilder, machine: plan.Mechanism) -> Path:
+    return ("machines", machine.name) if machine.name in yard.scene.machines else ("mechanism",)
+
+
+def _stated(yard: SceneBuilder, path: Path, where: str) -> tuple[str, str]:
+    """By whom a key is stated, and where: by a parameter of the scene, or by a type, `where` its part stands."""
+    if yard.source.written(path) != path:
+        return "the scene", yard.source.where(path)
+    crane = yard.scene.cranes.get(str(path[1]))
+    return f"type {crane.type}" if crane else "its type", where
+
+
+def reeving(given: HookKeys) -> tuple[int, float, str]:
+    """Drum ends and sheave efficiency of a hoist, and their description with what is assumed."""
+    ends = drum_ends(given.falls, given.drum_ends)
+    efficiency = given.sheave_efficiency or ROLLING
+    lead = lead_factor(given.falls, ends, efficiency)
+    ways = f"{ends} drum end{'s' if ends > 1 else ''}{'' if given.drum_ends else ' (assumed)'}"
+    sheaves = f"sheave efficiency {efficiency:g}{'' if given.sheave_efficiency else ' (assumed)'}"
+    return ends, efficiency, f"{given.falls} falls, {ways}, {sheaves}: lead part {lead:.3f} of the mean"
+
+
+def rope_factor(yard: SceneBuilder, hook: str, given: HookKeys) -> tuple[float, str]:
+    """Design factor of a hoist rope, and its source."""
+    if given.rope_factor is not None:
+        return given.rope_factor, "the scene"
+    path = ("machines", hook.partition(".")[0], "hooks", hook, "mechanism group")
+    own = yard.source.written(path) != path
+    return ROPE_FACTORS[given.mechanism_group], f"{ISO_4308}, {given.mechanism_group}{'' if own else ', assumed'}"
+
+
+def _together(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
+    """What hooks may carry together: those of a part, and all, of several machines less."""
+    base, keys = _base(yard, machine), yard.scene.machines.get(machine.name)
+    cells = keys.load_cells if keys else {}
+    for body, x in sorted(cells.items(), key=lambda item: is_root(machine, item[0])):
+        ropes = tuple(hook.rope for hook in carried_hooks(machine, body))
+        if not ropes:
+            continue
+        root, less = is_root(machine, body), yard.tandem and x.tandem < 1.0
+        source, where = _stated(
+            yard, (*base, "load cells", body, "tandem" if root and less else "capacity"), machine.where
+        )
+        at = {"unit": "kg", "elements": ropes, "source": source, "where": where}
+        if not root:
+            part = f"{machine.name} {body.rpartition('.')[2]}"
+            yield RatedLimit(subject=part, quantity="trolley load", value=x.capacity, **at)  # type: ignore[arg-type]
+        elif less:
+            note = f"{x.tandem:.0%} of its {x.capacity / 1e3:g} t as two cranes lift together"
+            most = x.capacity * x.tandem
+            yield RatedLimit(subject=machine.name, quantity="tandem load", value=most, note=note, **at)  # type: ignore[arg-type]
+        else:
+            yield RatedLimit(subject=machine.name, quantity="crane load", value=x.capacity, **at)  # type: ignore[arg-type]
+    if len(machine.hooks) > 1 and not cells:
+        every, told = tuple(hook.rope for hook in machine.hooks), "its type states none of all its hooks together"
+        yield RatedLimit(
+            subject=machine.name, quantity="crane load", unit="kg", elements=every, note=told, where=machine.where
+        )
+
+
+def _travels(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
+    """Between which ends what carries hooks travels along the world's x or y, and what ropes may pull it that way."""
+    base, keys = _base(yard, machine), yard.scene.machines.get(machine.name) or yard.scene.mechanism
+    driven = {drive.joint: drive.name for drive in machine.system.drives}
+    actuators = {actuator.name: actuator for actuator in machine.actuators}
+    turned = {hook.rope for hook in machine.hooks if not _straight(machine, hook.on)}
+    for joint in machine.system.joints if machine.hooks or machine.girders else ():
+        way = TRAVELS.get(joint.axis) if joint.kind == "prismatic" else None
+        actuator = actuators.get(driven.get(joint.name, ""))
+        ropes = tuple(hook.rope for hook in carried_hooks(machine, joint.child) if hook.rope not in turned)
+        if actuator is None or keys is None or way is None or not (ropes or machine.girders):
+            continue
+        (quantity, over), drive = way, keys.drives.get(actuator.name)
+        part = "" if is_root(machine, joint.child) else f" {joint.child.rpartition('.')[2]}"
+        for key, does in (("force", "its drive moves"), ("brake", "its brake holds")) if drive and ropes else ():
+            most, path = getattr(drive, key), (*base, "drives", actuator.name, key)
+            word = yard.source.offered.get(path)
+            none = f"give '{word}'" if word else f"its type states no '{key}' of {actuator.name}"
+            found = {"quantity": "side force", "unit": "N", "value": most, "over": over, "elements": ropes}
+            source, where = _stated(yard, path, actuator.where)
+            found |= {"note": does, "source": source} if most else {"note": none}
+            yield RatedLimit(subject=f"{machine.name}{part}", where=where, **found)
+        if actuator.lower is not None and actuator.upper is not None:
+            between, body = (actuator.lower, actuator.upper), joint.child
+            source, where = _stated(yard, (*base, "drives", actuator.name, "range"), actuator.where)
+            at = {"subject": f"{machine.name}{part}", "elements": (body,), "source": source, "where": where}
+            yield RatedLimit(quantity=quantity, unit="m", between=between, **at)  # type: ignore[arg-type]
+
+
+def _straight(machine: plan.Mechanism, body: str) -> bool:
+    """Whether only joints that slide or hold carry a body on the world."""
+    joint = next((joint for joint in machine.system.joints if joint.child == body), None)
+    return body == WORLD or (
+        joint is not None and joint.kind in ("prismatic", "fixed") and _straight(machine, joint.parent)
+    )
