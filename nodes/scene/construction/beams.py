@@ -99,7 +99,7 @@ def on_hook(
     )  # fmt: skip
     drums, efficiency, _ = reeving(hook)
     line = hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
-    part = (hook.fall_breaking or 0.0) / rope_factor(yard, called, hook)[0]
+    part = (hook.fall_breaking or 0.0) / rope_factor(hook)[0]
     part -= line / hook.falls * yard.scene.gravity * rope.L0
     hoist = plan.Hoist(
         rope=rope.name,
