@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from heavylift.recordings.render.plot import plot
     from heavylift.recordings.render.storyboard import storyboard
     from heavylift.recordings.render.view import view
+    from heavylift.recordings.write.broadcast import Spectator
     from heavylift.recordings.write.outputs import file_path
     from heavylift.recordings.write.rows import Peak
-    from heavylift.recordings.write.spectator import Spectator
     from heavylift.recordings.write.writer import Recorder
 
 __all__ = [

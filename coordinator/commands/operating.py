@@ -28,7 +28,7 @@ def watch(
     from fnmatch import fnmatchcase
 
     from heavylift.coordinator.live import find, observe
-    from heavylift.coordinator.live.line import Lines
+    from heavylift.coordinator.live.observe import Lines
 
     found = find(run)
     if ticket:

@@ -8,22 +8,19 @@
 On the coordinator's side `shown` makes a run findable and shows its events.  What holds for observers, for real time
 and for an operator's orders stands in LIVE.md.
 
-publishing                          samples on the bus, for programs that draw them
-announce, observers, observe, line   how a run is found, what observers are shown, as a line for people
-orders, commands, command_queue     an operator's orders, and where a run takes them
-keyboard, keys, pace, run_control   keys of the terminal; how fast a run goes, and when it may go on
-show                                a run can be found and watched
+announce, observers, observe         how a run is found, what observers are shown, as a line for people
+orders, command_queue                an operator's orders, and where a run takes them
+keys, pace                           keys of the terminal; how fast a run goes, and when it may go on
 """
 
 from heavylift.kernel.on_demand import face
 
 from .announce import AnnouncedRun, Notice, find, running
-from .commands import TimedCommand, operator_commands
+from .command_queue import TimedCommand, operator_commands
 from .observe import Observer, observe
-from .observers import Audience, Ended
+from .observers import Audience, Ended, shown
 from .orders import Order, order
 from .pace import Pace, RealTime
-from .show import shown
 
 __all__ = [
     "AnnouncedRun",

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 import msgspec
 import zenoh
-from heavylift.coordinator.transport.keys import OPERATOR, key
+from heavylift.coordinator.transport.frame import OPERATOR, key
 from heavylift.coordinator.transport.session import guest_session
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.kernel.version import __version__, install

@@ -23,9 +23,8 @@ from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
 from .alignment import Alignment, Curve, aligned, overlapping
-from .estimation import Identifiable, InputEstimates, estimate
+from .estimation import Identifiable, InputEstimates, estimate, scene_text, simulator, spread
 from .mapping import LogChannel, LogSignals, measured
-from .parameters import scene_text, simulator, spread
 from .validation import LEVEL, ChannelComparison, accuracy, beside, compared, curves_of
 
 QUIET = 1e-3  # of a channel's range: least scatter that it is taken to have

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.native.signals import reader
+from heavylift.kernel.simulation.native.samples import reader
 from heavylift.nodes.devs import NEVER, Event, encode
 from heavylift.nodes.models import KERNEL, sample_port
 from heavylift.nodes.models.parts.messages import Sample

@@ -5,7 +5,6 @@ node                the node's side: runs a `Steppable` under grants
 messages, distance  what both say, with what holds for each; path lookahead
 invariants          what holds for every HELLO and DONE, row by row
 outside             events of an operator, who is no node
-cycle               names the way of messages that go around while time stands still
 memory              both sides in one loop, for tests and trials
 
 The numbered steps with their proof, and the invariants of the messages, stand in PROTOCOL.md.

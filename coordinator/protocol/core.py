@@ -24,9 +24,8 @@ from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, after, succ
 from heavylift.nodes.devs.execution.rules import LIMIT
 
-from .cycle import CycleWatch
 from .distance import Coupling, checked, distances, ways
-from .invariants import check_done, check_hello
+from .invariants import CycleWatch, check_done, check_hello
 from .messages import Done, Fail, Grant, Hello
 from .node_state import NodeState
 

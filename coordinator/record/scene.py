@@ -30,11 +30,10 @@ from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.render.lichtblick import LAYOUT, layout
 from numpy.typing import NDArray
 
-from .budget import Budget, clocked
 from .drawing import RopeLines, boxes, surroundings
 from .energy import EnergyAudit
 from .facts import facts_of, rated
-from .run_record import FileTape, Held
+from .run_record import Budget, FileTape, Held, clocked
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene

@@ -21,7 +21,7 @@ from typing import NamedTuple, Self
 
 import msgspec
 from heavylift.coordinator.live import shown
-from heavylift.coordinator.live.keyboard import Keyboard
+from heavylift.coordinator.live.keys import Keyboard
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import Event, seconds

@@ -24,11 +24,10 @@ from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
-from .incarnation import Life, nondeterminism
+from .incarnation import Life, Story, nondeterminism
 from .join_credentials import TicketFile
+from .os_limits import Vigil
 from .processes import KEEPER, GRACE_s, Processes
-from .replay_log import Story
-from .stall_detector import Vigil
 
 DEADLINE_s = 60.0  # for an answer, before a process is probed
 LOSSES = 3  # of one process at one point of the run

@@ -21,8 +21,8 @@ from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.text.units import DURATION
 
 from .axes import Variant, axes_of, grid, sampled
-from .designs import DESIGNS, drawn
 from .study import Study, StudyPlan
+from .summary import DESIGNS, drawn
 from .variant import KEEP, Keep, Row, Task, answered, played, received
 
 AHEAD, MOST = 3, 256  # variants with the executor for each worker; in all, if nobody says how many there are

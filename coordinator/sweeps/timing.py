@@ -2,22 +2,25 @@
 
 A step leads from what is written (0) to the boldest that can be tried (1); its texts are those of the language, at
 paths of the scene's data.  Waits stay as they are: people need them.
+
+A scene's text with other values in it: each is replaced where it stands, all else stays as it was written.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import LandedCondition, LiftedCondition, Move, SlingsCondition, Turn
 from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.construction.scene_builder import ramp_of
-from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.scene.text.source import Mark, Path, Source, ordered, read
 from heavylift.nodes.scene.text.units import NUMBER
 
 CREEP = 0.1  # of the loaded hoisting speed, with which loads are lifted off and set down unless they are ordered faster
@@ -118,3 +121,51 @@ def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
         if alone and here and before and not listed[i].when and lasts[i - 1] - soonest > LEAST_s:
             told = f"'{listed[i - 1].stage or f'action {i}'}' is to begin and to end before it"
             yield Step("overlap", i, (("actions", i, "when"),), lasts[i - 1], soonest, why=told)
+
+
+def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
+    """The text with these values at paths; a new key comes before the second of its mapping.
+
+    A comment behind a value keeps its column as long as there is room.  Raises SceneError where a value cannot be
+    replaced alone: one of several lines, an alias, one that stands in another file.
+    """
+    source, lines = read(text, name), text.splitlines(keepends=True)
+    at = {path: _mark(source, path) for path in changes}
+    for path in sorted(changes, key=lambda path: (at[path].line, at[path].column), reverse=True):  # the last one first
+        line, column, value = at[path].line - 1, at[path].column - 1, changes[path]
+        before, after = lines[line][:column], lines[line][column:]
+        if path in source.values:
+            lines[line] = before + _replaced(after, str(source.at(path)), value)
+        elif before.strip(" -"):  # in braces, or the only key of its line
+            lines[line] = f"{before}{path[-1]}: {value}, {after}"
+        else:
+            lines[line] = f"{before}{path[-1]}: {value}\n{' ' * column}{after}"
+    found = "".join(lines)
+    for path, value in changes.items():
+        inside = source.at(path[:-1])
+        if isinstance(inside, dict) and isinstance(path[-1], str):
+            inside[path[-1]] = value
+    if ordered(read(found, name).data) != ordered(source.data):
+        raise SceneError(f"{name}: cannot be written with its comments; write each order on a line of its own")
+    return found
+
+
+def _mark(source: Source, path: Path) -> Mark:
+    """Where a value stands, or the key before which a new one goes."""
+    if path in source.values:
+        return source.values[path]
+    inside = source.at(path[:-1])
+    keys = [source.keys[(*path[:-1], key)] for key in inside] if isinstance(inside, dict) else []
+    own = [mark for mark in keys[1:2] if mark.line > keys[0].line]
+    return (own or keys or [source.mark(path)])[0]
+
+
+def _replaced(text: str, old: str, new: str) -> str:
+    """A line from a value on, with another value."""
+    if not text.startswith(old):
+        return text
+    rest = text[len(old) :]
+    blanks = len(rest) - len(rest.lstrip(" "))
+    if rest[blanks : blanks + 1] == "#":
+        rest = " " * max(1, blanks + len(old) - len(new)) + rest[blanks:]
+    return new + rest

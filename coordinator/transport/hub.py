@@ -20,8 +20,7 @@ from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
 from .exchange import Exchange
-from .frame import FrameReader, FrameTopic, Writer
-from .keys import HUB, OBSERVER, OPERATOR, check_names, key
+from .frame import HUB, OBSERVER, OPERATOR, FrameReader, FrameTopic, Writer, check_names, key
 from .link import FIFO, JOIN_s, matched
 from .liveness import Lookout
 from .placement import Placement

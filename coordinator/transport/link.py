@@ -17,8 +17,7 @@ from heavylift.coordinator.stopping import whole
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
-from .frame import FIRST_EPOCH, FrameReader, FrameTopic, Writer
-from .keys import key
+from .frame import FIRST_EPOCH, FrameReader, FrameTopic, Writer, key
 from .session import Ticket, node_session
 
 FIFO = 4096  # messages that may wait at a receiver before its senders wait

@@ -14,7 +14,7 @@ from typing import Self
 
 from heavylift.kernel.errors import ProtocolError
 
-from .keys import OBSERVER, OPERATOR
+from .frame import OBSERVER, OPERATOR
 
 PREFIX = "heavylift-"  # of the private directory of a run
 SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)

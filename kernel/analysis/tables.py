@@ -7,8 +7,7 @@ from math import inf, pi
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.model.reactions.indeterminacy import COMPONENTS
-from heavylift.kernel.model.reactions.joint_reactions import Reactions
+from heavylift.kernel.model.reactions.joint_reactions import COMPONENTS, Reactions
 
 from .equilibrium import Equilibrium
 from .modes import Modes, NaturalMode

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from .function import Function, placed
-from .simd_batches import WIDEST, SimdBatch, arranged
-from .simd_operands import constant, gathered, reference, spread, spread_value, vector_type
+from .simd_batches import WIDEST, SimdBatch, arranged, constant, gathered, reference, spread, spread_value, vector_type
 from .symbol import Sym, is_sym
 from .vector_loops import Wide, is_long
 

@@ -11,8 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 
 from .function import Function, operands, placed
-from .simd_batches import WIDEST, SimdBatch
-from .simd_operands import constant, vector_type
+from .simd_batches import WIDEST, SimdBatch, constant, vector_type
 from .symbol import Sym, is_sym
 
 UNROLLED = 256  # numbers of the longest value whose arithmetic is written out

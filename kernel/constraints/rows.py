@@ -14,14 +14,13 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select
 from heavylift.kernel.forces.force_law import attachment
-from heavylift.kernel.forces.rope_mass import at_the_hook
+from heavylift.kernel.forces.ropes import at_the_hook
 
-from .block_matrix import Blockwise
-from .held_rows import CompiledScene, ConstraintRow, Lengths, Numbers, held_rows
+from .block_matrix import Blockwise, Unsymmetric
 from .loop_closures import CLOSURES
 from .rigid_ropes import SLACK, RigidAt
+from .row_structure import CompiledScene, ConstraintRow, Lengths, Numbers, held_rows
 from .tree_factors import OpenTree
-from .unsymmetric_matrix import Unsymmetric
 
 ROUNDED = 1e-12  # part of a row that is round-off
 _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom

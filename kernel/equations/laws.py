@@ -25,8 +25,7 @@ from heavylift.kernel.description.mechanics import (
 )
 from heavylift.kernel.multibody.graph import Graph
 
-from .document import DocumentSection, Equation
-from .notation import Formula, cross, joined, law, plain, sym
+from .document import DocumentSection, Equation, Formula, cross, joined, law, plain, sym
 
 Row = tuple[Point, str, str]  # where a law acts, its name with the number of its end, sign of its force there
 

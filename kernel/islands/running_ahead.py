@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.model.switching import StateChange
-from heavylift.kernel.simulation.command_target import CommandTarget
+from heavylift.kernel.simulation.commands import CommandTarget
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 
 from .island import Island

@@ -12,8 +12,7 @@ from heavylift.kernel.model.program import Program
 
 from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4, SemiImplicitEuler
-from .method import Method
-from .null_method import AtRest
+from .method import AtRest, Method
 from .radau import Radau5
 
 METHODS: dict[str, Callable[[Program], Method]] = {

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
-from heavylift.kernel.methods.step_state import StepState
+from heavylift.kernel.methods.method import StepState
 
 from .method import Attempt, Exponents
 from .tolerance_scale import allowed

@@ -16,11 +16,10 @@ from heavylift.kernel.algebra.dense import inverse
 from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.emit import EmittedParts, While
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.layout import Places
+from heavylift.kernel.compiler.function import Function, Places
 from heavylift.kernel.compiler.native_linear_algebra import FactorLayout, solver
 from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
-from heavylift.kernel.methods.step_state import Rate, StepState
+from heavylift.kernel.methods.method import Rate, StepState
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates, speeds
 

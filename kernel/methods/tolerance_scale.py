@@ -12,7 +12,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Value, maximum, minimum
-from heavylift.kernel.methods.step_state import StepState
+from heavylift.kernel.methods.method import StepState
 
 SWIFT = 1e-2  # [m/s, rad/s] from which the tolerance is that of a metre
 FINEST = 1e-5  # least scale of the tolerance: that of a motion at 1e-7 m/s

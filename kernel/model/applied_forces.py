@@ -10,7 +10,7 @@ import numpy as np
 from heavylift.kernel.compiler.symbol import Scalar, Scalars, named, scope
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.forces.force_law import attachment
-from heavylift.kernel.forces.rope_mass import not_weighed, pulls_down
+from heavylift.kernel.forces.ropes import not_weighed, pulls_down
 from heavylift.kernel.forces.table import SharedForce
 
 from .instant import Evaluation

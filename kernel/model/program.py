@@ -24,7 +24,7 @@ from heavylift.kernel.description.mechanics import WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Poses, SampledQuantity, Setting
 from heavylift.kernel.forces.reeving import check_parallel
-from heavylift.kernel.forces.rope_mass import with_rope_masses
+from heavylift.kernel.forces.ropes import with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
 from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
@@ -85,7 +85,7 @@ class Program:
         system = check_description(system)
         modes = None
         if any(b.flexible for b in system.bodies):
-            from heavylift.kernel.multibody.flexible.stations import (
+            from heavylift.kernel.multibody.flexible.tracks import (
                 with_stations,  # needs linear algebra, which rigid scenes do not
             )
 

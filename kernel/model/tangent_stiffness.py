@@ -13,8 +13,7 @@ from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
-from heavylift.kernel.compiler.function import OPAQUE, Outputs, Primitive
-from heavylift.kernel.compiler.layout import Places
+from heavylift.kernel.compiler.function import OPAQUE, Outputs, Places, Primitive
 from heavylift.kernel.compiler.native_linear_algebra import FactorLayout, solver
 from heavylift.kernel.compiler.native_loops import VECTOR, LoopEmitter, padded
 from heavylift.kernel.compiler.simd_batches import WIDEST

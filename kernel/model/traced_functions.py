@@ -99,7 +99,7 @@ def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, .
         return {"poses": poses, "energy": list(energies(t, K, g[0]))}
 
     def axial(q: Array, v: Array, dv: Array, P: Array, g: Array, **w: Array) -> Outputs:
-        from heavylift.kernel.multibody.inverse_dynamics import axial_loads  # whose package needs what this one makes
+        from heavylift.kernel.multibody.dynamics import axial_loads
 
         W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
         return {"loads": axial_loads(with_numbers(tree, P), q, v, dv, W, g[0])}

@@ -16,10 +16,9 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Lock, System
 from heavylift.kernel.errors import KernelError
 
-from .dynamics import composites, joint_space_inertia
+from .dynamics import composites, joint_space_inertia, ltdl
 from .graph import Graph
 from .kinematics import kinematics
-from .ltdl import ltdl
 from .trees import Tree, with_numbers
 
 

@@ -196,7 +196,7 @@ def _added(body: Body) -> AddedMass | None:
 def _elastic(link: Link) -> Any:
     if link.modes is None:
         return None
-    from heavylift.kernel.multibody.flexible.reduction import reduced  # not where all is rigid: it needs linear algebra
+    from heavylift.kernel.multibody.flexible.tracks import reduced
 
     return reduced(link.modes)
 

@@ -27,14 +27,12 @@ from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateChange, Switches
 from heavylift.kernel.multibody.continuous_angles import starting
 from heavylift.kernel.simulation.native.native_functions import Stepping
-from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NEVER, NativeState
-from heavylift.kernel.simulation.native.options import Options
+from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NEVER, NativeState, Options
 from heavylift.kernel.simulation.native.steps import EVENT, FAILED, RUNNING, STILL
-from heavylift.kernel.simulation.safeguards.inertia_check import check_resistance
+from heavylift.kernel.simulation.safeguards.failures import check_resistance
 
 from .call_protocol import FIRED, GOING, PAUSED, SETTLED, STOPPED, CallProtocol, check_present, check_time, passed_by
-from .command_target import CommandTarget
-from .commands import CommandSwitches
+from .commands import CommandSwitches, CommandTarget
 from .events import Events
 from .held_rows import HeldRows
 from .integrator import Integrator

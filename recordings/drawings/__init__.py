@@ -1,10 +1,10 @@
 """Dimensioned drawings of a lift's key instants, for a report and as DXF.
 
-sheets    a drawing: views and title block on a sheet of A4
+sheets    a drawing: views and title block on a sheet of A4, as SVG
 views     plan, elevation and rigging sketch with their dimensions
 instants  which instants, and where everything is in each
 ink       lines, texts and dimensions on paper
-svg, dxf  the drawing in these forms
+dxf       a drawing as DXF
 """
 
 from heavylift.kernel.on_demand import face

@@ -19,7 +19,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from .template import Template, stamp
+from .schema import Template, stamp
 
 __all__ = ["Box", "FrameTransforms", "Log", "Rig", "RopeLine", "SceneUpdate"]
 

@@ -15,8 +15,7 @@ import msgspec
 import numpy as np
 from heavylift.recordings.format.digest import Digest
 from heavylift.recordings.format.samples import SAMPLER, Field, SampleChannel, SampleLayout
-from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
-from heavylift.recordings.format.template import Template
+from heavylift.recordings.format.schema import RecordedEvent, Template, field_places, samples_template
 from heavylift.recordings.format.viewer_messages import Log, frames_template
 from heavylift.recordings.write.rows import Peak, note_peaks
 from numpy.typing import NDArray

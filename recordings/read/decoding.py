@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 import msgspec
 import numpy as np
 from heavylift.recordings.format.samples import POSE, Field
-from heavylift.recordings.format.schema import field_places, samples_template
-from heavylift.recordings.format.template import Template
+from heavylift.recordings.format.schema import Template, field_places, samples_template
 from heavylift.recordings.format.viewer_messages import frames_template
 from numpy.typing import NDArray
 

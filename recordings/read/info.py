@@ -9,8 +9,8 @@ from typing import Any
 import msgspec
 from heavylift.kernel.errors import path_text
 from heavylift.recordings.format import machines
+from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import POSE
-from heavylift.recordings.format.settings import settings
 from heavylift.recordings.format.text import duration, table
 
 from .reader import Recording

@@ -19,8 +19,7 @@ from heavylift.recordings.format.text import meant
 from heavylift.recordings.sheets.page import table_html
 from heavylift.recordings.sheets.sheet import words
 
-from .notebook import heading
-from .signal import Signal, joined, only
+from .signal import Signal, heading, joined, only
 
 HANGING = "loaders"  # fact: machines that hang on a hook of another one, by its rope
 

@@ -34,9 +34,8 @@ from .chunks import LIMIT, RawMessage
 from .container import Container
 from .contents import Contents, sampler_note
 from .decoding import Form, Rows, decoded, with_own_rows
-from .notebook import drawing, recording_html
 from .part import RecordedPart, chosen
-from .signal import Signal, only
+from .signal import Signal, drawing, only, recording_html
 
 SHOWN = 60  # characters of a version that a file names
 Floats = NDArray[np.float64]

@@ -21,8 +21,7 @@ from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import complaints, contents
 from numpy.typing import NDArray
 
-from .curves import checked, drawn, larger
-from .curves_drawn import Curve, Figure, Panel
+from .curves import Curve, Figure, Panel, checked, drawn, larger
 from .differences import ROWED, attachments, channels, circumstances, event, facts, notes, rows
 
 MOST = 12  # panels of an overlay

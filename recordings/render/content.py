@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
+from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleLayout, unit_of
-from heavylift.recordings.format.settings import settings
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]

@@ -11,8 +11,7 @@ from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped
 from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format import viewer_messages as viewers
-from heavylift.recordings.format.columns import Columns
-from heavylift.recordings.format.samples import POSE_UNIT, REEVING, SampleLayout, reeved
+from heavylift.recordings.format.samples import POSE_UNIT, REEVING, Columns, SampleLayout, reeved
 from heavylift.recordings.format.schema import samples_descriptor, samples_template
 from numpy.typing import NDArray
 

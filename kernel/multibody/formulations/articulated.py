@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.spatial import join, mirror
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
-from heavylift.kernel.multibody.free_bodies import newton_euler
-from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
+from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, newton_euler
 from heavylift.kernel.multibody.trees import Tree
 
 Eliminated = dict[int, tuple[Array, Scalar, Scalar]]  # degree of freedom -> U, 1/D, acceleration that x = 0 leaves

@@ -16,10 +16,8 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function, Outputs, flatten
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
-from heavylift.kernel.multibody.dynamics import Equations, composites, joint_forces, joint_space_inertia
-from heavylift.kernel.multibody.free_bodies import newton_euler
-from heavylift.kernel.multibody.kinematics import Base, Kinematics, kinematics
-from heavylift.kernel.multibody.ltdl import ltdl
+from heavylift.kernel.multibody.dynamics import Equations, composites, joint_forces, joint_space_inertia, ltdl
+from heavylift.kernel.multibody.kinematics import Base, Kinematics, kinematics, newton_euler
 from heavylift.kernel.multibody.trees import (
     Tree,
     TreeBody,

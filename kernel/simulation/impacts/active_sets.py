@@ -15,18 +15,15 @@ from math import fsum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
-from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_SHARED
+from heavylift.kernel.constraints.complementarity import MU, MU_SHARED, solve
 from heavylift.kernel.constraints.contact.contact_points import RESTING
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.switching import StateChange
 
 from .condensed import Condensed, part
-from .coulomb import ContactProblem, FrictionSolution, settle
-from .slip import mobile
-from .touching import check_start, touch
-from .unilateral import Unilateral, first_guard, ropes_of, slots_of
+from .coulomb import ContactProblem, FrictionSolution, mobile, settle
+from .unilateral import Unilateral, check_start, first_guard, ropes_of, slots_of, touch
 
 if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program

@@ -7,7 +7,7 @@ the rows' matrix, in plain arrays and a fixed order.
 from __future__ import annotations
 
 import numpy as np
-from heavylift.kernel.constraints.complementarity.block_pivoting import eliminate
+from heavylift.kernel.constraints.complementarity import eliminate
 
 SOFT = 1e-10  # regularisation of joints that close loops, relative
 

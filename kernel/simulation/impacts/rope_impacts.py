@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from math import fsum
 
 import numpy as np
-from heavylift.kernel.constraints.complementarity.block_pivoting import product
-from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
+from heavylift.kernel.constraints.complementarity import product, solve
 from heavylift.kernel.constraints.rigid_ropes import TOUCHING, RigidAt
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.evaluation import evaluate

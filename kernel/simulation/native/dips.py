@@ -8,8 +8,7 @@ the lowest place of a polynomial through them is where the location of an event 
 from __future__ import annotations
 
 from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select
-from heavylift.kernel.methods.method import Method
-from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
+from heavylift.kernel.methods.method import Evaluated, Method, Rate, StepState
 
 from .peaks import NEAR, NODES, SEEN, SLIGHT, TOP
 

@@ -13,7 +13,7 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import Value
-from heavylift.kernel.methods.step_state import StepState
+from heavylift.kernel.methods.method import StepState
 from heavylift.kernel.model.evaluation import Evaluation, evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates

@@ -14,8 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select, sqrt
 from heavylift.kernel.methods.control import Control
-from heavylift.kernel.methods.method import Method, fallen_in, inside, length
-from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
+from heavylift.kernel.methods.method import Evaluated, Method, Rate, StepState, fallen_in, inside, length
 from heavylift.kernel.methods.tolerance_scale import scale_of, still_below
 
 from . import dips
