@@ -1,13 +1,8 @@
-"""The door of a run for processes on other hosts: an encrypted address where both sides show certificates.
-
-A run without remote processes has no door. The coordinator opens one only where `--listen` says, and only
-for `tls`: plain tcp would let anybody on the network take part and read along.
-
-Who may join a run from another host: the conversation before a process is a part of the run.
+"""Where processes of other hosts connect to a run, by tls with certificates on both sides, and who of them may join.
 
     process -> coordinator   ASK at join/NAME            its name, version and code, its host, what it insists on
     coordinator -> process   ANSWER                      the run, or the sentence that says why not
-    process -> coordinator   ASK at RUN/enter/NAME       only a certificate of this name gets here (access.py)
+    process -> coordinator   ASK at RUN/enter/NAME       only a certificate of this name gets here (transport)
     coordinator -> process   ANSWER                      a ticket, or the sentence that says why not
 
 To ask changes nothing, so nobody shuts another one out by its name.  What a process may write and hear is decided by

@@ -3,7 +3,7 @@
 An event is appended to a journal in the run's private directory, where its place is its number, then put on its key of
 the bus, which drops it for a listener that is slow or frozen.  Observers read the journal, so one that comes late has
 the past without gap or repetition, and the run never waits for anybody.  What one round has brought is written at once
-by `show`.  The last entry says how the run ended.
+by `shown`.  The last entry says how the run ended.
 
 A run of node processes can be found and watched while in progress; a run in one process cannot.
 

@@ -14,7 +14,7 @@ from itertools import pairwise
 from math import hypot
 
 import numpy as np
-from heavylift.kernel.algebra.arrays import quaternions
+from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.description import contacts as contact
 from heavylift.kernel.description.forces import Spring
 from heavylift.kernel.description.mechanics import WORLD, Body, Point, RopeSpan, System, Vector

@@ -1,9 +1,9 @@
 """A hub whose processes may be lost: each is replaced and brought to the same point, and the run continues unchanged.
 
-    1  A process is lost: it has ended, or has left, or makes no progress (stall_detector.py).
+    1  A process is lost: it has ended, or has left, or makes no progress (os_limits.py).
     2  It is killed and reaped, so that nothing of it can wake beside its successor; where that cannot be seen, on
        another host, the next epoch refuses by name whatever it still says.
-    3  The successor is told the story of each of its nodes (replay_log.py) and must answer with the same bytes.
+    3  The successor is told the story of each of its nodes (incarnation.py) and must answer with the same bytes.
        If it does not, the run ends: a model is not deterministic.
     4  Then it is told what its predecessor owed an answer to, and that answer is the first that anybody hears of it.
 Samples that were sent before are dropped by their count.  Three losses of a process at one point end the run, and so

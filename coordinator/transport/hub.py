@@ -1,4 +1,4 @@
-"""The coordinator's end of a run with nodes in processes of their own; `local_hub` has that for nodes in this one.
+"""The coordinator's end of a run with nodes in processes of their own; `exchange` has that for nodes in this one.
 
 Contract of both: messages of one node arrive in order, each once, each checked; anything else raises a
 ProtocolError. `samples` holds all batches that a node sent before the message that `receive` has given last.

@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from heavylift.kernel.algebra.arrays import quaternions
+from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import REEVING, StaticState, reeved

@@ -4,8 +4,6 @@ Sums, products, quotients and roots of elements are rounded correctly everywhere
 order of sums and which factors are fused.  Here every order is written out, and the vectors of NumPy run across it.
 Sources: elimination by outer products (Golub, Van Loan 2013, section 3.2), cyclic Jacobi rotations in the order of a
 tournament, half of the rows at a time (section 8.5.5).
-
-Rotations as quaternions, for what is shown and recorded of a run; nothing in a run follows from them.
 """
 
 from __future__ import annotations
@@ -13,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 ORTHOGONAL = 1e-15  # part of the geometric mean of its diagonal elements below which another element is zero
 SWEEPS = 40  # far more than any matrix needs
@@ -131,39 +128,3 @@ def eigen(S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     values = np.array([A[k, k] for k in range(n)])
     order = np.argsort(values, kind="stable")
     return values[order], V[:, order]
-
-
-SKEW, ROUNDED = 1e-12, 1e-5  # by which rows of a rotation that was rounded may be off orthogonal, and off one
-
-
-def quaternions(R: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, 4) unit quaternions x y z w, w >= 0, of (n, 3, 3) rotations of floats, or of the rotations next to them.
-
-    Shepperd (1978): of four equal quaternions the one without cancellation.  Sums have one order, as the bits must.
-    """
-    a, b, c, d, e, f, g, h, i = columns = np.array(R.reshape(-1, 9).T, order="C")
-    squares = ((a, b, c), (d, e, f), (g, h, i))
-    sheared = np.zeros(len(R), dtype=bool)
-    for j, u in enumerate(squares):
-        for k, v in enumerate(squares[: j + 1]):
-            off = abs(u[0] * v[0] + u[1] * v[1] + u[2] * v[2] - (j == k))
-            sheared |= ~(off <= (ROUNDED if j == k else SKEW))
-    if sheared.any():
-        U, _, Vt = np.linalg.svd(R[sheared])
-        columns[:, sheared] = (U @ Vt).reshape(-1, 9).T
-    trace = a + e + i
-    rest = 1.0 - trace
-    K = (
-        (a + a + rest, b + d, c + g, h - f),
-        (b + d, e + e + rest, f + h, c - g),
-        (c + g, f + h, i + i + rest, d - b),
-        (h - f, c - g, d - b, 1.0 + trace),
-    )
-    largest = np.stack([a, e, i, trace]).argmax(axis=0)
-    x, y, z, w = (np.choose(largest, column) for column in zip(*K, strict=True))
-    size = np.sqrt(x * x + y * y + z * z + w * w)
-    x, y, z, w = x / size, y / size, z / size, w / size
-    opposite = (w < 0) | ((w == 0) & ((x < 0) | ((x == 0) & ((y < 0) | ((y == 0) & (z < 0))))))
-    q = np.stack([x, y, z, w], axis=1)
-    q[opposite] = -q[opposite]
-    return q

@@ -6,7 +6,7 @@ exist, so that a chain of loops costs in proportion to its length; a row of a bl
 The rows' matrix G H^-1 F with contacts, whose pushes F differ from what they sense G, entry by entry.
 
 Rows that share no tree do not couple: only entries that can be non-zero exist, so that a chain of loops costs in
-proportion to its length.  What redundant rows get is in `proximal_passes`.
+proportion to its length.  What redundant rows get is in `complementarity`.
 """
 
 from __future__ import annotations

@@ -1,27 +1,15 @@
 """The next active set: a linear complementarity problem with boxes, solved by pivoting in a fixed order.
 
 Find x in [lo, hi] with w = A x + b such that w_i >= 0 where x_i = lo_i, w_i <= 0 where x_i = hi_i, else w_i = 0.
-`block_pivoting` says how sets follow each other, `native_pivoting` runs that as machine code.  Here is what surrounds
-it: problems
-that are singular because rows are redundant, and tolerances.
-
-One round of the pivoting solver, without branches: the same text runs on floats and becomes machine code.
-
 Block principal pivoting (Judice, Pires, Comput. Oper. Res. 21 (1994)): every row that violates its condition changes
 sides at once; if that does not reduce their number for a while, only the last one does (Murty, Lin. Alg. Appl. 9
-(1974)), which ends for every P matrix.  No BLAS: sums in a fixed order, the same bits.
+(1974)), which ends for every P matrix.  No BLAS: sums in a fixed order, the same bits on floats and in machine code, of
+which there is one piece per size; smaller problems are filled up with free rows at zero, which add exact zeros, and
+larger ones than `SIZES` run on floats.
 
-The pivoting solver as machine code: rounds in a native loop until no row violates its condition.
-
-One piece of code per size, cached like that of scenes; smaller problems are filled up with rows that are free, at
-zero, and touch no other row.  Those add exact zeros, so that x is that of the same rounds on floats, bit by bit.
-Larger problems than `SIZES` run on floats: their code would take longer to compile than a run saves.
-
-Multipliers of redundant rows by proximal passes.
-
-Redundant rows make the rows' matrix A singular; (A + mu) x_n+1 = b + mu x_n converges to the solution of least norm
-(Carpentier, Budhiraja, Mansard 2021, algorithm 2), so that rows of one sense share their load equally, and a singular
-pose is passed with bounded multipliers.
+Redundant rows make A singular; the proximal passes (A + mu) x_n+1 = b + mu x_n converge to the solution of least norm
+(Carpentier, Budhiraja, Mansard 2021, algorithm 2): rows of one sense share their load equally, and a singular pose is
+passed with bounded multipliers.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from math import pi
 from types import SimpleNamespace
 
 import numpy as np
-from heavylift.kernel.algebra.arrays import quaternions
+from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.algebra.dense import least_norm, norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross, exact, join

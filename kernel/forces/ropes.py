@@ -89,7 +89,7 @@ class RopeAt:
 
 @dataclass(frozen=True)
 class RopeLaw(ForceLaw[Rope]):
-    """With a mass of its own, the tension that samples show is that at the ends b, see `rope_mass`.
+    """With a mass of its own, the tension that samples show is that at the ends b, see above.
 
     `calm`: no events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0.
     """

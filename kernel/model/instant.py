@@ -180,7 +180,7 @@ class Evaluation:
 
     @property
     def axial(self) -> list[Scalar]:
-        """What flexible bodies carry along themselves (see `multibody.inverse_dynamics.axial_loads`)."""
+        """What flexible bodies carry along themselves (see `multibody.dynamics.axial_loads`)."""
         out: list[Scalar] = []
         for i, (tree, shared) in enumerate(self.program.instances):
             if shared.axial:

@@ -1,18 +1,11 @@
-"""Recursive equations of motion of one tree: the paper's Fig. 6 (c)-(e), solved with CRBA and LTDL.
+"""Recursive equations of motion of one tree: the paper's Fig. 6 (c)-(e), solved with CRBA and LTDL, and their inverse.
 
 World axes about the root body's origin, so that with the path matrix T the recursions are sums along paths: composite
 inertias and wrenches as the twists of `kinematics`, H_kl = S_l^T I^c S_k for l on the path of k (Featherstone 2008,
-chapters 5 and 6).  Sign of (d) as corrected: f_c,i = f_B,i - f_e,i + sum over children f_c,j.  The text runs on floats
-(oracle) and on symbols (machine code).
-
-Sparse factorisation H = L^T D L of the joint-space inertia of one tree, without fill-in along its paths.
-
-Featherstone 2008, sections 6.5 and 8.6.  The paths of `trees` are its sparsity: what is zero is never written down.
-
-Inverse dynamics of one tree: which forces give these accelerations (recursive Newton-Euler, the paper's Fig. 6).
-
-(a), (b) are `kinematics` plus the accelerations along the paths, (c), (d) are `composites`, (e) projects on the joints
-(Featherstone 2008, section 5.3).  The text runs on floats and on symbols, like the forward dynamics that it inverts.
+chapters 5 and 6).  Sign of (d) as corrected: f_c,i = f_B,i - f_e,i + sum over children f_c,j.  H = L^T D L without
+fill-in along the paths (sections 6.5 and 8.6): what is zero is never written down.  Inverse dynamics (section 5.3):
+(a), (b) are `kinematics` plus the accelerations along the paths, (c), (d) are `composites`, (e) projects on the joints.
+The text runs on floats (oracle) and on symbols (machine code).
 """
 
 from __future__ import annotations
@@ -151,7 +144,7 @@ def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], 
 def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
     """(n_v,) S^T F: the forces along the degrees of freedom that hold all accelerations of `composites` at zero.
 
-    A mode feels its own body (equation (8) of `flexible.inertia`) and what that carries.
+    A mode feels its own body (equation (8) of `flexible.attachment`) and what that carries.
     """
     for i, b in enumerate(tree.bodies):
         for S in K.S[i][: b.v.stop - b.v.start]:

@@ -99,7 +99,7 @@ class Graph:
         raise KernelError(f"joint '{name}': no such joint; joints are {', '.join(k.joint.name for k in self.links)}")
 
     def in_frame(self, where: str, body: str, p: Vector) -> Vector:
-        """A point of a law that may stand on a station (see `flexible.stations`): from there instead of from the body.
+        """A point of a law that may stand on a station (see `flexible.tracks`): from there instead of from the body.
 
         Raises KernelError where it belongs to another station: stations are part of the compiled scene.
         """

@@ -1,16 +1,10 @@
-"""What crosses the border of a node, and the face that a node process runs.
+"""Superdense time, and what crosses the border of a node at it.
 
-An event is one message on an out port of a coupled model. Its total order is that of its fields, (t, k, source, port,
-index): no clock, process or arrival order enters. A node hears an event once; its couplings tell which in ports it
-reaches there. Whatever implements `Steppable` can be a node: the local `Simulator`, which runs one model or several,
-and the mechanics kernel.
-
-Superdense time: integer nanoseconds and microsteps.
-
-A tag (t, k) is the k-th instant at time t. Integers make 0.1 s and 0.3 s meet exactly; the microstep
-orders what happens at one time without letting time pass. Source: Manna and Pnueli's superdense time, as
-in adevs `sd_time` and Lingua Franca's tags. `after` is the only sum: a wait of zero costs one microstep, a
-positive wait starts at k = 0.
+A tag (t, k) is the k-th instant at t whole nanoseconds, so that 0.1 s and 0.3 s meet exactly and the microstep orders
+what happens without letting time pass (Manna and Pnueli; adevs `sd_time`, Lingua Franca).  `after` is the only sum: a
+wait of zero costs one microstep, a positive wait starts at k = 0.  An event is one message on an out port of a coupled
+model; its total order is that of its fields, (t, k, source, port, index): no clock, process or arrival order enters.
+Whatever implements `Steppable` can be a node: the local `Simulator` of one model or several, and the mechanics kernel.
 """
 
 import warnings

@@ -1,24 +1,18 @@
-"""Rows of numbers: which columns of a kernel sample belong to which topic, and how they look in the file.
+"""Rows of numbers: which columns of a kernel sample belong to which topic, and how they stand in the file, rounded.
 
-A sample is one float64 row; the layout is announced once and cuts the row into channels.  Batches travel as
-msgpack `[first number, [t_ns, ...], rows, notes]`, rows being little-endian float64 in C order, or a single one that
-all are equal to; notes are sentences for people, `[number, t_ns, sentence]`, and may be left out.  With a fifth entry
-the samples are those that come unless something happens, and the last again and again in this period [ns].  A sixth is
-the name of the lift of which alone these rows are, numbered apart and with columns of their own.  Channels
-`pose/<body>` (x y z, then quaternion x y z w of the body frame in the world) are drawn as
-foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row (schema.py).
+A sample is one float64 row; the layout is announced once and cuts the row into channels.  Batches travel as msgpack
+`[first number, [t_ns, ...], rows, notes, period, lift]`: rows are little-endian float64 in C order, or a single one
+that all are equal to; notes, sentences for people, `[number, t_ns, sentence]`; with a period [ns] the samples are those
+that come unless something happens, the last again and again; the lift of which alone these rows are, numbered apart and
+with columns of their own.  Channels `pose/<body>` (x y z, quaternion x y z w of the body frame in the world) are drawn
+as foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row (schema.py).  Coordinates
+of free joints are left out, which the poses of their bodies tell.
 
-The columns of a sample as they stand in the file: the numbers of `/samples`, then the poses, all of them rounded.
-
-What would stand there twice is left out: coordinates of free joints, which the poses of their bodies tell.  Digest and
-comparisons are made of these columns.
-
-Numbers are recorded in steps far below what any reader can need.  The last digits of a double are noise of the
-integration, and noise cannot be packed: a sample of exact doubles takes 1.9 kB, of rounded ones 1.1 kB.  A step is a
-binary fraction of the unit (4e-12 m, 2e-10 m/s, 6e-5 N, 6e-5 J, 1 us) or a billionth (of energies a millionth) of the
-largest value that the column has had so far, whichever is finer; numbers in other units are kept as they are.  Tensions
-computed anew from recorded poses still agree to 1e-9 of the largest.  The digest is taken from the rounded numbers:
-whoever reads the file can compute it again.
+Numbers are recorded in steps far below what any reader can need, for the last digits of a double are noise of the
+integration, which cannot be packed: a sample of exact doubles takes 1.9 kB, of rounded ones 1.1 kB.  A step is a binary
+fraction of the unit (4e-12 m, 2e-10 m/s, 6e-5 N, 6e-5 J, 1 us) or a billionth (of energies a millionth) of the largest
+value that the column has had so far, whichever is finer; numbers in other units are kept as they are.  Digest and
+comparisons are made of the rounded numbers: whoever reads the file can compute them again.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The accelerations are those of the forward dynamics, whatever solved it; the balance of the outer bodies then gives the
 joint forces, the paper's Fig. 6 (c), (d): f_c,i = f_B,i - f_e,i + sum of f_c,j over the children j.  Components that
-rigid bodies do not determine are named, and are those of least norm (see `indeterminacy`).
+rigid bodies do not determine are named, and are those of least norm.
 
 What of the forces between rigid bodies statics does not determine, and the choice that is shown of it.
 

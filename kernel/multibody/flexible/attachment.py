@@ -11,7 +11,7 @@ beam, X = s e, and the shapes depend on s: theta' = Psi eta' + Psi_s eta s', the
 
 What the mass of a flexible body adds to the recursion: the equations of its floating frame and of its modes.
 
-From the kinetic energy (3) of `reduction`, with momentum P = I nu + C eta' in body axes, Poincare's equations are
+From the kinetic energy (3) of `tracks`, with momentum P = I nu + C eta' in body axes, Poincare's equations are
     dP/dt + nu x* P = wrench,     d/dt (C_l^T nu + m_l eta'_l) - dT/deta_l = force on mode l,                      (6)
 and with D_k = dI/deta_k = J1_k + sum_l eta_l J2_kl, I' = sum_k eta'_k D_k, C'_l = sum_k eta'_k G1_kl:
     wrench  = I a + C eta'' + I' nu + C' eta' + nu x* (I nu + C eta'),                                             (7)

@@ -14,7 +14,8 @@ from functools import cached_property, lru_cache
 from typing import TypeAlias
 
 import numpy as np
-from heavylift.kernel.algebra.arrays import quaternions, times
+from heavylift.kernel.algebra.arrays import times
+from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.algebra.spatial import skew
 from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.description.signals import ScalarSignal

@@ -1,18 +1,12 @@
-"""A fixed step that is unstable or blind to a mode: looked for at events, and when a rope has become much shorter.
+"""A fixed step that is unstable or blind to a mode, the fastest motion of a scene, and the energy balance of a run.
 
-A step that bends most of what moves out of shape is refused, for what it would show is not the scene's motion.  The
-scene is linearised; each oscillation has the amplitude that the present state gives it about the place where it would
-rest.  What of the energy is in oscillations that the step does not follow, weighed with how wrong each is after
-RADIANS, or after it has died away if that is sooner, but at least after a step, must not exceed WRONG.  Below that, a
-note says what is missed.
-
-The fastest motion of a scene as it stands: how fast, which body moves in it, which law holds that body.
-
-Asked when a step is refused or has collapsed, never in a run.  The scene is linearised about its state with all
-discrete states as they are; the shape is that of the eigenvalue farthest from zero.  The law is the one whose stored
-energy curves most along the shape, or which makes most heat of it, counted per radian.
-
-The energy balance of a run, read from its sample rows: what is made or lost is refused or noted.
+A step that bends most of what moves out of shape is refused, for what it would show is not the scene's motion.  At
+events, and when a rope has become much shorter, the scene is linearised; each oscillation has the amplitude that the
+present state gives it about the place where it would rest.  What of the energy is in oscillations that the step does
+not follow, weighed with how wrong each is after RADIANS, or after it has died away if that is sooner, but at least
+after a step, must not exceed WRONG.  Below that, a note says what is missed.  Where a step is refused or has collapsed,
+the fastest motion is named with its body and the law that holds it: the one whose stored energy curves most along it,
+or which makes most heat of it, counted per radian.
 """
 
 from __future__ import annotations
