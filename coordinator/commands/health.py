@@ -4,8 +4,6 @@ The run is the real thing: processes, Zenoh sessions over a private socket, equa
 recording that is read again.  What is only needed by some commands is `missing`, never `broken`.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import platform

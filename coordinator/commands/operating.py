@@ -1,7 +1,5 @@
 """Commands to a run in progress: watch, pause, step, continue, command, stop."""
 
-from __future__ import annotations
-
 import json
 from typing import Annotated
 

@@ -9,8 +9,6 @@ To ask changes nothing, so nobody shuts another one out by its name.  What a pro
 the name in its certificate as well.  Refusals are told at both sides; what a stranger says of itself is escaped.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 import re

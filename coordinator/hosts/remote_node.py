@@ -1,7 +1,5 @@
 """A process of a run on another host: connect, ask to join, answer until the run is over or the coordinator is gone."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket

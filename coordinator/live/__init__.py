@@ -23,21 +23,8 @@ from .orders import Order, order
 from .pace import Pace, RealTime
 
 __all__ = [
-    "AnnouncedRun",
-    "Audience",
-    "Ended",
-    "Notice",
-    "Observer",
-    "Order",
-    "Pace",
-    "RealTime",
-    "TimedCommand",
-    "find",
-    "observe",
-    "operator_commands",
-    "order",
-    "running",
-    "shown",
+    "AnnouncedRun", "Audience", "Ended", "Notice", "Observer", "Order", "Pace", "RealTime", "TimedCommand", "find",
+    "observe", "operator_commands", "order", "running", "shown",
 ]  # fmt: skip
 
 face(__name__)

@@ -4,8 +4,6 @@ The directory belongs to the user and nobody else may enter it, so only its owne
 that goes on from what a killed one has left, without trust in process numbers.
 """
 
-from __future__ import annotations
-
 import fcntl
 import os
 import time

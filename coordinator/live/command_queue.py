@@ -11,8 +11,6 @@ The commands that an operator gave to a run: as events, in its journal, in its r
 run(scene, "again.mcap", commands=operator_commands("turnover.mcap"))      the same run, the same digest
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterable
 from contextlib import suppress

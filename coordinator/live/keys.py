@@ -10,8 +10,6 @@ Keys of a terminal while something runs: `wait` is a sleep that a key ends.
 Without a terminal there are no keys and `wait` only sleeps.  The terminal gets its settings back in any case.
 """
 
-from __future__ import annotations
-
 import os
 import select
 import sys

@@ -9,8 +9,6 @@ A committed event as a line for people: time, stage, who says it on which port, 
 9.032650 s  take up slack  west.report  RopeState west.H1: state taut, tension 1234.5 N
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from contextlib import closing

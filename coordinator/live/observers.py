@@ -10,8 +10,6 @@ A run of node processes can be found and watched while in progress; a run in one
 The samples of a run on its bus, for programs that subscribe to them; who is slow misses some and holds nobody up.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path

@@ -4,8 +4,6 @@ A command that waits for a paused run hears of that at once, and of the commande
 other order has one reply.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Literal

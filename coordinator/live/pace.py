@@ -10,8 +10,6 @@ While it is paused, nothing at or after `limit` is decided; a limit is never bel
 "paused at t" means: all before t is done, and nothing at t.  A step moves the limit.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

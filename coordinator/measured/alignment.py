@@ -7,8 +7,6 @@ shifts the time.  The uncertainty is that of Gauss and Newton, widened as residu
 their number says (integrated autocorrelation; Sokal 1997, Monte Carlo Methods in Statistical Mechanics).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

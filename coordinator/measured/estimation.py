@@ -9,8 +9,6 @@ uncertainty is taken as that of its calibration, which no number of rows average
 Runs with other inputs of a recorded scene, and estimates of them written back into it, its comments kept.
 """
 
-from __future__ import annotations
-
 import io
 import tempfile
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """A recording and a log of the real lift become a recording with both, and on demand a scene with estimated inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path

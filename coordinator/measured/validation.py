@@ -6,8 +6,6 @@ promises of its tensions, or its certificate tells, and straight lines between i
 one standard uncertainty more and less; u_D: what the map states of the sensor, and the log's time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

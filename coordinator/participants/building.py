@@ -11,8 +11,6 @@ A declaration holds, of each child of a node, its ports and a fingerprint of eac
 lambda, stands for its class.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Iterable, Iterator, Sequence
 from hashlib import blake2b

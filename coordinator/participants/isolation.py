@@ -12,8 +12,6 @@ What counts is what the methods of two or more children name, also by way of the
 their modules and attributes of their classes.  They are compared by their bytes; what has none is not seen.
 """
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from copy import deepcopy

@@ -8,8 +8,6 @@ Samples come from committed steps only and leave through `publish`, numbered.  W
 its own (see `sampling`), which change nothing of the rest.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 

@@ -6,8 +6,6 @@ that is brought to that state, or, without a checkpoint, one that begins at the 
 compared with what was recorded, as far as that goes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile

@@ -4,8 +4,6 @@ No step is cut for them: the kernel works on until a step goes beyond the next s
 not come before it, and reads the signals within that step: what they were before any input of that instant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

@@ -9,8 +9,6 @@ second half of the microsteps that are allowed on it keeps them. Back from the l
 of the last message that reached it before; the first node that is met twice closes the cycle.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple

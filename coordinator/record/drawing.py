@@ -6,8 +6,6 @@ A point mass is a ball of steel; a slender body gets a thickness.  Thin rods lea
 mass and to the joints that it carries, so that a mechanism is seen as it is connected.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

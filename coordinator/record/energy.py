@@ -4,8 +4,6 @@ Work of drives and winches and heat of every damper, brake, rope and stop are in
 kernel, so a law whose power is not counted shows up here as an error.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.recordings import SampleLayout
 

@@ -13,14 +13,7 @@ from .publish import Player, PublishedItem, Publisher, Replay
 from .recorded import RecordedRun
 
 __all__ = [
-    "Deviation",
-    "Player",
-    "PublishedItem",
-    "Publisher",
-    "RecordedRun",
-    "Replay",
-    "ReplayResult",
-    "single",
+    "Deviation", "Player", "PublishedItem", "Publisher", "RecordedRun", "Replay", "ReplayResult", "single",
 ]  # fmt: skip
 
 face(__name__)

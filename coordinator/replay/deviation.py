@@ -8,8 +8,6 @@ the kernel the samples are compared, too.  After its first deviation a model wou
 comparison ends there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import msgspec

@@ -6,8 +6,6 @@ A replay is a run to whoever observes it: a run id and a private socket of its o
 What has one time is published together, events in their total order before the samples.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack

@@ -10,8 +10,6 @@ DEVS model names the function that built it: its children.  A model is asked for
 or by its name alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property

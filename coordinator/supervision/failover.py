@@ -10,8 +10,6 @@ Samples that were sent before are dropped by their count.  Three losses of a pro
 does a model that fails: it would fail again.  Every few seconds of work a node is asked for a checkpoint.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable
 

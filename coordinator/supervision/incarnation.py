@@ -7,8 +7,6 @@ WELCOME and HELLO stay in memory; all later messages stand in a journal, each be
 that one write per message does.  A checkpoint takes the place of all that was told before it.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ NAME.ticket stands in the folder where the run was started, whole or not at all,
 killed run has left is replaced; a file that is no ticket, or that of a run in progress, stays.
 """
 
-from __future__ import annotations
-
 import os
 import secrets
 from pathlib import Path

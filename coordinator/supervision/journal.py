@@ -11,8 +11,6 @@ A run keeps several, so that each can be cut on its own: one for each node (what
 checkpoint), and those that stay whole (what an operator ordered, what observers were shown).
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import closing

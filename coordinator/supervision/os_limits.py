@@ -9,8 +9,6 @@ after each deadline it is asked; a thread of its own answers how many steps it h
     a debugger holds it, or it has done steps                      it may go on until the next deadline
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import signal

@@ -6,8 +6,6 @@ before it goes half way back, until a run is green; halves of what was lost are 
 that is not quicker.
 """
 
-from __future__ import annotations
-
 import logging
 import re
 import time

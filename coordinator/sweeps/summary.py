@@ -7,8 +7,6 @@ sobol   Saltelli's extension of a Sobol sequence: base rows A and B, and A with 
 lhs     a Latin hypercube; gives first indices by random balance designs.       Tarantola, Gatelli, Mara (2006)
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass

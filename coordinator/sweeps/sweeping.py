@@ -5,8 +5,6 @@ that dies takes its pool with it: what was with the pool is run again one by one
 once more is a row "lost".  Ctrl-C leaves all rows that were done, and the same study goes on later.
 """
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Two timings of a lift beside each other: how long each stage takes, and what limits it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 

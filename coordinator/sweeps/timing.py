@@ -6,8 +6,6 @@ paths of the scene's data.  Waits stay as they are: people need them.
 A scene's text with other values in it: each is replaced where it stands, all else stays as it was written.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ many nodes are granted and the simulation time reached.  Rules: "Trace Event For
 arrows begin and end inside slices, the events stand in the order of time.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections import Counter
 from typing import Any

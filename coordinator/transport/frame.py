@@ -19,8 +19,6 @@ heavylift/<run>/control                                  orders of an operator, 
 heavylift/<run>/sample/<topic>                           data of a recording that is replayed, for observers
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Iterable

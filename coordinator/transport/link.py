@@ -5,8 +5,6 @@ each checked (frame.py). What was sent by `sample` before a `send` is at the coo
 arrived: both travel in one session, at one priority, in one order. A `NodeLink` serves all nodes of its process.
 """
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable

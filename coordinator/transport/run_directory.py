@@ -1,7 +1,5 @@
 """The private directory of a run, where its processes meet; it goes with the run, also if that is killed."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import secrets

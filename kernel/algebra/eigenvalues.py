@@ -12,8 +12,6 @@ By operations on elements alone, as in `arrays`.  Sources: B-splines by the recu
 Chebyshev polynomial (Mason, Handscomb 2003, section 4.6), derivatives and integrals of series (section 2.4).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .arrays import LuFactors, eigen, factored, times, total

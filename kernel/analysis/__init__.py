@@ -19,19 +19,8 @@ from .modes import Modes, NaturalMode, modes
 from .momentum import Momentum, momentum
 
 __all__ = [
-    "Equilibrium",
-    "Mobility",
-    "Modes",
-    "Momentum",
-    "NaturalMode",
-    "Reaction",
-    "Reactions",
-    "equilibrium",
-    "inverse_dynamics",
-    "mobility",
-    "modes",
-    "momentum",
-    "reactions",
+    "Equilibrium", "Mobility", "Modes", "Momentum", "NaturalMode", "Reaction", "Reactions", "equilibrium",
+    "inverse_dynamics", "mobility", "modes", "momentum", "reactions",
 ]  # fmt: skip
 
 face(__name__)

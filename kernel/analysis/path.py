@@ -10,8 +10,6 @@ Where no equilibrium is near any more (a fold, a load let go), the scene falls t
     settle()          the rest after commands
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil, nan
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """What statics and modes found, as text for people and as plain data for programs; SI units in the data."""
 
-from __future__ import annotations
-
 from collections import Counter
 from math import inf, pi
 from typing import Any

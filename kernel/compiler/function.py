@@ -3,8 +3,6 @@
 Named parts of one block of doubles: the same names index it from Python and from traced text.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from threading import RLock

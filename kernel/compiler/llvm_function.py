@@ -1,7 +1,5 @@
 """One recorded function as straight-line LLVM IR, for one call or for several side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

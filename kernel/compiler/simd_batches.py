@@ -9,8 +9,6 @@ Numbers of several calls as one vector, in the cheapest way that LLVM IR has for
 Loaded at once where they lie next to each other, shuffled where earlier vector calls have left them, one by one else.
 """
 
-from __future__ import annotations
-
 import struct
 from collections import Counter
 from collections.abc import Iterator, Sequence

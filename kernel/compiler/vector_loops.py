@@ -5,8 +5,6 @@ made again where they are needed.  Every number meets the operations that unroll
 in dot products: the bits are those of unrolled code.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol
 

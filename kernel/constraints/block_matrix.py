@@ -9,8 +9,6 @@ Rows that share no tree do not couple: only entries that can be non-zero exist, 
 proportion to its length.  What redundant rows get is in `complementarity`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ Residual: slack = L0 - sum(share |a - b|), never negative; multiplier: the tensi
 taut is a discrete state; what becomes of it at an event stands in `rope_impacts`.
 """
 
-from __future__ import annotations
-
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, sqrt

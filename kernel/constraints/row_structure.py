@@ -9,8 +9,6 @@ A row is a wrench on each body that it holds together: the twists V fulfil sum(w
 sum(w . A) + bias = 0, and multiplier * w acts on the bodies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace

@@ -4,8 +4,6 @@ Drift is removed where a step is accepted, by one Newton step of the same rows o
 (Bayo, Ledesma 1996): it does no work on the motion that is left, and costs one evaluation per step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any

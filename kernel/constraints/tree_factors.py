@@ -5,8 +5,6 @@ accelerations are L^-1 D^-1 (L^-T rhs + Y lambda) (Carpentier, Budhiraja, Mansar
 on one body touches only the degrees of freedom between that body and the ground.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

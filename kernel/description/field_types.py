@@ -4,8 +4,6 @@ The annotations of the description modules are the schema.  Lists, arrays and Nu
 tuples and floats; whatever does not fit is one KernelError that names the item, the field and what it should be.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
 from functools import cache

@@ -1,7 +1,5 @@
 """The names by which items of a description mean each other: of each there is one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -6,8 +6,6 @@ laws                     every law with its formula and numbers
 formulation, coordinates what is solved; the traced text itself, every quantity named
 """
 
-from __future__ import annotations
-
 from heavylift.kernel.description.mechanics import WORLD, System
 from heavylift.kernel.multibody.graph import Graph, build_graph
 

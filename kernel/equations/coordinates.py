@@ -3,8 +3,6 @@
 It is printed from the very text that becomes machine code, so print and motion cannot differ.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import fields, is_dataclass
 from typing import Any

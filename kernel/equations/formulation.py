@@ -1,7 +1,5 @@
 """The system of equations that a formulation makes of the bodies and joints, in a few lines."""
 
-from __future__ import annotations
-
 from heavylift.kernel.multibody.graph import Graph
 
 from .document import DocumentSection, Equation, Formula

@@ -3,8 +3,6 @@
 A kind without a formula here is told in the words of its own description, so that no law is ever left out.
 """
 
-from __future__ import annotations
-
 from dataclasses import fields
 from inspect import getdoc
 from typing import Any

@@ -6,8 +6,6 @@ A torque-speed curve of a motor, a buffer's force-travel curve.  P holds the pie
 so that no step crosses a kink and the integrators keep their order.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Hashable
 from itertools import pairwise

@@ -4,8 +4,6 @@
 own numbers, ends, signal and joint.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any

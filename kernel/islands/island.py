@@ -1,7 +1,5 @@
 """One island of a scene: a simulation that shows itself within its step, and that knows what it could be cut into."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ What is known of all is the time up to which none of them has an event that was 
 TOPLAS 7, 1985); samples, log and notes become those of all once nothing that may still be told can change them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from functools import partial
 

@@ -6,8 +6,6 @@ event or a command has changed is shown in a row of its own: of the lift alone t
 lifts stand in a scene, else of all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -3,8 +3,6 @@
 No island knows of the others, so neither the number of threads nor their timing changes a bit of what they compute.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait

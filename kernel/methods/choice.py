@@ -1,7 +1,5 @@
 """The methods by the names that users give, and whether their steps are fixed or controlled."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import isfinite
 from typing import get_args

@@ -8,8 +8,6 @@ at once, however far from the origin.
 Fixed steps: taken unless the state is no longer finite; the last one before a boundary is as short as it must be.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from heavylift.kernel.algebra.elementary import power

@@ -6,8 +6,6 @@ Twelve stages and the evaluation at the end (the first one of the next step); th
 Butcher tableaus as data: classical Runge-Kutta and Dormand-Prince 5(4); Dormand-Prince 8 stands in `dop853`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 

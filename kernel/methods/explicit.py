@@ -3,8 +3,6 @@
 Hairer, Norsett, Wanner, Solving ODEs I: II.1 (stages), II.5 (error estimates), II.6 (dense output).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function

@@ -9,8 +9,6 @@ What the text of a step works on: the state block X by name, and what one evalua
 No steps at all: the equations as they are, for statics, with the least code around them.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

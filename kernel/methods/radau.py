@@ -7,8 +7,6 @@ estimate of order 3 filtered by the real system.  The Jacobian is kept while the
 velocities longer.  Heat and work are pure quadratures and stay outside the matrices.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

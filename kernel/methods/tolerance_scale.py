@@ -5,8 +5,6 @@ far, down to FINEST.  That speed only grows, so that what comes to rest is not f
 the state.  What rounding alone could do under stiff laws is never resolved.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import isfinite, sqrt
 

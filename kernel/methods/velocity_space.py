@@ -5,8 +5,6 @@ eighth of the operations of a matrix over both.  J_q are derivatives of the acce
 unit velocities, J_v those by velocities; both are one-sided differences (`tangent_stiffness.one_sided`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The last stages of an evaluation: constraint rows, accelerations, what is watched, the derivative of the state."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from heavylift.kernel.algebra.spatial import join

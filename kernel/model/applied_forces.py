@@ -4,8 +4,6 @@ Every law gives its force, the guards of its state, what it turns into heat, wha
 work; so the energy accounts of a scene stay closed.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.compiler.symbol import Scalar, Scalars, named, scope
 from heavylift.kernel.constraints.rigid_ropes import RigidAt

@@ -3,8 +3,6 @@
 Each violation is one KernelError that names the item, the field and what it should be.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import fields
 from itertools import chain

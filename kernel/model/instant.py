@@ -3,8 +3,6 @@
 Every field is written by the stages that name it (see `evaluation`); a label is the kind and the name of a law.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Kinetic energy of a scene by bodies and by joint velocities, at one pose, for any velocities there."""
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.multibody.formulations.augmented import velocity_transformation
 from heavylift.kernel.multibody.graph import coordinate_names

@@ -4,8 +4,6 @@ Coordinates and velocities are never touched.  Elastic energy that a law still h
 slackens under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation books it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite

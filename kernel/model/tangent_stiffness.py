@@ -5,8 +5,6 @@ that the bits depend on no linear algebra of the machine.  Discrete states are f
 is marked, since a clamp of a law may have entered it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -3,8 +3,6 @@
 Each instance calls them with its own numbers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

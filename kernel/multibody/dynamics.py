@@ -8,8 +8,6 @@ fill-in along the paths (sections 6.5 and 8.6): what is zero is never written do
 The text runs on floats (oracle) and on symbols (machine code).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

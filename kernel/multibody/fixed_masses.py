@@ -5,8 +5,6 @@ its own inertia and of what moves it nothing is left in the code.  Sums of rigid
 of mass (Featherstone 2008, section 2.14).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

@@ -7,8 +7,6 @@ driven ones (Featherstone 2008, section 11.7).  The work of L is -v L / 2 of hea
 Closed loops and rigid ropes add their impulse by a projection in the same metric, so that both make the one impulse.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar

@@ -10,8 +10,6 @@ A body in water moves some of it along: its added mass, a symmetric 6x6 matrix i
 inertia (Kirchhoff's equations; Newman, Marine Hydrodynamics, 1977, section 4.13), but gravity does not pull on it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

@@ -4,8 +4,6 @@ Numbers of a body that are 0, 1 or -1 are structure (they fold away in the trace
 the run, so that one object file serves all variations of a scene and all equal trees of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property

@@ -6,8 +6,6 @@ that a law gives up by a command becomes its heat, so that the balance stays clo
 What may be told to a run, by whom it is told: a simulation, or islands that pass it on to the one that it is for.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from math import fsum

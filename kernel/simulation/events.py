@@ -4,8 +4,6 @@ A guard that falls stops the run; the step is done again up to the next whole na
 fallen.  Until they are taken all of that can be taken back.
 """
 
-from __future__ import annotations
-
 from math import ceil
 from types import SimpleNamespace
 

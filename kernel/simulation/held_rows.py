@@ -1,7 +1,5 @@
 """The constraint rows of a run: loops closed at the start, kept in steps, and met by impulses at events."""
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.findings import Note

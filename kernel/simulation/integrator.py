@@ -4,8 +4,6 @@ Local time is float seconds since the last event or command (the epoch); a new *
 precision does not fade in long runs.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import References

@@ -4,8 +4,6 @@ Samples lie on a grid of integer nanoseconds and are numbered; events leave a ro
 are one row, turned into as many as there are when somebody asks.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.errors import KernelError

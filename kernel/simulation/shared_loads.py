@@ -5,8 +5,6 @@ joints and ropes share a load (see `reactions.joint_reactions`).  Repeated rows 
 plane of a planar linkage, are not worth a word.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.findings import Note

@@ -13,8 +13,6 @@ and a command inside it discards it.
 Its parts: `native` (state and machine code), `recorder` (samples), `integrator` (steps), `events`, and the commands.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

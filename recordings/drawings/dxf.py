@@ -3,8 +3,6 @@
 Paper is at the scale of plan and elevation; the rigging sketch is drawn in its own true size beside them.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping
 from pathlib import Path as FilePath

@@ -3,8 +3,6 @@
 A drawing as an <svg> element in millimetres of its sheet.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from itertools import pairwise

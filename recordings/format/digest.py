@@ -12,8 +12,6 @@ collisions) stay outside; no message holds a file name or a line (DIGEST.md has 
 A temporary file for what must wait in a long run: in memory while it is little, then on disk, gone with the run.
 """
 
-from __future__ import annotations
-
 import hashlib
 import struct
 import tempfile

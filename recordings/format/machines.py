@@ -6,8 +6,6 @@ The tolerance of the integrator bounds the error of a step and says nothing of t
 accuracy of a run.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any, NamedTuple

@@ -12,8 +12,6 @@ decode to the same message: a number that is exactly 0 is written out instead of
 always have five bytes, so that all messages have one length.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from collections.abc import Callable, Mapping, Sequence

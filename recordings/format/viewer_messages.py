@@ -4,8 +4,6 @@ Frames stand in the file with each sample and in full; ropes are a picture, roun
 where they have moved, since their ends follow from the frames.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal
 

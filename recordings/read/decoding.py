@@ -1,8 +1,6 @@
 """Messages of several channels made numbers in one pass through the file, some thousand at a time; rows of one of
 several lifts alone, which show what events have changed in it between the samples of all."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import msgspec

@@ -9,8 +9,6 @@ What the ports of a DEVS run said, as numbers over time and as a table: such a r
 without any it is their `count` so far.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Iterable, Iterator, Sequence

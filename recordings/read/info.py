@@ -1,7 +1,5 @@
 """The text of `heavylift info FILE`: what was run, how it ended, how fast, what stands in the file."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 from typing import Any

@@ -9,8 +9,6 @@ a real machine, of `/measured` at times of its own; only what is asked for is re
 come with the rows of that lift alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from functools import cached_property

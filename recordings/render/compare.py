@@ -6,8 +6,6 @@ instants of the first recording, between the samples of the second one by straig
 A difference is told as its largest absolute value and its RMS over time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -4,8 +4,6 @@ Numbers travel as base64 of little-endian floats.  Samples are thinned to a budg
 pixel anyhow, the two stay between which the ropes' load goes furthest.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import re

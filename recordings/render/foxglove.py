@@ -5,8 +5,6 @@ viewers: any site that a browser shows may knock at such a port.  What is sent i
 which viewers here need four messages.  A viewer that is slow misses what is older; it never makes the run wait.
 """
 
-from __future__ import annotations
-
 import base64
 import hmac
 import json

@@ -10,8 +10,6 @@ The run only hands over what it has anyhow; a thread of the page's own packs it,
 of messages at its own pace, so neither a slow browser nor none at all can hold up the run.
 """
 
-from __future__ import annotations
-
 import hmac
 import secrets
 import socket

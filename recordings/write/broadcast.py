@@ -6,8 +6,6 @@ sent again each second, for who comes late.
 Whoever looks at a run while it goes on; this one is nobody.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping, Sequence
 from typing import Protocol

@@ -7,8 +7,6 @@ file meanwhile is noticed: a name that leads elsewhere, a size that is not what 
 written to it, other bytes.
 """
 
-from __future__ import annotations
-
 import ctypes
 import errno
 import fcntl

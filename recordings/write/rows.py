@@ -1,7 +1,5 @@
 """Sample rows on their way into the file: a message of numbers and one of all poses per row, ropes where they moved."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol

@@ -6,8 +6,6 @@ A command's docstring is `What it does.    heavylift name ...`: what stands behi
 is printed on a line of its own.  Commands stand below the heading of the file that they are written in.
 """
 
-from __future__ import annotations
-
 import inspect
 import sys
 from collections.abc import Callable, Iterable

@@ -25,8 +25,6 @@ and than half of the way between their bounding spheres before (conservative adv
 1996, section 2.3).  Nothing passes through a plane: all below it touches.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -6,8 +6,6 @@ All of this is numbers of the run that stay frozen in a step.  Guards: a candida
 zero), the normal force vanishes, friction reaches its limit or sliding its end, the place leaves its face.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace

@@ -8,8 +8,6 @@ Edges of several bodies: one rope bends over them where nothing can turn them ou
 Between the bodies there are joints that slide, or turn about the direction of the edges, which they then keep.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import e as E
 from typing import Any

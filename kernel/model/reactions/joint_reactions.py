@@ -13,8 +13,6 @@ touches are determined.  Of the others the values of least norm are shown: the s
 squared moments divided by a lever, over all joints, ropes and contacts of a group.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol

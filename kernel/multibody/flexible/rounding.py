@@ -1,7 +1,5 @@
 """Rounding of modes and constants, and rigid motions of nodes."""
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.algebra.arrays import times
 from heavylift.kernel.algebra.spatial import skew

@@ -24,8 +24,6 @@ of mass (so that acceleration of the ground and gravity are one) if the first mo
 matrices that interpolate displacements with slopes, (5) fulfils this to the order of the elements; it is set exactly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any

@@ -9,8 +9,6 @@ All agree to rounding; their costs differ (`tests/bench/formulations.py`).
 repeated_subtrees: equal branches share their code
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from heavylift.kernel.compiler.symbol import Array

@@ -4,8 +4,6 @@ Featherstone 2008, section 7.3, in world axes about one point, where no transfor
 A joint of several degrees of freedom is eliminated column by column, so only scalars are ever inverted.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -13,8 +13,6 @@ R = T^T S: row i holds the columns of all joints on the path of body i.  Then R^
 (Haug 1992, Shabana 2005: generalised coordinate partitioning with joint coordinates).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

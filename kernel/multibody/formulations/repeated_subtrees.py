@@ -6,8 +6,6 @@ trees have small code.  It hands its articulated inertia and force to the trunk 
 bodies then are solved as ever; the limbs follow the accelerations of what they hang on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

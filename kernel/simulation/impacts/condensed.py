@@ -4,8 +4,6 @@ A loop's rows push and pull as needed, so that they follow from the contacts' im
 the rows' matrix, in plain arrays and a fixed order.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.constraints.complementarity import eliminate
 

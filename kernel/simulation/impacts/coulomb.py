@@ -13,8 +13,6 @@ moves.  A place slips when what pushes and what sticks elsewhere leaves it free 
 so that a contact slips when no distribution of forces within all cones holds it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import sqrt
 

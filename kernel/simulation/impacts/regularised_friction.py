@@ -13,8 +13,6 @@ sets that are all right.  Sweeps (Jourdan, Alart, Jean, Comput. Meth. Appl. Mech
 solutions whenever there is one in practice, more slowly.  Plain floats in a fixed order.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numpy as np

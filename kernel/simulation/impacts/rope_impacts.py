@@ -7,8 +7,6 @@ throws another off that its force brings back at once, both would snap in turns 
 events may be late feeds them: the other's motion is ended, too.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import fsum
 

@@ -8,8 +8,6 @@ The native functions interpreted on floats: the same text, NumPy instead of mach
 It exists to check the tracer and the compiler: both must agree to 1e-12.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -6,8 +6,6 @@ X and P are the same in all.
 With what a scene is simulated.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ top was passed.  Only if that may be the highest of the run, and by more than th
 the dense output, which is as exact as the ends are: a polynomial through `NODES` of them has the top.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.algebra.dense import inverse
 from heavylift.kernel.compiler.function import Function

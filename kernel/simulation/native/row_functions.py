@@ -7,8 +7,6 @@ surveying, kicking   the rows' matrix for the pivoting solver; impulses along th
 halted       joints that are locked in motion: the state after the impulse (see `joint_locking`), with its heat and work
 """
 
-from __future__ import annotations
-
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function

@@ -3,8 +3,6 @@
 The native code writes rows in this order; `samples` shows them as channels, and islands are merged column by column.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -6,8 +6,6 @@ potential + stored - work + heat is constant.
 Signals read from a sample row: what a model that listens gets, by IEEE arithmetic alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

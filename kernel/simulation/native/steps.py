@@ -6,8 +6,6 @@ next call commits it, so that an input inside it can discard it.  A guard that f
 the dense output to a quarter of a nanosecond; what then happens is not decided here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from types import SimpleNamespace
 

@@ -11,8 +11,6 @@ Both are counted, not timed, so that all runs of a scene end alike.  A step of a
 a tenth of a second of the scene or less: nobody waits for that, and no law of a yard asks for it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import sqrt
 

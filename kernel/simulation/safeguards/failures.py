@@ -10,8 +10,6 @@ numbers, such as that of a point mass in the middle of a ball joint; its factors
 Trees in which every body has mass and full inertia need no look.
 """
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

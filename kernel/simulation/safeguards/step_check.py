@@ -9,8 +9,6 @@ the fastest motion is named with its body and the law that holds it: the one who
 or which makes most heat of it, counted per radian.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
