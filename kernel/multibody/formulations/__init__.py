@@ -2,7 +2,8 @@
 
 recursive     composite inertias along the paths, H = L^T D L without fill-in: what the kernel uses (`dynamics`)
 articulated   recursive as well, with articulated inertias and without H: O(n) however deep the tree
-augmented     absolute coordinates of all bodies with a row for every constraint: [M J^T; J 0]
+augmented     absolute coordinates of all bodies with a row for every constraint: [M J^T; J 0]; embedding: velocity
+              transformation, by which constraint forces are projected away, R^T M R dense
 
 All agree to rounding; their costs differ (`tests/bench/formulations.py`).
 
