@@ -8,18 +8,17 @@
 On the coordinator's side `shown` makes a run findable and shows its events.  What holds for observers, for real time
 and for an operator's orders stands in LIVE.md.
 
-announce, observers, observe         how a run is found, what observers are shown, as a line for people
-orders, command_queue                an operator's orders, and where a run takes them
+announce, observers, observe         how a run is found and given orders, what observers are shown, as a line for people
+command_queue                        an operator's orders, and where a run takes them
 keys, pace                           keys of the terminal; how fast a run goes, and when it may go on
 """
 
 from heavylift.kernel.on_demand import face
 
-from .announce import AnnouncedRun, Notice, find, running
+from .announce import AnnouncedRun, Notice, Order, find, order, running
 from .command_queue import TimedCommand, operator_commands
 from .observe import Observer, observe
 from .observers import Audience, Ended, shown
-from .orders import Order, order
 from .pace import Pace, RealTime
 
 __all__ = [

@@ -30,7 +30,7 @@ from heavylift.nodes.models.parts.messages import OperatorAnswer, OperatorComman
 from heavylift.recordings import Recording, file_path
 from heavylift.recordings.write.outputs import COMMANDS
 
-from .orders import Order, Reply
+from .announce import Order, Reply
 from .pace import Tempo
 
 

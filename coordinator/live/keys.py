@@ -22,8 +22,8 @@ from typing import Self
 
 import msgspec
 
+from .announce import Order
 from .command_queue import Asked, Desk
-from .orders import Order
 
 
 class Keyboard:

@@ -31,9 +31,8 @@ from numpy.typing import NDArray
 from ruamel.yaml import YAML
 from scipy.optimize import least_squares
 
-from .alignment import Alignment, Curve, correlation_time
 from .mapping import LogChannel
-from .validation import curves_of
+from .validation import Alignment, Curve, correlation_time, curves_of
 
 STEP, OFFSET_STEP = 0.02, 0.5  # of a scale, and of the log's: steps of the central differences
 NOISE = 0.5  # of a difference: what derivatives of twice the step may differ by, and curvature may be without a look

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.protocol.node import Node, failure
-from heavylift.coordinator.protocol.node_state import together
 from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.kernel.version import __version__
 from heavylift.nodes.devs import Simulator, Tag

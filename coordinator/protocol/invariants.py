@@ -17,9 +17,8 @@ from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import NEVER, Event, Tag, after
 from heavylift.nodes.devs.execution.rules import LONGER
 
-from .distance import Coupling
+from .distance import Coupling, NodeState
 from .messages import Done, Hello
-from .node_state import NodeState
 
 
 class Before(NamedTuple):

@@ -24,7 +24,7 @@ from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, fingerprint
 from heavylift.coordinator.participants.parts import encode as part
 from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.protocol.node_state import together
+from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.record.run_record import Budget
 from heavylift.coordinator.record.scene import Record, RunResult
 from heavylift.coordinator.supervision.failover import DEADLINE_s

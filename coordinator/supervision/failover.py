@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable
 import msgspec
 from heavylift.coordinator.hosts.listener import RemoteListener
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.protocol.node_state import together
+from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.transport.hub import Hub, REMOTE_s
 from heavylift.coordinator.transport.link import JOIN_s
 from heavylift.coordinator.transport.placement import Placement

@@ -14,7 +14,7 @@ from pathlib import Path
 from struct import Struct
 
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.protocol.node_state import together
+from heavylift.coordinator.protocol.distance import together
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Tag
 

@@ -5,7 +5,7 @@ variant             one run as a row of numbers, in any worker; dask_workers: th
 study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Executor
 limiting, motions   how far a number may go before the verdict turns red; speeds of all moves of a kind
 planning            the shortest timing of an action list within its limits
-timing, timetable   what of it can be quicker, written into the scene; two timings beside each other
+timing              what of it can be quicker, written into the scene; two timings beside each other
 summary, page       designs and what the rows say: counts, curves, histograms, indices, probabilities; pages
 """
 

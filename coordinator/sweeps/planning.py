@@ -22,8 +22,7 @@ from heavylift.nodes.scene.keys.defaults import override
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 
-from .timetable import FoundTiming, Parts, done, last_wait
-from .timing import Step, overlaps, ramps, rewritten, speeds
+from .timing import FoundTiming, Parts, Step, done, last_wait, overlaps, ramps, rewritten, speeds
 
 LOG = logging.getLogger("heavylift.sweeps")
 WORTH_s = 0.5  # of a gain that counts

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
-from heavylift.coordinator.protocol.node_state import together
+from heavylift.coordinator.protocol.distance import together
 from heavylift.coordinator.transport.placement import nodes_of
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recording

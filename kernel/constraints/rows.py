@@ -14,11 +14,9 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select
 from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.ropes import at_the_hook
 
-from .block_matrix import Blockwise, Unsymmetric
+from .block_matrix import Blockwise, OpenTree, Unsymmetric
 from .loop_closures import CLOSURES
-from .rigid_ropes import SLACK, RigidAt
-from .row_structure import CompiledScene, ConstraintRow, Lengths, Numbers, held_rows
-from .tree_factors import OpenTree
+from .row_structure import SLACK, CompiledScene, ConstraintRow, Lengths, Numbers, RigidAt, held_rows
 
 ROUNDED = 1e-12  # part of a row that is round-off
 _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom

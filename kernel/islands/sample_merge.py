@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import exact
-from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.mechanics import RigidRope, Rope, System, merge
 from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE

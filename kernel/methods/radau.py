@@ -21,8 +21,8 @@ from heavylift.kernel.methods.method import Rate, StepState
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates, speeds
 
+from .control import allowed
 from .method import Attempt, Build, Exponents, combine, fallen_in, inside, length
-from .tolerance_scale import allowed
 from .velocity_space import VelocitySpace
 
 R6, R3 = sqrt(6.0), power(3.0, 1.0 / 3.0)

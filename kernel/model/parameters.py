@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from heavylift.kernel.constraints.contact.contact_points import contact_numbers
 from heavylift.kernel.constraints.loop_closures import closure_numbers
-from heavylift.kernel.constraints.rigid_ropes import rigid_numbers
+from heavylift.kernel.constraints.row_structure import rigid_numbers
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.table import SharedForce
 from heavylift.kernel.multibody.graph import Graph

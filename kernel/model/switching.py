@@ -10,7 +10,7 @@ from math import isfinite
 from types import SimpleNamespace
 
 import numpy as np
-from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.joint_laws import BrakeAt

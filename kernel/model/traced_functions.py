@@ -9,7 +9,7 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select
-from heavylift.kernel.constraints.tree_factors import OpenTree, open_tree
+from heavylift.kernel.constraints.block_matrix import OpenTree, open_tree
 from heavylift.kernel.multibody.dynamics import energies
 from heavylift.kernel.multibody.formulations import formulated
 from heavylift.kernel.multibody.formulations.repeated_subtrees import limbs_of

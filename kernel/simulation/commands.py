@@ -13,7 +13,7 @@ from types import SimpleNamespace
 from typing import Protocol
 
 import numpy as np
-from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Point, RopeSpan, Vector
 from heavylift.kernel.errors import KernelError

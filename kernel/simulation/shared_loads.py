@@ -6,7 +6,7 @@ plane of a planar linkage, are not worth a word.
 """
 
 import numpy as np
-from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.simulation.assembly.assembly import INDEPENDENT
 from heavylift.kernel.simulation.native.native_state import NativeState

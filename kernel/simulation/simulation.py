@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.methods.tolerance_scale import rounded, scale_of
+from heavylift.kernel.methods.control import rounded, scale_of
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateChange, Switches

@@ -14,7 +14,6 @@ ports, messages, models         what these are made of
 hybrid                          atomics that follow a differential equation between their transitions
 statistics                      tallies, means over time, streams of random numbers
 references                      code that a scene or a command line names
-travelling                      a message as each receiver gets it
 execution                       the abstract simulator
 """
 

@@ -12,7 +12,7 @@ from math import fsum
 
 import numpy as np
 from heavylift.kernel.constraints.complementarity import product, solve
-from heavylift.kernel.constraints.rigid_ropes import TOUCHING, RigidAt
+from heavylift.kernel.constraints.row_structure import TOUCHING, RigidAt
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program

@@ -22,7 +22,7 @@ from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.contact.contact_points import DEPTH, LEAVE, RESTING, Site, SlotAt
 from heavylift.kernel.constraints.contact.frames import ContactFrame
 from heavylift.kernel.constraints.contact.pairs import HELD
-from heavylift.kernel.constraints.rigid_ropes import TOUCHING, RigidAt
+from heavylift.kernel.constraints.row_structure import TOUCHING, RigidAt
 from heavylift.kernel.errors import KernelError
 
 if TYPE_CHECKING:

@@ -20,9 +20,9 @@ from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.choice import choose, control_of
+from heavylift.kernel.methods.control import FINEST
 from heavylift.kernel.methods.method import LONGEST, AtRest, Method, StepCode
 from heavylift.kernel.methods.stability import jacobian
-from heavylift.kernel.methods.tolerance_scale import FINEST
 from heavylift.kernel.model.checks import check_options
 from heavylift.kernel.model.code_structure import structure
 from heavylift.kernel.model.evaluation import Evaluation, evaluate

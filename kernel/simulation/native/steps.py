@@ -11,9 +11,8 @@ from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select, sqrt
-from heavylift.kernel.methods.control import Control
+from heavylift.kernel.methods.control import Control, scale_of, still_below
 from heavylift.kernel.methods.method import Evaluated, Method, Rate, StepState, fallen_in, inside, length
-from heavylift.kernel.methods.tolerance_scale import scale_of, still_below
 
 from . import dips
 from .peaks import NEAR, begin, remember, watch

@@ -17,8 +17,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import NEVER, Instant, Slack, Tag, after
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model, Present
-from heavylift.nodes.devs.ports import OutPort, Port
-from heavylift.nodes.devs.travelling import travelling
+from heavylift.nodes.devs.ports import OutPort, Port, travelling
 
 from .purity import Witness
 from .rules import fail

@@ -19,8 +19,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import BEGIN, FOREVER, NEVER, Event, Instant, Slack, Tag, tag_of
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model, Present
-from heavylift.nodes.devs.ports import Arrived, InPort, Port
-from heavylift.nodes.devs.travelling import travelling
+from heavylift.nodes.devs.ports import Arrived, InPort, Port, travelling
 
 from .bags import Schedule, deliver, entry, fitting, received, sorted_bag, spoken
 from .flatten import Wire, flatten
