@@ -3,8 +3,6 @@
 `heavylift limits`, `heavylift plan`: how far numbers of a scene may go, and how quick it can be.
 """
 
-from __future__ import annotations
-
 import json
 import tempfile
 import time
@@ -106,7 +104,7 @@ class _Progress:
         self._done, self._counts = 0, dict[str, int]()
         self._began = self._told = time.monotonic()
 
-    def __call__(self, study: Study, row: dict[str, Any] | None) -> None:
+    def __call__(self, study: "Study", row: dict[str, Any] | None) -> None:
         """The study has begun (None), or a row has come."""
         if row is None:
             self.study = study
@@ -216,7 +214,7 @@ def plan(
     typer.echo("\n".join([*found.told, *(sure.told if sure else []), f"wrote {path}"]))
 
 
-def _certified(path: Path) -> Certificate:
+def _certified(path: Path) -> "Certificate":
     """Of a scene's run, whose recording is not kept."""
     from heavylift.coordinator.ladder.certificate import certifying
     from heavylift.coordinator.run.scene import run

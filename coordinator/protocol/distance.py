@@ -11,8 +11,6 @@ shortens), from each node once; the bound is that of Chandy and Misra, summed ov
 What the coordinator knows of one node: what it has said of its future, and what waits for it.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left, insort
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from heapq import heappop, heappush
@@ -220,7 +218,7 @@ class NodeState:
             self.hears = self._pending[0].tag if self._pending else FOREVER
         return done
 
-    def hold_back(self, other: NodeState, dones: int) -> None:
+    def hold_back(self, other: "NodeState", dones: int) -> None:
         """The other one cannot move before this one does; it is looked at again then."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:

@@ -1,7 +1,5 @@
 """What a recording says of its scene at the start: how it is computed, what is rated, what hangs and stands where."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -15,7 +13,7 @@ if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
 
-def facts_of(scene: LoadedScene, nodes: Sequence[str], placement: Placement) -> dict[str, object]:
+def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -> dict[str, object]:
     """All of it, by name."""
     plan = scene.plan
     return {
@@ -46,7 +44,7 @@ def told_of(plan: Plan) -> str:
     return f"left out: {', '.join(out)}" if out else "as it is written"
 
 
-def _asked(scene: LoadedScene) -> dict[str, object]:
+def _asked(scene: "LoadedScene") -> dict[str, object]:
     """What a scene asks and how accurately; nothing of one that asks nothing."""
     if not scene.facts.ask:
         return {}

@@ -9,8 +9,6 @@ time between the first grant and the last answer, that is models, messages and w
 own work while the coordinator records, so the parts can add up to a little more than the whole.
 """
 
-from __future__ import annotations
-
 import platform
 import sys
 import time
@@ -41,7 +39,7 @@ class Budget:
     exit: float = 0.0
 
     @staticmethod
-    def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> Budget:
+    def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> "Budget":
         """From when it began, all nodes had said HELLO, nothing was left to do, all were gone; and the kernel's own."""
         marks = [start, greeted, played, ended]
         starting, playing, ending = ((b[0] - a[0]) - (b[1] - a[1]) for a, b in pairwise(marks))  # without the recording

@@ -1,7 +1,5 @@
 """What the run of a scene puts on record beside any run's: facts, samples, what is drawn, the energy balance."""
 
-from __future__ import annotations
-
 import time
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
@@ -72,7 +70,7 @@ class Record(FileTape):
 
     def __init__(
         self,
-        scene: LoadedScene,
+        scene: "LoadedScene",
         models: dict[str, NodeModel],
         output: Path,
         placement: Placement,

@@ -7,8 +7,6 @@ A process can be replaced: `kill` it, let the hub `renew` it, `begin` it; with a
 Nodes stand in a session of their own, so that Ctrl-C reaches the coordinator only, which ends them in order.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os
@@ -113,7 +111,7 @@ class Processes:
         for thread in self._threads:
             thread.start()
 
-    def start(self, hub: Hub, commands: Mapping[str, Sequence[str]]) -> None:
+    def start(self, hub: "Hub", commands: Mapping[str, Sequence[str]]) -> None:
         """Start every process: name -> (module, arguments...); the module's `main(arguments)` makes its Link."""
         self._hub, self._commands = hub, dict(commands)
         hub.supervise(self.deaths)

@@ -3,8 +3,6 @@
 The sheet of `heavylift limits`: how far each number may go, what limits it there, and the use on the way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import ceil, isfinite, nan
 from textwrap import fill
@@ -171,7 +169,7 @@ def _around(values: np.ndarray) -> tuple[float, float] | None:
     return least - more, most + more
 
 
-def canvas(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> Figure:
+def canvas(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> "Figure":
     """A figure of so many axes in the style of the page."""
     from matplotlib.figure import Figure
 
@@ -259,7 +257,7 @@ def _figure(found: Sequence[FoundLimit]) -> str:
     return in_page(figure)
 
 
-def _drawn(ax: Axes, one: FoundLimit) -> None:
+def _drawn(ax: "Axes", one: FoundLimit) -> None:
     x, use, green = _points(one)
     ax.plot(x, 100.0 * use, color=COLOURS[0], lw=1.2, alpha=0.6)
     for good, colour in ((True, COLOURS[2]), (False, LIMIT)):

@@ -5,8 +5,6 @@ parts/           rows as they come, one Parquet file for each second or so; a ki
 rows.parquet     all rows, whenever the study stops; recordings/000012.mcap, summary.html
 """
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os
@@ -158,7 +156,7 @@ class Study:
                 part.unlink()
         self._number = 0
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> "pandas.DataFrame":
         """All rows as a DataFrame, by the number of the variant."""
         try:
             import pandas

@@ -6,8 +6,6 @@ the present incarnation.  What an earlier incarnation still says is dropped, any
 The coordinator's end of a run whose nodes live in its own process; see `hub` for the contract.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Self
@@ -84,7 +82,7 @@ class Exchange:
         """Show data of a recording to observers (key sample/<topic>); a slow one misses some."""
         self._shown_at("sample", topic).put(payload, f"application/protobuf;{schema}", t_ns)
 
-    def _shown_at(self, *chunks: str) -> _Shown:
+    def _shown_at(self, *chunks: str) -> "_Shown":
         if chunks not in self._shown:
             self._shown[chunks] = _Shown(self._session, key(self.run, *chunks))
         return self._shown[chunks]

@@ -7,8 +7,6 @@ that knows better replaces it (failover.py). What an earlier incarnation of a pr
 A watching thread wakes `receive` with a message to ourselves (liveness.py).
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -49,7 +47,7 @@ class Door(ListenAddress, Protocol):
 
     @property
     def seen_from_afar(self) -> str: ...
-    def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> Gate: ...
+    def gate(self, hub: "Hub", session: zenoh.Session, scene: str, say: Callable[[str], None]) -> Gate: ...
 
 
 class Hub(Exchange):

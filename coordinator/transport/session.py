@@ -12,8 +12,6 @@ What is not allowed here is denied, in silence on the side of the one who tried.
 somebody is; the messages are those of Zenoh, the flows are seen from the coordinator.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -125,7 +123,7 @@ class Ticket(msgspec.Struct, frozen=True):
         return msgspec.json.encode(self).decode()
 
     @classmethod
-    def take(cls) -> Ticket:
+    def take(cls) -> "Ticket":
         """The ticket of this process, once; nothing is left on standard input for its models."""
         try:
             with open(0, "rb", closefd=False) as given:

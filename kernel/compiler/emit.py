@@ -9,8 +9,6 @@ The key of the cache is made from the sources of the kernel, the structure of th
 so that a second start needs neither tracing nor compiling.
 """
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import sys
@@ -43,7 +41,7 @@ class EmittedParts:
     """Functions, sequences and loops that make up one native function."""
 
     name: str
-    parts: tuple[Function | EmittedParts, ...]
+    parts: "tuple[Function | EmittedParts, ...]"
 
     @property
     def blocks(self) -> list[str]:

@@ -12,8 +12,6 @@ Redundant rows make A singular; the proximal passes (A + mu) x_n+1 = b + mu x_n 
 passed with bounded multipliers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -211,7 +209,7 @@ class Proximal:
 
     _substitute: Function  # (C, b -> x) of one factorisation
 
-    def _multipliers(self, C: Array, mu: Scalars, b: Scalars, prior: Scalars | None = None) -> Outputs:
+    def _multipliers(self, C: Array, mu: Scalars, b: Scalars, prior: "Scalars | None" = None) -> Outputs:
         """Of redundant rows those next to `prior` (n,), to zero without."""
         first = b if prior is None else [e + m * y for e, m, y in zip(b, mu, prior, strict=True)]
         x = self._substitute(C=C, b=first).x

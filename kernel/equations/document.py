@@ -6,8 +6,6 @@ The symbols are the paper's: v, a, f six components of velocity, acceleration an
 joints carry the numbers of the graph, laws their names.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -22,7 +20,7 @@ class Formula(NamedTuple):
     text: str
     latex: str
 
-    def __add__(self, other: object) -> Formula:
+    def __add__(self, other: object) -> "Formula":
         o = other if isinstance(other, Formula) else plain(str(other))
         return Formula(self.text + o.text, self.latex + o.latex)
 

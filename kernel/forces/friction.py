@@ -3,8 +3,6 @@
 Points on pads that are horizontal or lie on a body: one-sided spring-dampers with friction.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -98,7 +96,7 @@ class SupportLaw(ForceLaw[Support]):
 
     kind = "support"
 
-    def within(self, f: Support, setting: Setting) -> SupportLaw:
+    def within(self, f: Support, setting: Setting) -> "SupportLaw":
         return SupportLaw(setting.clamped, setting.at_rest)
 
     def numbers(self, f: Support, poses: Poses) -> list[float]:

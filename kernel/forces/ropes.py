@@ -12,8 +12,6 @@ they do not weigh, a sixth of the rope at each end, is a force.  At the lower en
 weight than in the middle.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -101,7 +99,7 @@ class RopeLaw(ForceLaw[Rope]):
 
     kind = "rope"
 
-    def within(self, f: Rope, setting: Setting) -> RopeLaw:
+    def within(self, f: Rope, setting: Setting) -> "RopeLaw":
         return RopeLaw(setting.clamped, f.name in setting.calm, f.winch, setting.gravity)
 
     def signal(self, f: Rope) -> InputSignal:

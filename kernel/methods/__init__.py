@@ -5,7 +5,7 @@ method, choice           what every method tells: stages, interpolant, stability
 explicit                 Runge-Kutta pairs; symplectic Euler
 radau                    Radau IIA of order 5, for stiff laws and long steps along the equilibrium path
 velocity_space           its Newton systems, over the velocities alone
-control, stability       error-controlled and fixed steps, what the tolerance is relative to; what fixed steps are refused
+control, stability       error-controlled and fixed steps, scale of tolerances; what fixed steps are refused
 
 Acceptance of steps, location of guards, commits and samples are the same for all and stand in
 `kernel.simulation.native.steps`.

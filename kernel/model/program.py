@@ -5,8 +5,6 @@ Equal trees and equal laws are one traced function each, called for every instan
 small however large the yard.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cached_property
 from types import SimpleNamespace
@@ -51,7 +49,7 @@ class _Cut(NamedTuple):
     """What the programs of a description share, of which and how it was made."""
 
     of: System
-    how: tuple[type[Program], str, frozenset[str] | None]
+    how: "tuple[type[Program], str, frozenset[str] | None]"
     system: System
     graph: Graph
     locked: frozenset[str]
@@ -111,7 +109,7 @@ class Program:
         self.calm = calm
 
     def _cut(
-        self, system: System, modes: Mapping[str, FlexibleModes] | None, locked: frozenset[str] | None
+        self, system: System, modes: "Mapping[str, FlexibleModes] | None", locked: frozenset[str] | None
     ) -> list[Tree]:
         """Graph, trees with their functions, rows and poses at the start, which all programs of a description share;
         the trees as they are traced."""

@@ -15,8 +15,6 @@ value that the column has had so far, whichever is finer; numbers in other units
 comparisons are made of the rounded numbers: whoever reads the file can compute them again.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from itertools import chain, count
@@ -92,7 +90,7 @@ class SampleLayout(msgspec.Struct, frozen=True):
     channels: list[SampleChannel]
     recalled: int = 0
     most: list[float] = []
-    lifts: dict[str, SampleLayout] = {}
+    lifts: "dict[str, SampleLayout]" = {}
 
     @property
     def width(self) -> int:
@@ -103,7 +101,7 @@ class SampleLayout(msgspec.Struct, frozen=True):
         """The channel of this topic, if the row has one."""
         return next((channel for channel in self.channels if channel.topic == topic), None)
 
-    def check(self) -> SampleLayout:
+    def check(self) -> "SampleLayout":
         """This layout, or a RecordingError if topics repeat or names and columns do not fit."""
         topics: set[str] = set()
         for channel in self.channels:

@@ -5,8 +5,6 @@ value as JSON, and the schema tells which text was bytes; of a number that was n
 such an event has no digest that can be computed again.
 """
 
-from __future__ import annotations
-
 from base64 import b64decode
 from collections.abc import Mapping
 from typing import Any
@@ -91,7 +89,7 @@ class Contents:
         for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
             self._digest.note(number, t_ns, sentence)
 
-    def _add(self, lift: _Lift) -> None:
+    def _add(self, lift: "_Lift") -> None:
         """The rows that wait."""
         times, numbers, rows = lift.joined()
         if rows is None:

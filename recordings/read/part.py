@@ -5,8 +5,6 @@ after `measured_` or `error_` where a log stands beside the run.  What hangs on 
 its tension is what people ask for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -55,7 +53,7 @@ class RecordedPart:
             self._words.setdefault(word, []).append(signal)
 
     @staticmethod
-    def of(rec: SignalSource, name: str) -> RecordedPart:
+    def of(rec: SignalSource, name: str) -> "RecordedPart":
         """The part of this name; "legs/1" is legs-1."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(HANGING, {}).items() if hung in names}

@@ -7,8 +7,6 @@ t, values, names, unit = signal               # all columns at once, values (n, 
 How recordings and signals look in a notebook: a table and a small drawing, no script, everything escaped.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -117,21 +115,21 @@ class Signal:
             raise SignalError(f"{self.name or 'the signal'} has no column {column}; {meant(column, self.names)}")
         return self.values[:, self.names.index(column)]
 
-    def at(self, t: Floats) -> Signal:
+    def at(self, t: Floats) -> "Signal":
         """The signal at other times [s], between its own by straight lines, beyond them not a number."""
         if np.array_equal(t, self.t):
             return self
         columns = [np.interp(t, self.t, x, left=np.nan, right=np.nan) for x in self.values.T]
         return Signal(t, np.column_stack(columns), self.names, self.unit, self.name)
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> "pandas.DataFrame":
         """A pandas DataFrame: the time [s] as index, units in the column names."""
         missing = "a DataFrame needs pandas; install heavylift[pandas] or use .t and .values"
         library = extra("pandas", RecordingError(missing))
         index = library.Index(self.t, name="time [s]")
         return library.DataFrame(dict(zip(titles(self), self.values.T, strict=True)), index=index)
 
-    def to_arrow(self) -> pyarrow.Table:
+    def to_arrow(self) -> "pyarrow.Table":
         """A pyarrow Table: the time [s] first, units in the column names."""
         missing = "a Table needs pyarrow; install heavylift[parquet] or use .t and .values"
         return extra("pyarrow", RecordingError(missing)).table(

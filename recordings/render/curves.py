@@ -6,8 +6,6 @@ pictures, .html is a page with zoom and cursor that needs no network.
 Figures of curves on paper (matplotlib) and on a page of their own (the bundled uPlot).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,7 +87,7 @@ def picture(figure: Figure, out: Path, force: bool = False) -> Path:
         return save(canvas, out, force)
 
 
-def _stages(axes: Axes, figure: Figure, last: float, named: bool) -> None:
+def _stages(axes: "Axes", figure: Figure, last: float, named: bool) -> None:
     spans = banded(axes, [t for t, _ in figure.stages], last)
     for i, (start, stop) in enumerate(spans):
         if named and stop - start > 0.04 * last:
@@ -98,7 +96,7 @@ def _stages(axes: Axes, figure: Figure, last: float, named: bool) -> None:
                           textcoords="offset points", ha="center", size=7, color=QUIET)  # fmt: skip
 
 
-def _panel(axes: Axes, panel: Panel) -> None:
+def _panel(axes: "Axes", panel: Panel) -> None:
     for curve in panel.curves:
         how: dict[str, Any] = {"ls": (0, (4, 2)), "lw": 0.9} if curve.dashed else {"lw": 1.2}
         if curve.spoken:

@@ -7,8 +7,6 @@ would raise the energy, as Newton's law can with friction (Kane 1984), the impac
 force fulfils the laws (Painleve 1895) the run is refused by name.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import fsum
@@ -58,7 +56,7 @@ class ImpactResult:
 class ContactSets:
     """Decides in P which contacts push, stick and slide, and which rigid ropes beside them are taut."""
 
-    def __init__(self, program: Program, P: np.ndarray) -> None:
+    def __init__(self, program: "Program", P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
         self._loops = list(range(len(program.constraints.of)))
         self._touches = first_guard(program, "touch")

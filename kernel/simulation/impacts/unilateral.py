@@ -9,8 +9,6 @@ A candidate whose witness is no more than `TOUCH` at an event touches in that in
 for, the fastest come first.  What touches sticks until the solver says more.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -155,7 +153,7 @@ class UnilateralRope(Unilateral):
         """It is taut already."""
 
 
-def ropes_of(program: Program, numbers: Numbers) -> list[UnilateralRope]:
+def ropes_of(program: "Program", numbers: Numbers) -> list[UnilateralRope]:
     """All rigid ropes, in order."""
     row = len(program.constraints.of)
     guard = first_guard(program, "rigid")
@@ -164,7 +162,7 @@ def ropes_of(program: Program, numbers: Numbers) -> list[UnilateralRope]:
     ]
 
 
-def slots_of(program: Program, numbers: Numbers) -> list[Slot]:
+def slots_of(program: "Program", numbers: Numbers) -> list[Slot]:
     """All slots of contacts, in order."""
     out: list[Slot] = []
     row, press = len(program.constraints) - len(program.contacts.held), first_guard(program, "press")
@@ -176,7 +174,7 @@ def slots_of(program: Program, numbers: Numbers) -> list[Slot]:
     return out
 
 
-def first_guard(program: Program, kind: str) -> int:
+def first_guard(program: "Program", kind: str) -> int:
     """Number of the first guard of a kind, -1 if there is none."""
     return next((i for i, (what, _) in enumerate(program.guards) if what == kind), -1)
 

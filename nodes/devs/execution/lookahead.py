@@ -8,8 +8,6 @@ Lambda: what the atomics that are due say at a tag, in path order, each once, an
 what they tell of a run when it is over, each by `result()`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Never
 
@@ -68,7 +66,7 @@ class Border:
             return soonest
         return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
-    def still_promises(self, at: Tag, before: Border) -> None:
+    def still_promises(self, at: Tag, before: "Border") -> None:
         """Refuse a change of structure by which a lookahead falls."""
         for port, ahead in before._promised.items():
             now = self._promised[port]
