@@ -13,9 +13,10 @@ import fcntl
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager
 from io import FileIO
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple, Self
+from typing import Annotated, Literal, NamedTuple
 
 import msgspec
 import zenoh
@@ -54,7 +55,7 @@ class AnnouncedRun(NamedTuple):
         return _locked(self.directory / NAME)
 
 
-class Announcement:
+class Announcement(AbstractContextManager["Announcement"]):
     """Makes a run findable as long as it is open."""
 
     def __init__(
@@ -78,9 +79,6 @@ class Announcement:
     def close(self) -> None:
         """The run is over."""
         self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

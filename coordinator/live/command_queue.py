@@ -13,9 +13,9 @@ run(scene, "again.mcap", commands=operator_commands("turnover.mcap"))      the s
 
 from collections import deque
 from collections.abc import Callable, Iterable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import msgspec
 import zenoh
@@ -84,7 +84,7 @@ class Asked(NamedTuple):
     reply: Callable[[Reply], None]
 
 
-class Desk:
+class Desk(AbstractContextManager["Desk"]):
     """A context manager: at its end nobody is left without an answer, and a journal that is not needed goes."""
 
     def __init__(
@@ -238,9 +238,6 @@ class Desk:
         self._journal.append(msgspec.msgpack.encode(given), sync=True)
         core.inject(command(given))
         self._taken.add(given.tag.t)
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -11,9 +11,8 @@ The samples of a run on its bus, for programs that subscribe to them; who is slo
 """
 
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Self
 
 import msgspec
 from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
@@ -45,7 +44,7 @@ def entry(data: bytes) -> Event | Ended:
     return _EVENT.decode(data) if data[0] & 0xF0 == ARRAY else _ENDED.decode(data)
 
 
-class Audience:
+class Audience(AbstractContextManager["Audience"]):
     """Shows the events of one run as long as it is open, as a context manager; `last_ns` is where the run has come."""
 
     def __init__(self, hub: Hub) -> None:
@@ -65,9 +64,6 @@ class Audience:
                 at = event.type, event.t, event.k, event.index
                 self._hub.publish_event(event.source, event.port, event.payload, *at)
             self._events.clear()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         status, reason = ("finished", "") if error is None else ("failed", str(error) or type(error).__name__)

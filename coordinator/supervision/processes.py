@@ -18,9 +18,10 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from io import FileIO
 from queue import SimpleQueue
-from typing import IO, TYPE_CHECKING, Self
+from typing import IO, TYPE_CHECKING
 
 from heavylift.coordinator.stopping import open_streams, whole
 from heavylift.coordinator.transport.run_directory import RunDirectory
@@ -43,7 +44,7 @@ ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # NumPy would start more when it is 
 STACKS_s = 0.5  # in which a process writes where it is
 
 
-class Processes:
+class Processes(AbstractContextManager["Processes"]):
     """The node processes of one run, and its private directory."""
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
@@ -285,9 +286,6 @@ class Processes:
                 self._hub.notice()
         if self._hub is not None:
             self._hub.notice()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         self.end(grace=GRACE_s if error is None else 0.0)

@@ -15,9 +15,10 @@ import secrets
 import socket
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any, Self, cast
+from typing import Any, cast
 
 import msgspec
 import numpy as np
@@ -178,7 +179,7 @@ PATIENCE = 10.0  # [s] for a first browser to come when the run is over before o
 FAREWELL = 2.0  # [s] for browsers to get the end
 
 
-class LivePage(Spectator):
+class LivePage(Spectator, AbstractContextManager["LivePage"]):
     """`begin`, then `event`, `ropes`, `samples` as they come, then `end`; a context manager around the whole run."""
 
     def __init__(self) -> None:
@@ -240,9 +241,6 @@ class LivePage(Spectator):
             said = f"{status}, {duration(self._t_ns * 1e-9)} simulated; recorded in {where}"
             last = {"status": said, "facts": [*self._facts, *told.items(), *kept], "peaks": peaks}
             self._server.say("end", msgspec.json.encode(last))
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, _: object, error: object, *__: object) -> None:
         self._over.set()
