@@ -26,7 +26,7 @@ def watch(
     from fnmatch import fnmatchcase
 
     from heavylift.coordinator.live import find, observe
-    from heavylift.coordinator.live.observe import Lines
+    from heavylift.coordinator.live.observers import Lines
 
     found = find(run)
     if ticket:

@@ -8,7 +8,7 @@
 On the coordinator's side `shown` makes a run findable and shows its events.  What holds for observers, for real time
 and for an operator's orders stands in LIVE.md.
 
-announce, observers, observe         how a run is found and given orders, what observers are shown, as a line for people
+announce, observers                  how a run is found and given orders; what observers are shown, as a line for people
 command_queue                        an operator's orders, and where a run takes them
 keys, pace                           keys of the terminal; how fast a run goes, and when it may go on
 """
@@ -17,8 +17,7 @@ from heavylift.kernel.on_demand import face
 
 from .announce import AnnouncedRun, Notice, Order, find, order, running
 from .command_queue import TimedCommand, operator_commands
-from .observe import Observer, observe
-from .observers import Audience, Ended, shown
+from .observers import Audience, Ended, Observer, observe, shown
 from .pace import Pace, RealTime
 
 __all__ = [

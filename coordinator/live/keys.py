@@ -3,11 +3,7 @@
     space: pause and go on    s or .: to the next event, then pause    + and -: twice and half the rate    q: end
 
 A thread waits for keys and lays orders on the desk; the conversation attends to them between two rounds.  Where
-standard input is no terminal there are no keys.
-
-Keys of a terminal while something runs: `wait` is a sleep that a key ends.
-
-Without a terminal there are no keys and `wait` only sleeps.  The terminal gets its settings back in any case.
+standard input is no terminal there are no keys, and `wait`, a sleep that a key ends, only sleeps.
 """
 
 import os

@@ -29,8 +29,7 @@ from heavylift.recordings.render.lichtblick import LAYOUT, layout
 from numpy.typing import NDArray
 
 from .drawing import RopeLines, boxes, surroundings
-from .energy import EnergyAudit
-from .facts import facts_of, rated
+from .facts import EnergyAudit, facts_of, rated
 from .run_record import Budget, FileTape, Held, clocked
 
 if TYPE_CHECKING:

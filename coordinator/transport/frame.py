@@ -1,13 +1,4 @@
-"""Every message of a run travels in one frame: who says it, in which run, as which message, undamaged.
-
-    crc32 | sequence | magic | topic | epoch | len(run) | len(node) | run | node | payload      little-endian
-
-The CRC32 covers all that follows it. `Writer` numbers the messages of one node on one topic from 0 upwards;
-`FrameReader` accepts exactly the next one and refuses any other by name, so that a lost, repeated, foreign or
-damaged message ends a run with a sentence and never with a wrong trajectory. The epoch is the incarnation of
-a node: what a dead process still had under way is refused when its successor has taken over.
-
-The keys of a run on the bus, the users that it knows, and the names that nodes and processes may have.
+"""Keys of a run on the bus, its users and names, and the frame of every message: who says it, in which run, undamaged.
 
 heavylift/<run>/in | out | samples/<process>/<node>      one coordinator, one node per key
 heavylift/<run>/alive | ask/<process>/<epoch>            is it there; does it make progress
@@ -17,6 +8,13 @@ heavylift/<run>/enter/<process>                          where it joins, if its 
 heavylift/<run>/event/<model path>/<port>                committed events, for observers
 heavylift/<run>/control                                  orders of an operator, as queries
 heavylift/<run>/sample/<topic>                           data of a recording that is replayed, for observers
+
+    crc32 | sequence | magic | topic | epoch | len(run) | len(node) | run | node | payload      little-endian
+
+The CRC32 covers all that follows it. `Writer` numbers the messages of one node on one topic from 0 upwards;
+`FrameReader` accepts exactly the next one and refuses any other by name, so that a lost, repeated, foreign or damaged
+message ends a run with a sentence and never with a wrong trajectory. The epoch is the incarnation of a node: what a
+dead process still had under way is refused when its successor has taken over.
 """
 
 import re

@@ -21,7 +21,7 @@ from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, select, sqrt
 from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.description.mechanics import WORLD, Body, Point, RigidRope, Rope, System
-from heavylift.kernel.multibody.fixed_masses import gathered
+from heavylift.kernel.multibody.joint_locking import gathered
 
 from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, Setting, attachment
 from .friction import one_sided

@@ -26,9 +26,8 @@ from heavylift.kernel.forces.ropes import with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
 from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
-from heavylift.kernel.multibody.fixed_masses import merged
 from heavylift.kernel.multibody.graph import Graph, Link, build_graph
-from heavylift.kernel.multibody.joint_locking import check_locks
+from heavylift.kernel.multibody.joint_locking import check_locks, merged
 from heavylift.kernel.multibody.kinematics import kinematics
 from heavylift.kernel.multibody.trees import Tree, cut
 
