@@ -113,6 +113,12 @@ def _shown(x: Any) -> str:
     return ", ".join(f"{n} {_shown(getattr(x, n))}" for n in names) or "-"
 
 
+_ALONG = (
+    "f",
+    "share T (b - a)/|b - a|",
+    r"\mathrm{share}\,T\,\frac{\mathbf{b} - \mathbf{a}}{|\mathbf{b} - \mathbf{a}|}",
+    "on the body of a, -f on that of b",
+)
 # left, right as text and as LaTeX, when it holds; for one law of the kind
 _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
     Rope: (
@@ -128,21 +134,11 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
             r"EA\,\frac{l - L_0}{L_0} + c\,(\dot{l} - \dot{L}_0)",
             "while hooked and taut, else 0",
         ),
-        (
-            "f",
-            "share T (b - a)/|b - a|",
-            r"\mathrm{share}\,T\,\frac{\mathbf{b} - \mathbf{a}}{|\mathbf{b} - \mathbf{a}|}",
-            "on the body of a, -f on that of b",
-        ),
+        _ALONG,
     ),
     RigidRope: (
         ("l", "L0", "L_0", "while taut: T is what keeps it; slack while l < L0"),
-        (
-            "f",
-            "share T (b - a)/|b - a|",
-            r"\mathrm{share}\,T\,\frac{\mathbf{b} - \mathbf{a}}{|\mathbf{b} - \mathbf{a}|}",
-            "on the body of a, -f on that of b",
-        ),
+        _ALONG,
     ),
     Support: (
         ("N", "k (height - z) - d z'", r"k\,(\mathrm{height} - z) - d\,\dot{z}", "while closed, else 0"),
