@@ -23,7 +23,7 @@ from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
 from .incarnation import Life, Story, nondeterminism
-from .join_credentials import TicketFile
+from .journal import TicketFile
 from .os_limits import Vigil
 from .processes import KEEPER, GRACE_s, Processes
 

@@ -1,16 +1,14 @@
 """Dimensioned drawings of a lift's key instants, for a report and as DXF.
 
-sheets    a drawing: views and title block on a sheet of A4, as SVG
+sheets    a drawing: views and title block on a sheet of A4, as SVG and as DXF
 views     plan, elevation and rigging sketch with their dimensions
 instants  which instants, and where everything is in each
 ink       lines, texts and dimensions on paper
-dxf       a drawing as DXF
 """
 
 from heavylift.kernel.on_demand import face
 
-from .dxf import write as write_dxf
-from .sheets import drawings
+from .sheets import drawings, write_dxf
 
 __all__ = ["drawings", "write_dxf"]
 

@@ -16,8 +16,7 @@ from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.multibody.dynamics import dynamics
 
-from .articulated import articulated
-from .augmented import augmented, embedding
+from .augmented import articulated, augmented, embedding
 
 __all__ = ["FORMULATIONS", "formulated"]
 

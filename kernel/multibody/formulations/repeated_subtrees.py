@@ -25,7 +25,7 @@ from heavylift.kernel.multibody.trees import (
     with_numbers,
 )
 
-from .articulated import inwards, outwards
+from .augmented import inwards, outwards
 
 FEWEST = 3  # equal limbs that are worth functions of their own
 _UPPER = [(i, j) for i in range(6) for j in range(i, 6)]
