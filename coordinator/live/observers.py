@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from google.protobuf.descriptor import Descriptor
+from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
 from heavylift.coordinator.supervision.journal import Journal, JournalReader
 from heavylift.coordinator.transport.exchange import LocalHub
 from heavylift.coordinator.transport.hub import Hub
