@@ -13,7 +13,7 @@ import fcntl
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager
+from contextlib import contextmanager
 from io import FileIO
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
@@ -55,33 +55,21 @@ class AnnouncedRun(NamedTuple):
         return _locked(self.directory / NAME)
 
 
-class Announcement(AbstractContextManager["Announcement"]):
-    """Makes a run findable as long as it is open."""
-
-    def __init__(
-        self,
-        directory: Path,
-        run: str,
-        scene: str,
-        recording: Path | None,
-        units: Mapping[str, Mapping[str, str]],
-        angles: tuple[str, ...],
-    ) -> None:
-        plain = {name: dict(fields) for name, fields in units.items()}
-        given = path_text(recording.absolute()) if recording else ""
-        notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
-        fresh = directory / (NAME + ".new")
-        self._file = FileIO(fresh, "w", opener=lambda name, flags: os.open(name, flags, 0o600))
-        fcntl.flock(self._file, fcntl.LOCK_EX)
-        self._file.write(msgspec.json.encode(notice))
+@contextmanager
+def announced(
+    directory: Path, run: str, scene: str, recording: Path | None, units: Mapping[str, Mapping[str, str]],
+    angles: tuple[str, ...],
+) -> Iterator[None]:  # fmt: skip
+    """Make a run findable as long as this is open."""
+    plain = {name: dict(fields) for name, fields in units.items()}
+    given = path_text(recording.absolute()) if recording else ""
+    notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
+    fresh = directory / (NAME + ".new")
+    with FileIO(fresh, "w", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        file.write(msgspec.json.encode(notice))
         os.replace(fresh, directory / NAME)  # whole and locked from the first look on
-
-    def close(self) -> None:
-        """The run is over."""
-        self._file.close()
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        yield
 
 
 def running() -> list[AnnouncedRun]:

@@ -22,7 +22,7 @@ from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import SPACES, printable
 from heavylift.nodes.devs import Event, Message
 
-from .announce import AnnouncedRun, Announcement, Notice, find
+from .announce import AnnouncedRun, Notice, announced, find
 
 EVENTS = "events.journal"
 
@@ -87,7 +87,7 @@ def shown(
     units = {kind.__name__: kind.units for kind in _kinds(Message) if kind.units}
     with (
         Audience(hub) as audience,
-        Announcement(hub.directory.path, hub.run, name, recording, units, tuple(turning)),
+        announced(hub.directory.path, hub.run, name, recording, units, tuple(turning)),
     ):
         yield audience
 
