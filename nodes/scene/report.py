@@ -197,7 +197,7 @@ def _page(rows: list[HookLoadRow]) -> list[Table]:
     for stage, group in groupby(rows, key=lambda row: row.stage):
         loads.append((stage, *(round(row.sling_load / 1e3, 1) for row in [*group][-len(hooks) :])))  # at its end
     largest = [max((r for r in rows if r.hook == hook), key=lambda r: r.on_rope) for hook in hooks]
-    most = (
+    most: tuple[tuple[Cell, ...], ...] = (
         ("load of the rope [t]", *(x.on_rope / 1e3 for x in largest)),
         ("without the hook block [t]", *(x.below_hook / 1e3 for x in largest)),
         ("use of the hook's capacity [%]", *(100.0 * x.use for x in largest)),
@@ -272,6 +272,8 @@ def _ropes_at_rest(statics: Followed) -> list[Table]:
     action."""
     ends = _ends(statics)
     ropes = list(ends[0].tensions)[:COLUMNS] if ends else []
-    rows = [(x.stage, *(round(x.tensions[name] / 1e3, 1) for name in ropes)) for x in ends if ropes]
+    rows: list[tuple[Cell, ...]] = [
+        (x.stage, *(round(x.tensions[name] / 1e3, 1) for name in ropes)) for x in ends if ropes
+    ]
     heads = (Column("rope tension at rest [kN]"), *(Column(name, digits=1) for name in ropes))
     return [Table("", heads, _changes(rows))]

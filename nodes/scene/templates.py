@@ -171,6 +171,7 @@ def _block(table: str) -> tuple[tuple[float, float, float], float]:
     if not isinstance(size, list):
         raise SceneError(f"{table}: the row gives no size; add the columns 'size x [m]', 'size y [m]', 'size z [m]'")
     u, v, w = (LENGTH.read(str(side).partition("+-")[0].strip()) for side in size)
+    assert isinstance(block, dict)
     mass = MASS.read(str(block["mass"]).partition("+-")[0].strip()) if "mass" in block else 0.0
     return (u, v, w), mass / 1e3
 
