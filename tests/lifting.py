@@ -8,8 +8,7 @@ from heavylift.nodes.plan import Cargo, Mechanism, Plan, Tie
 from heavylift.nodes.scene import LoadedScene, bundled, parse
 
 SECTIONS = ("project", "gear", "practice", "factors", "limits")
-CRANE = ("mechanism group", "rope partial factor", "drum ends", "sheave efficiency")
-KEYS = (*CRANE, "trolley drive", "trolley brake", "gantry drive", "gantry brake", "lug capacity", "capacity")
+KEYS = ("lug capacity", "capacity")
 GEARED = r"(sling|shackle): \{gear: [^}]*\}"
 
 
@@ -17,7 +16,8 @@ def unstated(text: str) -> str:
     """A scene without what it states only for its checks: gear, capacities, factors, limits."""
     text = re.sub(rf"^({'|'.join(SECTIONS)}):.*\n(?:[ #].*\n)*", "", text, flags=re.M)
     text = re.sub(rf"^ +(?:(?:{'|'.join(KEYS)}):.*|{GEARED})\n", "", text, flags=re.M)
-    return re.sub(rf", (?:capacity: [^}}]*|{GEARED})", "", text)
+    text = re.sub(rf", (?:capacity: [^}}]*|{GEARED})", "", text)
+    return re.sub(r"\n{3,}", "\n\n", text)
 
 
 def bare(name: str, settings: Sequence[str] = ()) -> LoadedScene:
