@@ -78,7 +78,7 @@ def test_a_load_is_as_wrong_as_the_tensions_of_its_ropes_where_nothing_else_is_k
 
 def test_what_is_assumed_is_amber_until_the_scene_accepts_it() -> None:
     plain, accepted = bare("lift"), bare("lift", ["assumed=accept"])
-    assert {c.quantity for c in plain.checks if c.why == "assumed"} >= {"off-lead along", "rope factor"}
+    assert {c.quantity for c in plain.checks if c.why == "assumed"} >= {"off-lead along", "sling tension"}
     assert not [c for c in accepted.checks if c.why == "assumed"]
     assert len(accepted.checks) == len(plain.checks)
 
