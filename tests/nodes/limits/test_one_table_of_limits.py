@@ -170,7 +170,7 @@ def test_a_path_is_judged_as_the_scene_is() -> None:
     scene = bare("lift", ["rig.loaders.loader-3.capacity=140 t"])
     (red,) = judge(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
     assert (red.severity, red.subject, red.stage, red.t) == ("red", "loader-3", "up", None)
-    assert red.where == "lift.yaml:42:5", "where it carries most"
+    assert red.where == "lift.yaml:38:5", "where it carries most"
     assert "red: the slings of loader-3 would carry 1469 kN of 1373 kN (up)" in str(check(scene))
     assert judge(bare("lift").plan, uses_on_path(bare("lift").plan, bare("lift").states), dynamic=False) == []
 

@@ -10,7 +10,7 @@ from heavylift.kernel import SceneError
 from heavylift.kernel.description import Reeving
 from heavylift.nodes.scene import bundled, parse, sling_load
 from heavylift.recordings import Recording
-from lifting import cargo, pose, slings
+from lifting import cargo, pose, slings, unstated
 
 G = 9.80665
 TEXT = bundled()["edge"].read_text(encoding="utf-8")
