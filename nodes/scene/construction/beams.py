@@ -36,10 +36,10 @@ from numpy.typing import NDArray
 
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
-from .rigging.hook_ratings import reeving, rope_factor
-from .rigging.hooks import WIRE, check_drums
+from .rigging.hook_ratings import rope_factor
+from .rigging.hooks import check_drums, hoist_of, mass_of, winch_of
 from .rigging.slings import key_of, lugs_of, rated
-from .scene_builder import SceneBuilder, by_beam, ramp_of
+from .scene_builder import SceneBuilder, by_beam
 
 Edges = tuple[Sheave, ...]
 
@@ -92,37 +92,16 @@ def on_hook(
         over, hangs = _over(yard, rig, name, given, at, [known[lug] for lug in lugs], (x, y, top), hangs)
     pose = (x, y, top - hangs, 0.0, 0.0, 0.0, 1.0)
     rope = _rope(yard, called, hook, given, mass, (hangs + away) / (1 + strain), start[hook.on][1])
-    winch = plan.Actuator(
-        name=rope.name, start=rope.L0, accel=ramp_of(hook.ramp)[0], lower=hook.shortest + away,
-        upper=hook.longest + away, verb="hoist", speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest,
-        emergency=hook.emergency,
-    )  # fmt: skip
-    drums, efficiency, _ = reeving(hook)
-    line = hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
-    part = (hook.fall_breaking or 0.0) / rope_factor(yard, called, hook)[0]
-    part -= line / hook.falls * yard.scene.gravity * rope.L0
-    hoist = plan.Hoist(
-        rope=rope.name,
-        eye=Point(given.parts.eye.body, (0.0, 0.0, 0.0)),
-        block_mass=hook.block,
-        capacity=hook.capacity or 0.0,
-        axis=Point(hook.radius_from) if hook.radius_from else None,
-        chart=tuple(hook.chart or ()),
-        on=hook.on,
-        line=line,
-        ends=((x, y, top), pose[:3]),
-        below=mass,
-        falls=hook.falls,
-        drum_ends=drums,
-        efficiency=efficiency,
-        breaking=hook.fall_breaking or 0.0,
-        rated=max(hook.falls * part / lead_factor(hook.falls, drums, efficiency), 0.0),
-        where=yard.source.where((*path, "hook")),
-    )
-    assert hoist.ends is not None
+    where, line = yard.source.where((*path, "hook")), mass_of(hook)
+    winch = winch_of(rope.name, hook, rope.L0, away, hook.shortest + away, "")
+    hoist = hoist_of(rope.name, hook, Point(given.parts.eye.body, (0.0, 0.0, 0.0)), where)
+    part = hoist.breaking / rope_factor(yard, called, hook)[0] - line / hook.falls * yard.scene.gravity * rope.L0
+    rated = max(hook.falls * part / lead_factor(hook.falls, hoist.drum_ends, hoist.efficiency), 0.0)
+    falls = (x, y, top), pose[:3]
+    hoist = msgspec.structs.replace(hoist, line=line, ends=falls, below=mass, rated=rated)
     heavy = Heavy(
         rope=rope.name, line=line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines[:2]),
-        ends=hoist.ends, below=hoist.below, on=hoist.on, lead=away,
+        ends=falls, below=mass, on=hook.on, lead=away,
     )  # fmt: skip
     free = replace(system.joints[0], q0=pose)
     frame = msgspec.structs.replace(frame, system=replace(system, joints=(free, *system.joints[1:])))

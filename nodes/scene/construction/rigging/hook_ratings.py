@@ -18,7 +18,8 @@ from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.text.source import Path
 
-WAYS: dict[str, Quantity] = {"along": "off-lead along", "across": "off-lead across"}
+WAYS: dict[str, Quantity] = {"off_lead_along": "off-lead along", "off_lead_across": "off-lead across"}
+IN_LIMITS = "as in limits"  # how far a rope of one way may lead
 TRAVELS: dict[tuple[float, float, float], tuple[Quantity, str]] = {
     (1.0, 0.0, 0.0): ("rails", "along"),
     (0.0, 1.0, 0.0): ("girder", "across"),
@@ -45,7 +46,8 @@ class _Hook:
 
     def __init__(self, yard: SceneBuilder, machine: plan.Mechanism, hook: plan.Hoist) -> None:
         self.yard, self.machine, self.hook, self.name = yard, machine, hook, hook.rope
-        self.base, self.given = _base(yard, machine), given_hook(yard, machine, hook.rope)
+        keys = yard.scene.machines.get(machine.name) or yard.scene.mechanism
+        self.base, self.given = _base(yard, machine), keys.hooks[hook.rope]  # type: ignore[union-attr]
 
     def row(self, quantity: Quantity, unit: str, key: str, **more: object) -> RatedLimit:
         """A row of it, as the type or the scene states a key."""
@@ -87,28 +89,17 @@ class _Hook:
         yield self.row("drum pull", "N", "drum_pull", **{"note": told, **pull})
 
     def leads(self) -> Iterator[RatedLimit]:
-        """How far its rope may lead off the vertical: its own limits in two ways, or those of the scene."""
+        """How far its rope may lead off the vertical, in its ways or in any."""
         limits = self.yard.scene.limits
-        for way, quantity in WAYS.items():
-            key = f"off_lead_{way}"
-            own, scene = getattr(self.given, key), getattr(limits, key)
-            if own is None:
-                continue
-            at = (*self.base, "hooks", self.name, written(key))
-            value = own if own != "as in limits" else scene if scene is not None else limits.off_lead
-            there = own != "as in limits" or scene is not None or "off_lead" in limits.model_fields_set
-            where = (
-                self.yard.source.where(at if own != "as in limits" else ("limits",)) if there else self.machine.where
-            )
-            yield self._led(key, quantity, value, "the scene" if there else "assumed", where)
-        if self.given.off_lead_along is None and self.given.off_lead_across is None:
-            by = "the scene" if "off_lead" in limits.model_fields_set else "assumed"
-            yield self._led("off_lead", "off-lead", limits.off_lead, by, self.hook.where)
-
-    def _led(self, key: str, quantity: Quantity, value: object, source: str, where: str) -> RatedLimit:
-        note = "" if value != "unknown" else "the machine's limit is unknown"
-        most = None if value == "unknown" else value
-        return self.row(quantity, "rad", key, value=most, note=note, source=source, where=where)
+        for key in [key for key in WAYS if getattr(self.given, key) is not None] or ["off_lead"]:
+            own, scene, found = getattr(self.given, key, IN_LIMITS), getattr(limits, key), dict[str, object]()
+            if own == IN_LIMITS:
+                own, written = limits.off_lead if scene is None else scene, {key, "off_lead"} & limits.model_fields_set
+                where = self.yard.source.where(("limits",)) if written else self.machine.where
+                found = {"source": "the scene" if written else "assumed", "where": where}
+            note = "the machine's limit is unknown" if own == "unknown" else ""
+            value = None if own == "unknown" else own
+            yield self.row(WAYS.get(key, "off-lead"), "rad", key, value=value, note=note, **found)
 
     def ends(self) -> Iterator[RatedLimit]:
         """How high it may be, and between which ends its winch moves."""
@@ -118,12 +109,6 @@ class _Hook:
         winch = next((a for a in self.machine.actuators if a.name == self.name), None)
         if winch is not None and winch.lower is not None and winch.upper is not None:
             yield self.row("rope length", "m", "longest", between=(winch.lower, winch.upper))
-
-
-def given_hook(yard: SceneBuilder, machine: plan.Mechanism, rope: str) -> HookKeys:
-    """The keys of a hook."""
-    found: HookKeys = (yard.scene.machines.get(machine.name) or yard.scene.mechanism).hooks[rope]  # type: ignore[union-attr]
-    return found
 
 
 def _base(yard: SceneBuilder, machine: plan.Mechanism) -> Path:
