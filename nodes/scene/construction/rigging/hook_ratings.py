@@ -138,7 +138,8 @@ def rope_factor(yard: SceneBuilder, hook: str, given: HookKeys) -> tuple[float, 
     if given.rope_factor is not None:
         return given.rope_factor, "the scene"
     path = ("machines", hook.partition(".")[0], "hooks", hook, "mechanism group")
-    own = yard.source.written(path) != path
+    stated = "mechanism_group" in given.model_fields_set and path not in yard.source.offered
+    own = stated or yard.source.written(path) != path
     return ROPE_FACTORS[given.mechanism_group], f"{ISO_4308}, {given.mechanism_group}{'' if own else ', assumed'}"
 
 
