@@ -51,13 +51,13 @@ class _Rows:
         self.keys: Any = yard.scene.machines.get(machine.name) or yard.scene.mechanism
         self.base: Path = ("machines", machine.name) if machine.name in yard.scene.machines else ("mechanism",)
 
-    def row(self, path: Path, where: str, **more: object) -> RatedLimit:
-        """A row of what a key states by a parameter of the scene, or a type, `where` its part stands."""
+    def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
+        """A row of what a key states by a parameter of the scene, or a type, whose part stands at a place."""
         at, crane = (*self.base, *path), self.yard.scene.cranes.get(self.machine.name)
         source = f"type {crane.type}" if crane else "its type"
         if self.yard.source.written(at) != at:
-            source, where = "the scene", self.yard.source.where(at)
-        return RatedLimit(**{"source": source, "where": where, **more})  # type: ignore[arg-type]
+            source, place = "the scene", self.yard.source.where(at)
+        return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
 
     def missing(self, path: Path, told: str) -> dict[str, str]:
         """What to give for a row without a value: the parameter that is put there, else what is told."""
