@@ -6,7 +6,7 @@ Each hangs at rest below its hook's place on its stretched rope, its slings slac
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -44,21 +44,10 @@ from .scene_builder import SceneBuilder, by_beam
 Edges = tuple[Sheave, ...]
 
 
-@dataclass(frozen=True)
-class OnHook:
-    """A hook with its rope and winch, and the frame that hangs on it."""
-
-    rope: Rope
-    heavy: Heavy
-    winch: plan.Actuator
-    hoist: plan.Hoist
-    frame: plan.Mechanism
-
-
 def on_hook(
     yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, crane: plan.Mechanism
-) -> OnHook:
-    """What hangs on the hook of a frame, which is there; `crane`: the other parts of the hook's machine."""
+) -> tuple[plan.Mechanism, plan.Mechanism]:
+    """The hook of a frame, which is there, as a part of its machine, and the frame; `crane`: the machine without it."""
     path: Path = ("rig", BEAMS, name)
     called, known = ".".join(yard.hooks[name]), lugs_of(yard.scene)
     hook = yard.scene.machines[crane.name].hooks[called]
@@ -105,7 +94,11 @@ def on_hook(
     )  # fmt: skip
     free = replace(system.joints[0], q0=pose)
     frame = msgspec.structs.replace(frame, system=replace(system, joints=(free, *system.joints[1:])))
-    return OnHook(rope, heavy, winch, hoist, _slung(yard, rig, name, given, frame, lugs, over))
+    hung = plan.Mechanism(
+        name=crane.name, system=System(ropes=(rope,)), actuators=(winch,), taut=(called,), hooks=(hoist,),
+        heavy=(heavy,),
+    )  # fmt: skip
+    return hung, _slung(yard, rig, name, given, frame, lugs, over)
 
 
 def _frame(yard: SceneBuilder, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
@@ -227,14 +220,13 @@ def _rope(
 
 def placed(yard: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
     """A machine whose joints begin above the lugs that hang there, where they say so."""
-    starts = {
-        joint: _above(yard, name, given, joint) for joint, x in given.joints.items() if getattr(x, "start", 0) == ABOVE
-    }
-    joints = {
-        joint: x.model_copy(update={"start": starts.get(joint)}) if joint in starts else x
-        for joint, x in given.joints.items()
-    }
-    return given.model_copy(update={"joints": joints}) if starts else given
+
+    def start(joint: str) -> dict[str, float]:
+        above = getattr(given.joints[joint], "start", 0.0) == ABOVE
+        return {"start": _above(yard, name, given, joint)} if above else {}
+
+    joints = {joint: x.model_copy(update=start(joint)) for joint, x in given.joints.items()}
+    return given.model_copy(update={"joints": joints})
 
 
 def _above(yard: SceneBuilder, name: str, given: MachineKeys, joint: str) -> float:
@@ -247,18 +239,3 @@ def _above(yard: SceneBuilder, name: str, given: MachineKeys, joint: str) -> flo
     blocks = yard.scene.all_blocks
     y = blocks[lugs[0].body].at[1]
     return y + sum(lug.p[1] + (blocks[lug.body].at[1] - y) for lug in lugs) / len(lugs)
-
-
-def spare_hooks(yard: SceneBuilder, machine: str) -> dict[str, HookKeys]:
-    """Hooks of a machine on which no frame hangs: rigging may."""
-    taken = {".".join(words) for words in yard.hooks.values()}
-    return {name: hook for name, hook in yard.scene.machines[machine].hooks.items() if name not in taken}
-
-
-def with_hooks(crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
-    """A machine with more hooks."""
-    both = {
-        of: getattr(crane, of) + getattr(hung, of)
-        for of in ("actuators", "taut", "heavy", "bends", "shapes", "ties", "hooks")
-    }
-    return msgspec.structs.replace(crane, system=merge([crane.system, hung.system], crane.system.gravity), **both)
