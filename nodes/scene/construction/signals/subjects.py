@@ -128,11 +128,12 @@ def _boxes(yard: SceneBuilder, named: Sequence[plan.Mechanism]) -> dict[str, tup
     found: dict[str, tuple[str, Point, Vector]] = {}
     for cargo in yard.cargo:
         found[cargo.body] = cargo.body, Point(cargo.body), _half(cargo.size)
-    for crane, girder in ((crane, girder) for crane in yard.cranes for girder in crane.girders):
+    for crane, girder in [(x, girder) for x in yard.cranes for girder in x.girders]:
         keys, com = yard.scene.machines.get(crane.name), {x.name: x.com for x in crane.system.bodies}[girder.body]
         boxes = [(x.centre, x.size) for x in crane.shapes if x.body == girder.body]
-        size = (keys.bodies[girder.body].box if keys else None) or around(boxes)[1]
-        found[crane.name] = crane.name, Point(girder.body, (com[0], com[1], size[2] / 2)), _half(size)  # on the ground
+        size = (keys.bodies[girder.body].box if keys else None) or (around(boxes)[1] if boxes else None)
+        if size:  # it stands on the ground
+            found[crane.name] = crane.name, Point(girder.body, (com[0], com[1], size[2] / 2)), _half(size)
     if floor := yard.scene.floor:
         found["floor"] = "obstacles", Point(WORLD, (0.0, 0.0, floor.height - WIDE)), (WIDE, WIDE, WIDE)
     for m in named:
