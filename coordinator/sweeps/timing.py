@@ -74,6 +74,7 @@ def speeds(scene: LoadedScene) -> Iterator[Step]:
     actuators = {a.name: a for machine in scene.plan.machines for a in machine.actuators}
     for i, action in enumerate(scene.scene.actions):
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and actuators[o.actuator].speed]
+        moves = [o for o in moves if VERBS[o.verb].units == "sliding"]
         paths = tuple(("actions", i, target) for target, phrase in action.orders.items() if phrase.speed > 0.0)
         if any(isinstance(o, Turn) for o in scene.plan.actions[i].orders):
             yield Step("speed", i, paths, 1.0, TURNS)

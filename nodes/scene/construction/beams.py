@@ -6,7 +6,7 @@ Each hangs at rest below its hook's place on its stretched rope, its slings slac
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -36,29 +36,18 @@ from numpy.typing import NDArray
 
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
-from .rigging.hook_ratings import reeving, rope_factor
-from .rigging.hooks import WIRE, check_drums
+from .rigging.hook_ratings import rope_factor
+from .rigging.hooks import check_drums, hoist_of, mass_of, winch_of
 from .rigging.slings import key_of, lugs_of, rated
-from .scene_builder import SceneBuilder, by_beam, ramp_of
+from .scene_builder import SceneBuilder, by_beam
 
 Edges = tuple[Sheave, ...]
 
 
-@dataclass(frozen=True)
-class OnHook:
-    """A hook with its rope and winch, and the frame that hangs on it."""
-
-    rope: Rope
-    heavy: Heavy
-    winch: plan.Actuator
-    hoist: plan.Hoist
-    frame: plan.Mechanism
-
-
 def on_hook(
     yard: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, crane: plan.Mechanism
-) -> OnHook:
-    """What hangs on the hook of a frame, which is there; `crane`: the other parts of the hook's machine."""
+) -> tuple[plan.Mechanism, plan.Mechanism]:
+    """The hook of a frame, which is there, as a part of its machine, and the frame; `crane`: the machine without it."""
     path: Path = ("rig", BEAMS, name)
     called, known = ".".join(yard.hooks[name]), lugs_of(yard.scene)
     hook = yard.scene.machines[crane.name].hooks[called]
@@ -92,41 +81,24 @@ def on_hook(
         over, hangs = _over(yard, rig, name, given, at, [known[lug] for lug in lugs], (x, y, top), hangs)
     pose = (x, y, top - hangs, 0.0, 0.0, 0.0, 1.0)
     rope = _rope(yard, called, hook, given, mass, (hangs + away) / (1 + strain), start[hook.on][1])
-    winch = plan.Actuator(
-        name=rope.name, start=rope.L0, accel=ramp_of(hook.ramp)[0], lower=hook.shortest + away,
-        upper=hook.longest + away, verb="hoist", speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest,
-        emergency=hook.emergency,
-    )  # fmt: skip
-    drums, efficiency, _ = reeving(hook)
-    line = hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
-    part = (hook.fall_breaking or 0.0) / rope_factor(hook)[0]
-    part -= line / hook.falls * yard.scene.gravity * rope.L0
-    hoist = plan.Hoist(
-        rope=rope.name,
-        eye=Point(given.parts.eye.body, (0.0, 0.0, 0.0)),
-        block_mass=hook.block,
-        capacity=hook.capacity or 0.0,
-        axis=Point(hook.radius_from) if hook.radius_from else None,
-        chart=tuple(hook.chart or ()),
-        on=hook.on,
-        line=line,
-        ends=((x, y, top), pose[:3]),
-        below=mass,
-        falls=hook.falls,
-        drum_ends=drums,
-        efficiency=efficiency,
-        breaking=hook.fall_breaking or 0.0,
-        rated=max(hook.falls * part / lead_factor(hook.falls, drums, efficiency), 0.0),
-        where=yard.source.where((*path, "hook")),
-    )
-    assert hoist.ends is not None
+    where, line = yard.source.where((*path, "hook")), mass_of(hook)
+    winch = winch_of(rope.name, hook, rope.L0, away, hook.shortest + away, "")
+    hoist = hoist_of(rope.name, hook, Point(given.parts.eye.body, (0.0, 0.0, 0.0)), where)
+    part = hoist.breaking / rope_factor(hook)[0] - line / hook.falls * yard.scene.gravity * rope.L0
+    rated = max(hook.falls * part / lead_factor(hook.falls, hoist.drum_ends, hoist.efficiency), 0.0)
+    falls = (x, y, top), pose[:3]
+    hoist = msgspec.structs.replace(hoist, line=line, ends=falls, below=mass, rated=rated)
     heavy = Heavy(
         rope=rope.name, line=line, beside=tuple((span.b.p[0], 0.0, 0.0) for span in rope.lines[:2]),
-        ends=hoist.ends, below=hoist.below, on=hoist.on, lead=away,
+        ends=falls, below=mass, on=hook.on, lead=away,
     )  # fmt: skip
     free = replace(system.joints[0], q0=pose)
     frame = msgspec.structs.replace(frame, system=replace(system, joints=(free, *system.joints[1:])))
-    return OnHook(rope, heavy, winch, hoist, _slung(yard, rig, name, given, frame, lugs, over))
+    hung = plan.Mechanism(
+        name=crane.name, system=System(ropes=(rope,)), actuators=(winch,), taut=(called,), hooks=(hoist,),
+        heavy=(heavy,),
+    )  # fmt: skip
+    return hung, _slung(yard, rig, name, given, frame, lugs, over)
 
 
 def _frame(yard: SceneBuilder, name: str, parts: FrameParts, block: float) -> plan.Mechanism:
@@ -248,14 +220,13 @@ def _rope(
 
 def placed(yard: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
     """A machine whose joints begin above the lugs that hang there, where they say so."""
-    starts = {
-        joint: _above(yard, name, given, joint) for joint, x in given.joints.items() if getattr(x, "start", 0) == ABOVE
-    }
-    joints = {
-        joint: x.model_copy(update={"start": starts.get(joint)}) if joint in starts else x
-        for joint, x in given.joints.items()
-    }
-    return given.model_copy(update={"joints": joints}) if starts else given
+
+    def start(joint: str) -> dict[str, float]:
+        above = getattr(given.joints[joint], "start", 0.0) == ABOVE
+        return {"start": _above(yard, name, given, joint)} if above else {}
+
+    joints = {joint: x.model_copy(update=start(joint)) for joint, x in given.joints.items()}
+    return given.model_copy(update={"joints": joints})
 
 
 def _above(yard: SceneBuilder, name: str, given: MachineKeys, joint: str) -> float:
@@ -268,18 +239,3 @@ def _above(yard: SceneBuilder, name: str, given: MachineKeys, joint: str) -> flo
     blocks = yard.scene.all_blocks
     y = blocks[lugs[0].body].at[1]
     return y + sum(lug.p[1] + (blocks[lug.body].at[1] - y) for lug in lugs) / len(lugs)
-
-
-def spare_hooks(yard: SceneBuilder, machine: str) -> dict[str, HookKeys]:
-    """Hooks of a machine on which no frame hangs: rigging may."""
-    taken = {".".join(words) for words in yard.hooks.values()}
-    return {name: hook for name, hook in yard.scene.machines[machine].hooks.items() if name not in taken}
-
-
-def with_hooks(crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
-    """A machine with more hooks."""
-    both = {
-        of: getattr(crane, of) + getattr(hung, of)
-        for of in ("actuators", "taut", "heavy", "bends", "shapes", "ties", "hooks")
-    }
-    return msgspec.structs.replace(crane, system=merge([crane.system, hung.system], crane.system.gravity), **both)

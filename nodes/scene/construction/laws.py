@@ -128,7 +128,8 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
         where = checks.source.where((*checks.base, "drives", name))
         start = _start(checks, drive)
         accel, pulses = ramp_of(drive.ramp)
-        if drive.range and not drive.range[0] - TOUCH <= start <= drive.range[1] + TOUCH:
+        ordered = lower is not None and upper is not None and lower < upper
+        if drive.range and ordered and not drive.range[0] - TOUCH <= start <= drive.range[1] + TOUCH:
             told = f"{plan.driven(name)} begins at {start:g}, past the end of its range, {lower:g} to {upper:g}"
             checks.fault((*checks.base, "joints", drive.joint, "start"), told)
         found.append(

@@ -48,9 +48,7 @@ def scene_limits(yard: SceneBuilder, mechanisms: Sequence[plan.Mechanism]) -> It
     where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
     hooks = bool(yard.cranes) or any(machine.hooks for machine in mechanisms)
     keys = [hook for machine in yard.scene.machines.values() for hook in machine.hooks.values()]
-    ways = {f"off_lead_{way}" for way in WAYS} - {
-        x for x in limits.model_fields_set if any(getattr(k, x, 0) for k in keys)
-    }
+    ways = {way for way in WAYS if not any(getattr(hook, way) for hook in keys)}
     judged = {"ropes", "wind", "signals", *(limits.model_fields_set - ways if hooks else ())}
     for key in sorted(limits.model_fields_set - judged):
         told = "no hook has one of its own: give 'off-lead'" if hooks else "the scene has no hooks: leave it out"

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import get_args
 
 import msgspec
-from heavylift.kernel.description.mechanics import WORLD, RemovedMethod
+from heavylift.kernel.description.mechanics import WORLD, RemovedMethod, merge
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import Cell, carried_hooks, is_root
 from heavylift.nodes.plan.planar import groups_of, planar
@@ -16,7 +15,7 @@ from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
-from .beams import OnHook, on_hook, placed
+from .beams import on_hook, placed
 from .mechanism import build_mechanism
 from .rigging.slings import lugs_of
 from .scene_builder import SceneBuilder
@@ -32,29 +31,25 @@ def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
     cranes = _staged(yard)
     blocks = [block_machine(yard, ("block",))] if scene.block else []
     blocks += [block_machine(yard, ("blocks", name)) for name in scene.blocks] if cranes else []
-    hung = dict[str, OnHook]()
-    if scene.rig and not source.faults:
-        by_name = {crane.name: crane for crane in cranes}
-        hung = {x: on_hook(yard, scene.rig, x, scene.rig.beams[x], by_name[of]) for x, (of, _) in yard.hooks.items()}
-    for crane in cranes:
-        own = [hung[frame] for frame, (owner, _) in yard.hooks.items() if owner == crane.name and frame in hung]
-        yard.machines.append(_with_frames(yard, crane, own))
-    yard.machines += [x.frame for x in hung.values()] + blocks
+    frames = []
+    for frame, (owner, _) in yard.hooks.items() if scene.rig and not source.faults else ():
+        assert scene.rig is not None
+        i = next(i for i, crane in enumerate(cranes) if crane.name == owner)
+        hung, made = on_hook(yard, scene.rig, frame, scene.rig.beams[frame], cranes[i])
+        cranes[i] = with_hooks(yard, cranes[i], hung)
+        frames.append(made)
+    yard.machines += [*cranes, *frames, *blocks]
     if scene.rig:
         _groups(yard, scene.rig)
     return yard
 
 
-def _with_frames(yard: SceneBuilder, crane: plan.Mechanism, hung: Sequence[OnHook]) -> plan.Mechanism:
-    """A machine with the hooks on which frames hang."""
-    crane = msgspec.structs.replace(
-        crane,
-        system=replace(crane.system, ropes=(*crane.system.ropes, *(x.rope for x in hung))),
-        actuators=(*crane.actuators, *(x.winch for x in hung)),
-        taut=(*crane.taut, *(x.rope.name for x in hung)),
-        hooks=tuple(x.hoist for x in hung),
-        heavy=(*crane.heavy, *(x.heavy for x in hung)),
-    )
+def with_hooks(yard: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
+    """A machine with more hooks."""
+    of = ("actuators", "taut", "heavy", "bends", "shapes", "ties", "hooks")
+    both = {key: getattr(crane, key) + getattr(hung, key) for key in of}
+    both |= {"system": merge([crane.system, hung.system], crane.system.gravity)}
+    crane = msgspec.structs.replace(crane, **both)
     return msgspec.structs.replace(crane, cells=load_cells(yard, crane))
 
 

@@ -15,10 +15,10 @@ from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.static_path import at_rest
 
-from .beams import placed, spare_hooks, with_hooks
+from .beams import placed
 from .environment.obstacles import obstacles_machine
 from .environment.vessels import afloat, check_decks, vessel_machine
-from .machines import load_cells
+from .machines import load_cells, with_hooks
 from .mechanism import build_mechanism
 from .rigging.tree import RiggingTree
 from .scene_builder import SceneBuilder
@@ -55,18 +55,14 @@ def build_mechanisms(yard: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanis
         around = merge([around, built[-1].system], scene.gravity)
     if source.faults:
         return tuple(built)
-    tree = (
-        RiggingTree(source, scene, around, [".".join(words) for words in yard.hooks.values()])
-        if scene.rigging
-        else None
-    )
+    taken = {".".join(words) for words in yard.hooks.values()}
+    tree = RiggingTree(source, scene, around, taken) if scene.rigging else None
     for crane in yard.cranes:
-        if own := _used(spare_hooks(yard, crane.name), tree):
+        spare = {name: x for name, x in scene.machines[crane.name].hooks.items() if name not in taken}
+        if own := _used(spare, tree):
             keys = MechanismKeys.model_construct(name=crane.name, hooks=own)
             hung = build_mechanism(source, keys, scene.gravity, around, ("machines", crane.name), tree, scene.edges)
-            more = with_hooks(crane, hung)
-            cells = load_cells(yard, more)
-            yard.machines[yard.machines.index(crane)] = msgspec.structs.replace(more, cells=cells)
+            yard.machines[yard.machines.index(crane)] = with_hooks(yard, crane, hung)
             around = merge([around, hung.system], scene.gravity)
     if source.faults:
         return tuple(built)

@@ -68,12 +68,8 @@ def json_schema() -> Schema:
         definitions[name]["properties"]["gear"] = {"type": "string", "description": GEAR}
     definitions["Frame"]["anyOf"] = [{"required": definitions["Frame"].pop("required")}, {"required": ["gear"]}]
     item = {"type": "object", "properties": {"gear": {"type": "string"}}, "required": ["gear"], "description": GEAR}
-    for name, key in (
-        ("SlingKeys", "shackle"),
-        ("SlingKeys", "length"),
-        ("Equaliser", "shackle"),
-        ("RigKeys", "shackle"),
-    ):
+    for place in ("SlingKeys.shackle", "SlingKeys.length", "Equaliser.shackle", "RigKeys.shackle"):
+        name, key = place.split(".")
         written = definitions[name]["properties"][key]
         definitions[name]["properties"][key] = {"anyOf": [written, item], "description": written.get("description", "")}
     block = definitions["Block"]

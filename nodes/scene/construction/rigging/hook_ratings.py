@@ -6,6 +6,7 @@ What a parameter of the scene gives is the scene's; the rest is the type's.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from heavylift.kernel.description.mechanics import WORLD
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
@@ -18,7 +19,8 @@ from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.text.source import Path
 
-WAYS: dict[str, Quantity] = {"along": "off-lead along", "across": "off-lead across"}
+WAYS: dict[str, Quantity] = {"off_lead_along": "off-lead along", "off_lead_across": "off-lead across"}
+IN_LIMITS = "as in limits"  # how far a rope of one way may lead
 TRAVELS: dict[tuple[float, float, float], tuple[Quantity, str]] = {
     (1.0, 0.0, 0.0): ("rails", "along"),
     (0.0, 1.0, 0.0): ("girder", "across"),
@@ -27,31 +29,58 @@ TRAVELS: dict[tuple[float, float, float], tuple[Quantity, str]] = {
 
 def hook_limits(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
     """All of them of a machine."""
-    hooks = [_Hook(yard, machine, hook) for hook in sorted(machine.hooks, key=lambda hook: hook.rope)]
+    rows = _Rows(yard, machine)
+    hooks = [_Hook(rows, hook) for hook in sorted(machine.hooks, key=lambda hook: hook.rope)]
     for hook in hooks:
         yield hook.load()
-    yield from _together(yard, machine)
+    yield from _together(rows)
     for hook in hooks:
         yield from hook.roped()
     for hook in hooks:
         yield from hook.leads()
-    yield from _travels(yard, machine)
+    yield from _travels(rows)
     for hook in hooks:
         yield from hook.ends()
+
+
+class _Rows:
+    """The keys of a machine, and rows of what they state."""
+
+    def __init__(self, yard: SceneBuilder, machine: plan.Mechanism) -> None:
+        self.yard, self.machine = yard, machine
+        self.keys: Any = yard.scene.machines.get(machine.name) or yard.scene.mechanism
+        self.base: Path = ("machines", machine.name) if machine.name in yard.scene.machines else ("mechanism",)
+
+    def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
+        """A row of what a key states by a parameter of the scene, or a type, whose part stands at a place."""
+        at, crane = (*self.base, *path), self.yard.scene.cranes.get(self.machine.name)
+        source = f"type {crane.type}" if crane else "its type"
+        if self.yard.source.written(at) != at:
+            source, place = "the scene", self.yard.source.where(at)
+        return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
+
+    def missing(self, path: Path, told: str) -> dict[str, str]:
+        """What to give for a row without a value: the parameter that is put there, else what is told."""
+        offered = self.yard.source.offered.get((*self.base, *path))
+        return {"note": f"give '{offered}'" if offered else told, "source": ""}
+
+    def part(self, body: str) -> str:
+        """What carries hooks, for planners: the machine, or a part of it."""
+        name = self.machine.name
+        return name if is_root(self.machine, body) else f"{name} {body.rpartition('.')[2]}"
 
 
 class _Hook:
     """A hook with its keys."""
 
-    def __init__(self, yard: SceneBuilder, machine: plan.Mechanism, hook: plan.Hoist) -> None:
-        self.yard, self.machine, self.hook, self.name = yard, machine, hook, hook.rope
-        self.base, self.given = _base(yard, machine), given_hook(yard, machine, hook.rope)
+    def __init__(self, rows: _Rows, hook: plan.Hoist) -> None:
+        self.rows, self.yard, self.hook, self.name = rows, rows.yard, hook, hook.rope
+        self.given: HookKeys = rows.keys.hooks[hook.rope]
 
     def row(self, quantity: Quantity, unit: str, key: str, **more: object) -> RatedLimit:
         """A row of it, as the type or the scene states a key."""
-        source, where = _stated(self.yard, (*self.base, "hooks", self.name, written(key)), self.hook.where)
-        found = {"source": source, "where": where, **more}
-        return RatedLimit(subject=self.name, quantity=quantity, unit=unit, elements=(self.name,), **found)  # type: ignore[arg-type]
+        of = {"subject": self.name, "quantity": quantity, "unit": unit, "elements": (self.name,), **more}
+        return self.rows.row(("hooks", self.name, written(key)), self.hook.where, **of)
 
     def load(self) -> RatedLimit:
         """What hangs on it."""
@@ -77,65 +106,35 @@ class _Hook:
             )  # fmt: skip
             yield self.row("rope tension", "N", "rope_factor", value=most, factor=factor, source=source)
             partial = given.rope_partial_factor
-            by, _ = _stated(self.yard, (*self.base, "hooks", self.name, "rope partial factor"), self.hook.where)
+            by = self.row("rope peak", "N", "rope_partial_factor").source
             own = {"rope_partial_factor": (partial, by, told)} if partial else {}
             yield from strength_limits("hoist rope", self.name, given.fall_breaking, self.hook.where, own, told)
         else:
             yield self.row("rope tension", "N", "fall_breaking", note="give its hook a 'fall breaking'", source="")
-        offered = self.yard.source.offered.get((*self.base, "hooks", self.name, "drum pull"))
-        none = f"give '{offered}'" if offered else "its type states none"
-        pull = {"value": given.drum_pull} if given.drum_pull else {"note": none, "source": ""}
-        yield self.row("drum pull", "N", "drum_pull", **{"note": told, **pull})
+        none = self.rows.missing(("hooks", self.name, "drum pull"), "its type states none")
+        pull = {"value": given.drum_pull, "note": told} if given.drum_pull else none
+        yield self.row("drum pull", "N", "drum_pull", **pull)
 
     def leads(self) -> Iterator[RatedLimit]:
-        """How far its rope may lead off the vertical: its own limits in two ways, or those of the scene."""
+        """How far its rope may lead off the vertical, in its ways or in any."""
         limits = self.yard.scene.limits
-        for way, quantity in WAYS.items():
-            key = f"off_lead_{way}"
-            own, scene = getattr(self.given, key), getattr(limits, key)
-            if own is None:
-                continue
-            at = (*self.base, "hooks", self.name, written(key))
-            value = own if own != "as in limits" else scene if scene is not None else limits.off_lead
-            there = own != "as in limits" or scene is not None or "off_lead" in limits.model_fields_set
-            where = (
-                self.yard.source.where(at if own != "as in limits" else ("limits",)) if there else self.machine.where
-            )
-            yield self._led(key, quantity, value, "the scene" if there else "assumed", where)
-        if self.given.off_lead_along is None and self.given.off_lead_across is None:
-            by = "the scene" if "off_lead" in limits.model_fields_set else "assumed"
-            yield self._led("off_lead", "off-lead", limits.off_lead, by, self.hook.where)
-
-    def _led(self, key: str, quantity: Quantity, value: object, source: str, where: str) -> RatedLimit:
-        note = "" if value != "unknown" else "the machine's limit is unknown"
-        most = None if value == "unknown" else value
-        return self.row(quantity, "rad", key, value=most, note=note, source=source, where=where)
+        for key in [key for key in WAYS if getattr(self.given, key) is not None] or ["off_lead"]:
+            own, scene, found = getattr(self.given, key, IN_LIMITS), getattr(limits, key), dict[str, object]()
+            if own == IN_LIMITS:
+                own, written = limits.off_lead if scene is None else scene, {key, "off_lead"} & limits.model_fields_set
+                where = self.yard.source.where(("limits",)) if written else self.rows.machine.where
+                found = {"source": "the scene" if written else "assumed", "where": where}
+            note = "the machine's limit is unknown" if own == "unknown" else ""
+            value = None if own == "unknown" else own
+            yield self.row(WAYS.get(key, "off-lead"), "rad", key, value=value, note=note, **found)
 
     def ends(self) -> Iterator[RatedLimit]:
         """How high it may be, and between which ends its winch moves."""
         if self.given.highest is not None:  # else its shortest rope is the upper end
             yield self.row("hook height", "m", "highest", value=self.given.highest)
-        winch = next((a for a in self.machine.actuators if a.name == self.name), None)
+        winch = next((a for a in self.rows.machine.actuators if a.name == self.name), None)
         if winch is not None and winch.lower is not None and winch.upper is not None:
             yield self.row("rope length", "m", "longest", between=(winch.lower, winch.upper))
-
-
-def given_hook(yard: SceneBuilder, machine: plan.Mechanism, rope: str) -> HookKeys:
-    """The keys of a hook."""
-    found: HookKeys = (yard.scene.machines.get(machine.name) or yard.scene.mechanism).hooks[rope]  # type: ignore[union-attr]
-    return found
-
-
-def _base(yard: SceneBuilder, machine: plan.Mechanism) -> Path:
-    return ("machines", machine.name) if machine.name in yard.scene.machines else ("mechanism",)
-
-
-def _stated(yard: SceneBuilder, path: Path, where: str) -> tuple[str, str]:
-    """By whom a key is stated, and where: by a parameter of the scene, or by a type, `where` its part stands."""
-    if yard.source.written(path) != path:
-        return "the scene", yard.source.where(path)
-    crane = yard.scene.cranes.get(str(path[1]))
-    return f"type {crane.type}" if crane else "its type", where
 
 
 def reeving(given: HookKeys) -> tuple[int, float, str]:
@@ -156,28 +155,21 @@ def rope_factor(given: HookKeys) -> tuple[float, str]:
     return ROPE_FACTORS[given.mechanism_group], f"{ISO_4308}, {given.mechanism_group}{'' if own else ', assumed'}"
 
 
-def _together(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
+def _together(rows: _Rows) -> Iterator[RatedLimit]:
     """What hooks may carry together: those of a part, and all, of several machines less."""
-    base, keys = _base(yard, machine), yard.scene.machines.get(machine.name)
-    cells = keys.load_cells if keys else {}
+    machine, cells = rows.machine, rows.keys.load_cells if rows.keys else {}
     for body, x in sorted(cells.items(), key=lambda item: is_root(machine, item[0])):
         ropes = tuple(hook.rope for hook in carried_hooks(machine, body))
-        if not ropes:
-            continue
-        root, less = is_root(machine, body), yard.tandem and x.tandem < 1.0
-        source, where = _stated(
-            yard, (*base, "load cells", body, "tandem" if root and less else "capacity"), machine.where
-        )
-        at = {"unit": "kg", "elements": ropes, "source": source, "where": where}
-        if not root:
-            part = f"{machine.name} {body.rpartition('.')[2]}"
-            yield RatedLimit(subject=part, quantity="trolley load", value=x.capacity, **at)  # type: ignore[arg-type]
-        elif less:
+        of = {"subject": rows.part(body), "unit": "kg", "elements": ropes}
+        key, most, quantity, note = "capacity", x.capacity, "crane load", ""
+        if not is_root(machine, body):
+            quantity = "trolley load"
+        elif rows.yard.tandem and x.tandem < 1.0:
+            key, most, quantity = "tandem", x.capacity * x.tandem, "tandem load"
             note = f"{x.tandem:.0%} of its {x.capacity / 1e3:g} t as two cranes lift together"
-            most = x.capacity * x.tandem
-            yield RatedLimit(subject=machine.name, quantity="tandem load", value=most, note=note, **at)  # type: ignore[arg-type]
-        else:
-            yield RatedLimit(subject=machine.name, quantity="crane load", value=x.capacity, **at)  # type: ignore[arg-type]
+        if ropes:
+            path = ("load cells", body, key)
+            yield rows.row(path, machine.where, value=most, quantity=quantity, note=note, **of)
     if len(machine.hooks) > 1 and not cells:
         every, told = tuple(hook.rope for hook in machine.hooks), "its type states none of all its hooks together"
         yield RatedLimit(
@@ -185,33 +177,28 @@ def _together(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimi
         )
 
 
-def _travels(yard: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
+def _travels(rows: _Rows) -> Iterator[RatedLimit]:
     """Between which ends what carries hooks travels along the world's x or y, and what ropes may pull it that way."""
-    base, keys = _base(yard, machine), yard.scene.machines.get(machine.name) or yard.scene.mechanism
-    driven = {drive.joint: drive.name for drive in machine.system.drives}
+    machine, driven = rows.machine, {drive.joint: drive.name for drive in rows.machine.system.drives}
     actuators = {actuator.name: actuator for actuator in machine.actuators}
     turned = {hook.rope for hook in machine.hooks if not _straight(machine, hook.on)}
     for joint in machine.system.joints if machine.hooks or machine.girders else ():
         way = TRAVELS.get(joint.axis) if joint.kind == "prismatic" else None
         actuator = actuators.get(driven.get(joint.name, ""))
         ropes = tuple(hook.rope for hook in carried_hooks(machine, joint.child) if hook.rope not in turned)
-        if actuator is None or keys is None or way is None or not (ropes or machine.girders):
+        if actuator is None or rows.keys is None or way is None or not (ropes or machine.girders):
             continue
-        (quantity, over), drive = way, keys.drives.get(actuator.name)
-        part = "" if is_root(machine, joint.child) else f" {joint.child.rpartition('.')[2]}"
-        for key, does in (("force", "its drive moves"), ("brake", "its brake holds")) if drive and ropes else ():
-            most, path = getattr(drive, key), (*base, "drives", actuator.name, key)
-            word = yard.source.offered.get(path)
-            none = f"give '{word}'" if word else f"its type states no '{key}' of {actuator.name}"
-            found = {"quantity": "side force", "unit": "N", "value": most, "over": over, "elements": ropes}
-            source, where = _stated(yard, path, actuator.where)
-            found |= {"note": does, "source": source} if most else {"note": none}
-            yield RatedLimit(subject=f"{machine.name}{part}", where=where, **found)
+        (quantity, over), drive, subject = way, rows.keys.drives[actuator.name], rows.part(joint.child)
+        for key, does in (("force", "its drive moves"), ("brake", "its brake holds")) if ropes else ():
+            path, most = ("drives", actuator.name, key), getattr(drive, key)
+            none = rows.missing(path, f"its type states no '{key}' of {actuator.name}")
+            of = {"quantity": "side force", "unit": "N", "over": over, "elements": ropes}
+            told = {"note": does} if most else none
+            yield rows.row(path, actuator.where, subject=subject, value=most, **of, **told)
         if actuator.lower is not None and actuator.upper is not None:
-            between, body = (actuator.lower, actuator.upper), joint.child
-            source, where = _stated(yard, (*base, "drives", actuator.name, "range"), actuator.where)
-            at = {"subject": f"{machine.name}{part}", "elements": (body,), "source": source, "where": where}
-            yield RatedLimit(quantity=quantity, unit="m", between=between, **at)  # type: ignore[arg-type]
+            of = {"quantity": quantity, "unit": "m", "elements": (joint.child,)}
+            between, path = (actuator.lower, actuator.upper), ("drives", actuator.name, "range")
+            yield rows.row(path, actuator.where, subject=subject, between=between, **of)
 
 
 def _straight(machine: plan.Mechanism, body: str) -> bool:

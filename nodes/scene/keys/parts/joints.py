@@ -18,20 +18,8 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, Station, across, turned, unit, written
 from heavylift.nodes.scene.keys.described import keys_of, one
-from heavylift.nodes.scene.text.units import (
-    LENGTH,
-    Angle,
-    AnyDamping,
-    AnyStiffness,
-    Effort,
-    Length,
-    Quantity,
-    Rate,
-    Stroke,
-    Velocity,
-)
-from pydantic import Field, GetCoreSchemaHandler, create_model
-from pydantic_core import CoreSchema, core_schema
+from heavylift.nodes.scene.text.units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
+from pydantic import Field, WrapValidator, create_model
 
 Range = tuple[Stroke, Stroke]
 ENDS = {key: one("range", Range, itemgetter(i)) for i, key in enumerate(("lower", "upper"))}  # of a stop
@@ -148,17 +136,6 @@ TYPES: dict[k.JointKind, tuple[str, dict[str, Any]]] = {  # of the other joints:
 }
 
 
-class StartQuantity(Quantity):
-    """A length, or ABOVE."""
-
-    def start(self, value: object) -> float | str:
-        """The length in SI units, or the word."""
-        return ABOVE if value == ABOVE else self.read(value)
-
-    def __get_pydantic_core_schema__(self, kind: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.start)
-
-
 ABOVE: Literal["above its lugs"] = "above its lugs"
 """Start of what slides along y: above the lugs that hang there at the start, else in the middle of its range."""
 
@@ -171,7 +148,7 @@ def _model(kind: k.JointKind, about: str, own: dict[str, Any]) -> Any:
     for key, slide, turn in (("start", Length, Angle), ("speed", Velocity, Rate)):
         each = tuple(turn if x else slide for x in turns)
         if kind == "prismatic" and key == "start":
-            fields[key] = (Annotated[float | Literal[ABOVE], StartQuantity(LENGTH)], 0.0)
+            fields[key] = (Annotated[Length, WrapValidator(lambda x, read: x if x == ABOVE else read(x))], 0.0)
         elif each:
             fields[key] = (tuple[each], (0.0,) * len(each)) if len(each) > 1 else (each[0], 0.0)  # type: ignore[valid-type]
     name = kind.title().replace("-", "")
