@@ -233,7 +233,7 @@ def _greet(talk: Conversation, model: Coupled, placement: Placement, part: parts
 
 
 # what a node of models imports when it joins
-PRELOAD = ("build_check", "building", "isolation", "shared_globals", "transitions")
+PRELOAD = ("building", "isolation")
 
 
 def _preload(reference: str) -> list[str]:
