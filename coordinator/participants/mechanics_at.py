@@ -122,7 +122,7 @@ def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str 
     stages = _Stages(after)
     end = Tag(seconds(at) + 1) if at is not None else LAST if plan.end is None else Tag(seconds(plan.end))
     limit, wires = plan.microsteps, wiring(plan)
-    core = Coordinator([*models, KERNEL], wires.couplings, end, wires.finish, stages, limit)
+    core = Coordinator([*models, KERNEL], wires.couplings, end, wires.finish, stages, microsteps=limit)
     nodes = [Node(name, Simulator(model, microsteps=limit, wires=wires.all)) for name, model in models.items()]
     try:
         run_in_memory(core, [*nodes, Node(KERNEL, kernel)])
