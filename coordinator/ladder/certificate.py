@@ -111,12 +111,12 @@ def richer(plan: Plan) -> tuple[Plan, Plan] | None:
     """The level of a plan and its witness, both in steps of the ladder; None where there is but one level."""
     ladder = Ladder(plan)
     level = plan.fidelity
-    other = ladder.witness(level) or ladder.poorer
-    if other is None:
+    others = ladder.witnesses(level) or ([ladder.poorer] if ladder.poorer else [])
+    if not others:
         return None
     steps = ladder.rungs(level)
     rung = steps[min(DECADE, len(steps) - 1)]
-    return rung.plan, rung.on(other).plan
+    return rung.plan, rung.on(others[0]).plan
 
 
 @contextmanager

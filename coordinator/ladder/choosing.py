@@ -25,7 +25,6 @@ from .in_memory import CUT, play
 from .measuring import WITNESSED, Errors, Measuring, added, largest, times
 from .model_levels import Ladder, ModelLevel, at_level
 
-STUCK = 2  # times that tighter steps change nothing for the better, until it is given up
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
 HIDES = 0.25  # errors of steps, as a part of that of a level, that may be all that is seen of it
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
@@ -125,17 +124,15 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
 
 
 def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool) -> _Look:
-    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run: the
-    level is wrong by more, or tighter steps change nothing for the better."""
+    """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run."""
     tolerances = [rung.plan.tolerance for rung in rungs]
     at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(rungs) - 1)
-    run, judged, before, stuck = [at], at, inf, 0
+    run, judged = [at], at
     while True:
         try:
             if not all(measuring.read_well(rungs[i], accuracy) for i in run):
                 continue  # with denser samples
-            witness = ladder.witness(rungs[judged].plan.fidelity) or ladder.poorer
-            pair = ((rungs[judged], rungs[judged].on(witness)),) if witness else ()
+            pair = tuple((rungs[judged], x) for x in witnesses(ladder, rungs[judged], measuring)[:1])
             model = error_of_level(ladder, rungs[judged], measuring)
             if richer and largest(model) > accuracy / LOOSEST:  # by more than such steps can be
                 return _Look(rungs[at], model, {}, model, pair)
@@ -160,9 +157,7 @@ def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measu
                 continue
             if richer or wrong > accuracy:
                 return best
-        stuck = stuck + 1 if steps >= 0.5 * before else 0
-        before = steps
-        if run[-1] + 1 >= len(rungs) or stuck >= STUCK or steps == 0.0:
+        if run[-1] + 1 >= len(rungs) or steps == 0.0:
             return best
         run.append(_next(tolerances, run[-1], 0.5 * max(accuracy - wrong, 0.1 * accuracy) / steps))
 
@@ -222,11 +217,21 @@ def _of_limits(look: _Look, measuring: Measuring) -> Errors:
     }
 
 
+def witnesses(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> list[ModelLevel]:
+    """What tells the error of a rung's level: the cheapest level that puts back all that it leaves out; where hook
+    ropes slacken all such levels, for waves that run along them are of any length; of the finest the one before it."""
+    levels = ladder.witnesses(rung.plan.fidelity)
+    if len(levels) > 1 and not measuring.slackens(rung) and not measuring.slackens(rung.on(levels[0])):
+        levels = levels[:1]
+    return [rung.on(level) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
+
+
 def error_of_level(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> Errors:
-    """What the level of a rung leaves out, by its witness; of the finest level by the one before it."""
-    if witness := ladder.witness(rung.plan.fidelity):
-        return times(WITNESSED, measuring.apart(rung, rung.on(witness)))
-    return measuring.apart(rung, rung.on(ladder.poorer)) if ladder.poorer else {}
+    """The largest difference of a rung to its witnesses, doubled, but for the finest level, which is better than its
+    own."""
+    factor = WITNESSED if ladder.witnesses(rung.plan.fidelity) else 1.0
+    found = [measuring.apart(rung, x) for x in witnesses(ladder, rung, measuring)]
+    return {name: factor * max(e.get(name, 0.0) for e in found) for name in dict.fromkeys(x for e in found for x in e)}
 
 
 def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) -> Answer:

@@ -44,6 +44,7 @@ class Measuring:
         self._samples = 0
         self._names: list[str] = []
         self._failed: dict[Key, HeavyliftError] = {}
+        self._slackening: dict[Key, bool] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
         self.limits: dict[Key, dict[str, AskedFigure]] = {}  # uses of limits, of each rung that was run
 
@@ -70,6 +71,7 @@ class Measuring:
                     self._failed[rung.key] = error
                 raise
             self.spent[rung.key] = Spent(run.start_s, run.cpu_s, run.prepared_s + run.wall_s)
+            self._slackening[rung.key] = run.slackens
             self._read[rung.key] = {f.name: f for f in figures(run, self.ask)}
             self.limits[rung.key] = (
                 {f.name: f for f in figures(run, ["limits", "clearance"])} if rung.plan.limits else {}
@@ -78,6 +80,11 @@ class Measuring:
             self._names.append(rung.name)
             self._say(f"{rung.name}: {run.cpu_s:.2g} s")
         return self._read[rung.key]
+
+    def slackens(self, rung: ModelLevel) -> bool:
+        """Whether a hook rope does in the run of a rung."""
+        self.figures(rung)
+        return self._slackening[rung.key]
 
     def misread(self, rung: ModelLevel) -> Errors:
         """What the figures of a rung may be misread by."""

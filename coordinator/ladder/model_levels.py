@@ -20,8 +20,7 @@ from heavylift.nodes.plan.planar import planar
 LADDER = (
     Fidelity(),
     Fidelity(girder="elastic", rope_mass="lumped"),
-    Fidelity(ropes="massive", lumps=2, rope_mass="lumped", girder="elastic"),
-    Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic"),
+    *(Fidelity(ropes="massive", lumps=n, rope_mass="lumped", girder="elastic") for n in (2, 4, 8)),
 )
 TOLERANCES = {"radau5": (3, 8), "dop853": (6, 11)}  # exponents of the loosest and of the tightest decade
 OTHERS = (5, 10)
@@ -140,12 +139,11 @@ class Ladder:
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 
-    def witness(self, level: Fidelity) -> Fidelity | None:
-        """The cheapest level that puts back all that a level leaves out; None of the finest."""
+    def witnesses(self, level: Fidelity) -> list[Fidelity]:
+        """The levels that put back all that a level leaves out, the cheapest first; none of the finest."""
         if len(self.full) == 1 and level in self.levels:
-            return None
-        finer = self.whole[self.whole.index(level) + 1 :] if level in self.whole else self.whole
-        return finer[0] if finer else None
+            return []
+        return self.whole[self.whole.index(level) + 1 :] if level in self.whole else self.whole
 
     @property
     def poorer(self) -> Fidelity | None:

@@ -1,10 +1,10 @@
 """Coordinator and nodes in one thread, without transport: the protocol alone, for tests and trials.
 
-Every message goes through its wire form, unless a run is not `wired`. With a random generator, DONEs are
+Every message goes through its wire form. With a random generator, DONEs are
 taken in random order, which may not change what the models do.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from random import Random
 
 from heavylift.kernel.errors import ModelError, ProtocolError
@@ -14,9 +14,7 @@ from .messages import Done, Fail, Grant, decode, encode
 from .node import Node
 
 
-def run_in_memory(
-    coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None, wired: bool = True
-) -> RunEnd:
+def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None) -> RunEnd:
     """Run to the end; a node that fails raises ModelError with its sentence."""
     order = order or Random(0)
     by_name = {node.name: node for node in nodes}
@@ -25,15 +23,10 @@ def run_in_memory(
         if isinstance(hello, Fail):
             raise ModelError(hello.sentence) from by_name[name].cause
         coordinator.hello(name, hello)
-    return go_on(coordinator, by_name, order, wired)
-
-
-def go_on(coordinator: Coordinator, by_name: Mapping[str, Node], order: Random, wired: bool = True) -> RunEnd:
-    """The same of nodes that have said HELLO, again if the end has been moved."""
     answers: list[tuple[str, Done]] = []
     while True:
         for name, grant in coordinator.ready():
-            answers.append((name, answer(by_name[name], grant, coordinator, wired)))
+            answers.append((name, answer(by_name[name], grant, coordinator)))
         outcome = coordinator.over
         if outcome is not None:
             return outcome

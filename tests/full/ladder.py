@@ -3,9 +3,9 @@
     python tests/full/ladder.py [--json] [--short] [--lifts 400] [--seed 1] [--minutes 60] [--into FILE.jsonl]
 
 Asked are rope and sling tensions, swing, positions and stage ends; a lift counts as kept if the errors of all its
-figures are within the accuracy.  True is the finest level in steps of 1e-7.  Beside a share stands the lower bound of
-its confidence interval of 95 %, one-sided (Clopper and Pearson 1934).  Every second lift is by goliaths
-(tests/nodes/fidelity/lifts_of_kinds.py), the others by other cranes and rigging (lifts_of_the_world.py).
+figures are within the accuracy.  True is the finest level, ropes of eight lumps, in steps of 1e-7.  Beside a share
+stands the lower bound of its confidence interval of 95 %, one-sided (Clopper and Pearson 1934).  Every second lift is
+by goliaths (tests/nodes/fidelity/lifts_of_kinds.py), the others by other cranes and rigging (lifts_of_the_world.py).
 
 Each lift is written when it is judged, a line each; lifts that stand in FILE are not run again, so that what was broken
 off is continued, and several processes may write into one file with seeds of their own.
@@ -16,7 +16,7 @@ import multiprocessing
 import os
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -32,7 +32,7 @@ WORST = 5  # figures of a lift that are told
 TASKS = 25  # lifts that a process judges: what it compiles stays in its memory
 
 
-def judged(seed, deadline):
+def judged(deadline, seed):
     """What became of a lift at each accuracy, or why nothing did; None after the deadline [s of the clock]."""
     from heavylift.kernel import HeavyliftError
     from lifts_of_kinds import lift_of_kinds
@@ -140,10 +140,10 @@ def main():
     )
     first, deadline = 10_000 * given.seed, time.time() + 60.0 * given.minutes
     wanted, found = range(first, first + given.lifts), before(given.into)
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(given.workers, mp_context=context, max_tasks_per_child=TASKS) as pool:
-        for future in as_completed([pool.submit(judged, seed, deadline) for seed in wanted if seed not in found]):
-            if (x := future.result()) is None:
+    left = [seed for seed in wanted if seed not in found]
+    with multiprocessing.get_context("spawn").Pool(given.workers, maxtasksperchild=TASKS) as pool:
+        for x in pool.imap_unordered(partial(judged, deadline), left):
+            if x is None:
                 continue
             found[x["seed"]] = x
             print(line(x), file=sys.stderr, flush=True)
