@@ -17,7 +17,7 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.plan.fidelity import MEANT, Answer, Asked, Question, percent
+from heavylift.nodes.plan.fidelity import MEANT, Answer, Asked, Fidelity, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
@@ -75,8 +75,21 @@ def known(scene: LoadedScene) -> Answer | None:
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
     """The scene as an answer has it modelled."""
     plan = at_level(scene.plan, answer.fidelity)
-    plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance)
+    hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
+    plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
     return replace(scene, plan=plan, chosen=True, answer=answer)
+
+
+def measured(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
+    """The scene as it is modelled, with its errors in what it asks."""
+    if not scene.facts.ask or scene.plan.models:
+        return scene
+    ask, named = (
+        scene.facts.ask,
+        (*Fidelity.__struct_fields__, "method", "tolerance", *["step"] * bool(scene.plan.step)),
+    )
+    question = Question(ask, scene.facts.accuracy)
+    return replace(scene, answer=choose(Ladder(scene.plan, named), question, Measuring(ask, say=say)))
 
 
 def level_of(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
@@ -211,7 +224,7 @@ def _of_limits(look: _Look, measuring: Measuring) -> Errors:
     own = measuring.limits.get(look.rung.key, {})
     known = [tuple(measuring.limits.get(x.key, {}) for x in pair) for pair in look.pairs]
     return {
-        name: WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known) / f.scale
+        name: (f.misread + WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known)) / f.scale
         for name, f in own.items()
         if all(name in a and name in b for a, b in known)
     }
@@ -243,6 +256,7 @@ def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) 
         notes = (f"the run shows nothing of what is asked: {', '.join(question.ask)}",)
     return Answer(
         fidelity=plan.fidelity, method=plan.method, tolerance=plan.tolerance,
+        samples_hz=measuring.factor * plan.samples_hz,
         figures={name: e for name, e in (look.error | limits).items() if e < inf},
         errors={q: by[q][name] for q, name in worst.items()}, worst={q: name for q, name in worst.items()},
         left_out=look.rung.left_out, rungs=tuple(measuring.names), notes=notes,

@@ -125,17 +125,22 @@ class Played:
         """The verdict, and the worst of each limit."""
         return self.judging()
 
-    def judging(self, **options: int) -> tuple[Judged, Sequence[Use]]:
-        """The same, with options of `judged_with_uses`."""
+    @cached_property
+    def judged_coarsely(self) -> tuple[Judged, Sequence[Use]]:
+        """The same of every second sample."""
+        return self.judging(2)
+
+    def judging(self, every: int = 1, **options: int) -> tuple[Judged, Sequence[Use]]:
+        """The same of every so many-th sample, with options of `judged_with_uses`."""
         from heavylift.coordinator.verdict.judging import judged_with_uses
 
-        return judged_with_uses(self.plan, self.past, self.conduct, self.errors, mechanics=self.mechanics, **options)
+        past, known = self.past(every), self.mechanics
+        return judged_with_uses(self.plan, past, self.conduct, self.errors, mechanics=known, **options)
 
-    @cached_property
-    def past(self) -> Collector:
-        """What it has shown, as columns."""
+    def past(self, every: int = 1) -> Collector:
+        """What every so many-th sample has shown, as columns."""
         past = Collector(self.layout)
-        past.samples(0, self.times.tolist(), self.rows)
+        past.samples(0, self.times[::every].tolist(), self.rows[::every])
         for t_ns, lines in self.rigs:
             past.ropes(t_ns, lines)
         return past

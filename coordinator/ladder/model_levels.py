@@ -110,6 +110,7 @@ class ModelLevel:
         values = ((f, getattr(self.plan.fidelity, f.name)) for f in fields)
         written = [f"{f.name.replace('_', ' ')}: {_written(x)}" for f, x in values if x != f.default]
         steps = [f"step={1e3 * self.plan.step!r} ms"] if self.plan.step else [f"tolerance={self.plan.tolerance!r}"]
+        steps += [f"samples={self.plan.samples_hz!r} Hz"] if self.plan.samples_hz != Plan.samples_hz else []
         return ["ask=[]", f"fidelity={{{', '.join(written)}}}", f"method={self.plan.method}", *steps]
 
 

@@ -172,7 +172,7 @@ def judged_uses(uses: Sequence[Use]) -> dict[str, Use]:
 
 def _off_lead(run: Played) -> float:
     """The largest angle between a hook's rope and the vertical [deg]; not a number without such ropes."""
-    signals = signals_of_run(run.plan, run.t, {}, run.past.part(0, len(run.t)).poses, ())
+    signals = signals_of_run(run.plan, run.t, {}, run.past().part(0, len(run.t)).poses, ())
     hooks = (hook for machine in run.plan.machines for hook in machine.hooks)
     leads = (evaluated(run.plan, ScalarSignal("off-lead", ropes=(x.rope,), point=x.eye), signals) for x in hooks)
     angles = [np.degrees(np.minimum(angle, np.pi - angle).max()) for angle in leads if angle is not None]
