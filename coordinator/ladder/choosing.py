@@ -17,12 +17,13 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.plan.fidelity import MEANT, Answer, Asked, Fidelity, Question, percent
+from heavylift.nodes.models import system
+from heavylift.nodes.plan.fidelity import MEANT, Answer, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
 from .in_memory import CUT, play
-from .measuring import WITNESSED, Errors, Measuring, added, largest, times
+from .measuring import WITNESSED, Errors, Measuring, added, largest, most, times
 from .model_levels import Ladder, ModelLevel, at_level
 
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
@@ -82,14 +83,14 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 def measured(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
     """The scene as it is modelled, with its errors in what it asks."""
-    if not scene.facts.ask or scene.plan.models:
+    if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
-    ask, named = (
-        scene.facts.ask,
-        (*Fidelity.__struct_fields__, "method", "tolerance", *["step"] * bool(scene.plan.step)),
-    )
-    question = Question(ask, scene.facts.accuracy)
-    return replace(scene, answer=choose(Ladder(scene.plan, named), question, Measuring(ask, say=say)))
+    measuring = Measuring(ask, say=say)
+    try:
+        look = as_it_is(scene.plan, scene.facts.accuracy, measuring)
+    except HeavyliftError:  # with which its run will end, too
+        return scene
+    return replace(scene, answer=_answer(look, Question(ask, scene.facts.accuracy), measuring))
 
 
 def level_of(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
@@ -100,18 +101,10 @@ def level_of(scene: LoadedScene, say: Say = lambda told: None) -> LoadedScene:
     return replace(found, settings=(*scene.settings, *ModelLevel(found.plan).settings))
 
 
-def error_of(plan: Plan, ask: Sequence[Asked]) -> tuple[float, str]:
-    """The largest relative error of what is asked of a plan as it is, measured, and in which figure."""
-    measuring, rung, ladder = Measuring(ask), ModelLevel(plan), Ladder(plan)
-    errors = added(times(WITNESSED, measuring.apart(rung, rung.tighter)), error_of_level(ladder, rung, measuring))
-    name = max(errors, key=lambda x: (errors[x], x), default="")
-    return errors.get(name, 0.0), name
-
-
 @dataclass(frozen=True)
-class _Look:
+class Look:
     """A rung, what it is wrong by: in all, by its steps, by its level; the pairs of rungs that tell; why it made no
-    run."""
+    run; which part of its errors is missing, and why."""
 
     rung: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -119,11 +112,12 @@ class _Look:
     model: Errors = field(default_factory=dict)
     pairs: tuple[tuple[ModelLevel, ModelLevel], ...] = ()
     why: str = ""
+    missing: dict[str, str] = field(default_factory=dict)
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     """The answer to a question; raises HeavyliftError only where the clock cuts a run."""
-    last: _Look | None = None
+    last: Look | None = None
     for number, level in enumerate(ladder.levels):
         richer = number + 1 < len(ladder.levels)
         look = _climbed(ladder, ladder.rungs(level), question.accuracy, measuring, richer)
@@ -136,7 +130,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     return _unconverged(last, question, measuring, ladder)
 
 
-def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool) -> _Look:
+def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool) -> Look:
     """The loosest steps on a level whose errors are below the accuracy; where none is, the tightest that were run."""
     tolerances = [rung.plan.tolerance for rung in rungs]
     at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(rungs) - 1)
@@ -145,10 +139,10 @@ def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measu
         try:
             if not all(measuring.read_well(rungs[i], accuracy) for i in run):
                 continue  # with denser samples
-            pair = tuple((rungs[judged], x) for x in witnesses(ladder, rungs[judged], measuring)[:1])
+            pair = tuple(witnesses(ladder, rungs[judged], measuring)[:1])
             model = error_of_level(ladder, rungs[judged], measuring)
             if richer and largest(model) > accuracy / LOOSEST:  # by more than such steps can be
-                return _Look(rungs[at], model, {}, model, pair)
+                return Look(rungs[at], model, {}, model, pair)
             if len(run) == 1 and run[0] + 1 < len(rungs):
                 run.append(_next(tolerances, run[0], 0.1))
                 continue
@@ -159,7 +153,7 @@ def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measu
             if run == [at] and not measuring.spent and at + 2 < len(rungs):  # steps may be too loose to begin with
                 run, judged = [at + 2], at + 2
                 continue
-            return _Look(rungs[run[-1]], why=str(error).splitlines()[0])
+            return Look(rungs[run[-1]], why=str(error).splitlines()[0])
         if kept := next((look for look in looks if largest(look.error) <= accuracy), None):
             return kept
         best = looks[-1]
@@ -183,14 +177,14 @@ def _next(tolerances: Sequence[float], at: int, part: float) -> int:
 
 def _looks(
     runs: Sequence[ModelLevel], model: Errors, pair: tuple[tuple[ModelLevel, ModelLevel], ...], measuring: Measuring
-) -> list[_Look]:
+) -> list[Look]:
     """Rungs of one level, loosest steps first, as the tightest of them tells what they are wrong by.
 
     The errors of steps fall as a power of their tolerance, as is observed on three of them (Roache 1994, and ASME V&V
     20-2009, section 2); on two, as its root.  What the tightest is wrong by is what is left of the last difference; of
     a figure that this hardly changed, of the difference before.
     """
-    found, (*others, last) = list[_Look](), runs
+    found, (*others, last) = list[Look](), runs
     if not others:
         others, last = [last], last.tighter
     now, ratio = measuring.apart(others[-1], last), others[-1].plan.tolerance / last.plan.tolerance
@@ -215,11 +209,11 @@ def _look(
     model: Errors,
     pairs: tuple[tuple[ModelLevel, ModelLevel], ...],
     measuring: Measuring,
-) -> _Look:
-    return _Look(rung, added(steps, measuring.misread(rung), model), steps, model, pairs)
+) -> Look:
+    return Look(rung, added(steps, measuring.misread(rung), model), steps, model, pairs)
 
 
-def _of_limits(look: _Look, measuring: Measuring) -> Errors:
+def _of_limits(look: Look, measuring: Measuring) -> Errors:
     """The same of the uses of limits, as far as the runs that were needed tell; nothing decides on them."""
     own = measuring.limits.get(look.rung.key, {})
     known = [tuple(measuring.limits.get(x.key, {}) for x in pair) for pair in look.pairs]
@@ -230,24 +224,57 @@ def _of_limits(look: _Look, measuring: Measuring) -> Errors:
     }
 
 
-def witnesses(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> list[ModelLevel]:
-    """What tells the error of a rung's level: the cheapest level that puts back all that it leaves out; where hook
-    ropes slacken all such levels, for waves that run along them are of any length; of the finest the one before it."""
-    levels = ladder.witnesses(rung.plan.fidelity)
-    if len(levels) > 1 and not measuring.slackens(rung) and not measuring.slackens(rung.on(levels[0])):
+def witnesses(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
+    """Pairs that tell the error of a rung's level: with the cheapest level that puts back all that it leaves out; where
+    hook ropes slacken with all such levels, for waves that run along them are of any length; of the finest with the one
+    before it."""
+    levels, own = ladder.witnesses(rung.plan.fidelity), ladder.in_own_steps(rung)
+    if len(levels) > 1 and not measuring.slackens(own) and not measuring.slackens(own.on(levels[0])):
         levels = levels[:1]
-    return [rung.on(level) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
+    return [(own, own.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
 
 
 def error_of_level(ladder: Ladder, rung: ModelLevel, measuring: Measuring) -> Errors:
     """The largest difference of a rung to its witnesses, doubled, but for the finest level, which is better than its
     own."""
     factor = WITNESSED if ladder.witnesses(rung.plan.fidelity) else 1.0
-    found = [measuring.apart(rung, x) for x in witnesses(ladder, rung, measuring)]
-    return {name: factor * max(e.get(name, 0.0) for e in found) for name in dict.fromkeys(x for e in found for x in e)}
+    return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, rung, measuring))))
 
 
-def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) -> Answer:
+def tighter(rung: ModelLevel) -> list[ModelLevel]:
+    """The same with tighter steps; with rigid ropes, whose impacts can fork, two such."""
+    once = rung.tighter
+    return [once, once.tighter] if system(rung.plan).rigid_ropes else [once]
+
+
+def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
+    """What a plan is wrong by as it is modelled: of its steps twice the difference to tighter ones, of its level that
+    of its witnesses.  Raises HeavyliftError if it makes no run."""
+    ladder, rung = Ladder(plan), ModelLevel(plan)
+    while not measuring.read_well(rung, accuracy):
+        pass
+    missing = dict[str, str]()
+
+    def found(part: str, measure: Callable[[], Errors]) -> Errors:
+        try:
+            errors = measure()
+        except HeavyliftError as error:
+            missing[part] = f"a run beside it does not come to its end: {' '.join(str(error).split())}"
+            return {}
+        if lost := [name for name, e in errors.items() if e == inf]:
+            missing[part] = f"the run beside it shows no {', '.join(lost[:3])}"
+        return errors
+
+    pairs = [(rung, x) for x in tighter(rung)]
+    steps = found("numerical", lambda: times(WITNESSED, most(*(measuring.apart(*pair) for pair in pairs))))
+    if ladder.poorer is None:
+        missing["model"] = "it is modelled as it is written, there is no richer level"
+    model = found("model", lambda: error_of_level(ladder, rung, measuring))
+    pairs += witnesses(ladder, rung, measuring)[:1] if "model" not in missing else []
+    return replace(_look(rung, steps, model, tuple(pairs), measuring), missing=missing)
+
+
+def _answer(look: Look, question: Question, measuring: Measuring, *notes: str) -> Answer:
     limits = _of_limits(look, measuring)
     plan, quantity = look.rung.plan, {f.name: f.quantity for f in measuring.seen.values()}
     by = {q: {name: e for name, e in look.error.items() if quantity.get(name) == q} for q in question.ask}
@@ -263,7 +290,7 @@ def _answer(look: _Look, question: Question, measuring: Measuring, *notes: str) 
     )  # fmt: skip
 
 
-def _unconverged(look: _Look, question: Question, measuring: Measuring, ladder: Ladder) -> Answer:
+def _unconverged(look: Look, question: Question, measuring: Measuring, ladder: Ladder) -> Answer:
     if look.why:
         return _unmeasured(ladder.plan, f"nothing is measured for what it asks, since it makes no run: {look.why}")
     name = max(look.error, key=lambda x: (look.error[x], x))

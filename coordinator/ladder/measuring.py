@@ -114,6 +114,11 @@ def added(*errors: Errors) -> Errors:
     return {name: sum(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
+def most(*errors: Errors) -> Errors:
+    """The largest of several, figure by figure."""
+    return {name: max(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
+
+
 def times(factor: float, errors: Errors) -> Errors:
     """So many times as much."""
     return {name: factor * e for name, e in errors.items()}

@@ -152,11 +152,22 @@ class Ladder:
         return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 
     @cached_property
-    def method(self) -> str:
-        """The method by which it is run, unless one is named."""
-        if {"method", "step"} & {*self.named}:
-            return self.plan.method
+    def own(self) -> str:
+        """The method of its rungs where none is named."""
         return "radau5" if stiff(system(self.plan)) else "dop853"
+
+    @property
+    def method(self) -> str:
+        """The method by which it is run."""
+        return self.plan.method if {"method", "step"} & {*self.named} else self.own
+
+    def in_own_steps(self, rung: ModelLevel) -> ModelLevel:
+        """A rung, or one of its level by the ladder's method: what a level leaves out does not depend on steps, but
+        others may take long on a richer one."""
+        if (rung.plan.method, rung.plan.step) == (self.own, None):
+            return rung
+        tolerance = 0.1 ** (TOLERANCES[self.own][0] + 1)
+        return ModelLevel(msgspec.structs.replace(rung.plan, method=self.own, tolerance=tolerance, step=None))
 
     def rungs(self, level: Fidelity) -> list[ModelLevel]:
         """Those of a level, cheapest first: with fixed or named steps but one."""
