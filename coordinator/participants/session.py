@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
 
 from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.protocol.memory import answer
-from heavylift.coordinator.protocol.messages import Bye, Done, Hello, Stop
+from heavylift.coordinator.protocol.memory import turns
+from heavylift.coordinator.protocol.messages import Bye, Hello, Stop
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.errors import ModelError
@@ -73,17 +73,14 @@ class Session(Generic[Kernel]):
 
     def advance(self, until: Tag = FOREVER) -> RunEnd | None:
         """All that comes before a tag; why it is over, if it is.  Raises HeavyliftError."""
-        core, answers = self.core, list[tuple[str, Done]]()
+        core = self.core
         while True:
-            granted = core.ready(until)
-            self.grants += len(granted)
-            answers += [(name, answer(self._nodes[name], grant, core, wired=False)) for name, grant in granted]
-            if answers:
-                core.done(*answers.pop())
-            elif core.over is RunEnd.BOUND and self._patient and (due := core.scheduled(driving(self._plan))) < FOREVER:
-                core.extend(Tag(due.t + PATIENCE_ns))
-            else:
+            self.grants += turns(core, self._nodes, until, wired=False)
+            if core.over is not RunEnd.BOUND or not self._patient:
                 return core.over
+            if (due := core.scheduled(driving(self._plan))) >= FOREVER:
+                return core.over
+            core.extend(Tag(due.t + PATIENCE_ns))
 
     def finish(self, end: Tag) -> str:
         """What comes before the end, without a word to anybody; what the models still wait for.  Raises ModelError if

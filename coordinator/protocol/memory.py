@@ -4,10 +4,11 @@ Every message goes through its wire form. With a random generator, DONEs are
 taken in random order, which may not change what the models do.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from random import Random
 
 from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.nodes.devs import FOREVER, Tag
 
 from .core import Coordinator, RunEnd
 from .messages import Done, Fail, Grant, decode, encode
@@ -23,15 +24,23 @@ def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random
         if isinstance(hello, Fail):
             raise ModelError(hello.sentence) from by_name[name].cause
         coordinator.hello(name, hello)
-    answers: list[tuple[str, Done]] = []
+    turns(coordinator, by_name, FOREVER, order)
+    assert coordinator.over is not None
+    return coordinator.over
+
+
+def turns(
+    coordinator: Coordinator, nodes: Mapping[str, Node], until: Tag, order: Random | None = None, wired: bool = True
+) -> int:
+    """All that nodes which have said HELLO do before a tag; the number of grants."""
+    answers, grants = list[tuple[str, Done]](), 0
     while True:
-        for name, grant in coordinator.ready():
-            answers.append((name, answer(by_name[name], grant, coordinator)))
-        outcome = coordinator.over
-        if outcome is not None:
-            return outcome
-        name, done = answers.pop(order.randrange(len(answers)))
-        coordinator.done(name, done)
+        for name, grant in coordinator.ready(until):
+            answers.append((name, answer(nodes[name], grant, coordinator, wired)))
+            grants += 1
+        if not answers:
+            return grants
+        coordinator.done(*answers.pop(order.randrange(len(answers)) if order else -1))
 
 
 def answer(node: Node, grant: Grant, coordinator: Coordinator, wired: bool = True) -> Done:
