@@ -28,7 +28,7 @@ from .measuring import WITNESSED, Errors, Measuring, added, largest, most, times
 from .model_levels import Ladder, ModelLevel, at_level
 
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
-HIDES = 0.25  # errors of steps, as a part of that of a level, that may be all that is seen of it
+HIDES = 0.25  # part of the errors of steps by which that of a level may be seen wrongly
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
 ACCURACIES = (0.01, 0.003, 0.001, 0.0003)  # by which checks are decided
 ROOM = Path(__file__).parents[2]  # of the product
@@ -156,7 +156,11 @@ def _climbed(ladder: Ladder, rungs: Sequence[ModelLevel], accuracy: float, measu
                 continue
             return Look(rungs[run[-1]], why=str(error).splitlines()[0])
         if kept := next((look for look in looks if largest(look.error) <= accuracy), None):
-            return kept
+            hidden = times(HIDES, looks[run.index(judged)].steps)
+            if rungs.index(kept.rung) <= judged or largest(added(kept.error, hidden)) <= accuracy:
+                return kept
+            judged = run[run.index(judged) + 1]  # looser steps may hide what its level is wrong by
+            continue
         best = looks[-1]
         steps, wrong = largest(best.steps), largest(best.model)
         if wrong > steps:
