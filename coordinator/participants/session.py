@@ -19,7 +19,7 @@ from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, seconds
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, driving, goes_on
 from heavylift.nodes.plan.plan import Plan
 
-from .configuration import PATIENCE_ns, kernel_config, wiring
+from .configuration import PATIENCE_ns, kernel_config, postponed, wiring
 from .kernel_node import KernelNode
 from .parts import KernelConfig
 
@@ -73,14 +73,10 @@ class Session(Generic[Kernel]):
 
     def advance(self, until: Tag = FOREVER) -> RunEnd | None:
         """All that comes before a tag; why it is over, if it is.  Raises HeavyliftError."""
-        core = self.core
         while True:
-            self.grants += turns(core, self._nodes, until, wired=False)
-            if core.over is not RunEnd.BOUND or not self._patient:
-                return core.over
-            if (due := core.scheduled(driving(self._plan))) >= FOREVER:
-                return core.over
-            core.extend(Tag(due.t + PATIENCE_ns))
+            self.grants += turns(self.core, self._nodes, until, wired=False)
+            if not (self._patient and postponed(self.core, self._plan)):
+                return self.core.over
 
     def finish(self, end: Tag) -> str:
         """What comes before the end, without a word to anybody; what the models still wait for.  Raises ModelError if

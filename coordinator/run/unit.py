@@ -111,7 +111,12 @@ class SteppableRun:
             raise ModelError(f"the unit stands at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
         self._check_end(to_ns)
         try:
-            self._go(to_ns)
+            over = self._session.advance(Tag(to_ns))
+            self.now = min(to_ns, self._core.end.t)
+            if over is not None and not self._over and self.now == self._core.end.t:
+                self._kernel.finish(self._core.end)
+                self._over = True
+            self._look()
         except HeavyliftError as error:
             self._failed = str(error)
             raise
@@ -123,14 +128,6 @@ class SteppableRun:
         what = min(ends, key=lambda x: ends[x])
         if to_ns > ends[what]:
             raise ModelError(f"the {what} ends at {ends[what] / 1e9:g} s, and no step may go to {to_ns / 1e9} s")
-
-    def _go(self, to_ns: int) -> None:
-        self._session.advance(Tag(to_ns))
-        self.now = min(to_ns, self._core.end.t)
-        if self._core.over is not None and not self._over and self.now == self._core.end.t:
-            self._kernel.finish(self._core.end)
-            self._over = True
-        self._look()
 
     def _look(self) -> None:
         """What there is to see now, or at the last instant of a run that is over."""
