@@ -291,7 +291,7 @@ def _answer(look: Look, question: Question, measuring: Measuring, *notes: str) -
         samples_hz=measuring.factor * plan.samples_hz,
         figures={name: e for name, e in (look.error | limits).items() if e < inf},
         errors={q: by[q][name] for q, name in worst.items()}, worst={q: name for q, name in worst.items()},
-        left_out=look.rung.left_out, rungs=tuple(measuring.names), notes=notes,
+        left_out=look.rung.left_out, notes=notes,
     )  # fmt: skip
 
 

@@ -45,9 +45,8 @@ CUT = "cut after"
 class Played:
     """A run of a plan and its mechanics: the columns of a sample, times (n,) [ns] and rows (n, width); events in
     total order; the rope lines that hang from when on [ns]; `apart`: times and rows of one lift alone, by its name;
-    what the kernel has to say, and when [ns]; whether a hook rope `slackens`; its end [ns];
-    what the action list still waited for; rows at instants
-    between samples; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
+    what the kernel has to say, and when [ns]; whether a hook rope `slackens`; its end [ns]; what the action list still
+    waited for; rows at instants between samples; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
 
     plan: Plan
     mechanics: System

@@ -42,16 +42,10 @@ class Measuring:
         self.factor = 1.0  # times the samples of the scene
         self.spent: dict[Key, Spent] = {}
         self._samples = 0
-        self._names: list[str] = []
         self._failed: dict[Key, HeavyliftError] = {}
         self._slackening: dict[Key, bool] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
         self.limits: dict[Key, dict[str, AskedFigure]] = {}  # uses of limits, of each rung that was run
-
-    @property
-    def names(self) -> list[str]:
-        """Of the rungs that were run."""
-        return [*dict.fromkeys(self._names)]
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
@@ -77,7 +71,6 @@ class Measuring:
                 {f.name: f for f in figures(run, ["limits", "clearance"])} if rung.plan.limits else {}
             )
             self._samples = len(run.t)
-            self._names.append(rung.name)
             self._say(f"{rung.name}: {run.cpu_s:.2g} s")
         return self._read[rung.key]
 

@@ -49,11 +49,8 @@ class Session(Generic[Kernel]):
         self.grants, self._hear, self._plan = 0, hear, plan
         self._patient = end is None and plan.end is None
         end = end or Tag(PATIENCE_ns if plan.end is None else seconds(plan.end))
-        wires, most, shared = (
-            wiring(plan),
-            plan.microsteps,
-            driving(plan),
-        )  # what these say to each other needs no grant
+        wires, most = wiring(plan), plan.microsteps
+        shared = driving(plan)  # one node: what they say to each other needs no grants
         homes = {COMMANDER: [*dict.fromkeys(shared)], **{n: [n] for n in (*models, KERNEL) if n not in shared}}
         self.core = OpenCoordinator(homes, wires.couplings, end, wires.finish, self._heard, wires.outside, most, homes)
         acting = {n: [models[m] for m in own] for n, own in homes.items() if n != KERNEL}
