@@ -117,12 +117,12 @@ class Certifying:
     def price(self) -> str:
         """What the certificate costs, in a sentence."""
         rung, ladder = ModelLevel(self._scene.plan), Ladder(self._scene.plan)
-        others = ladder.witnesses(rung.plan.fidelity) or [ladder.poorer]
+        other = next(iter(ladder.witnesses(rung.plan.fidelity)), ladder.poorer)
         n = 2 * sum(x.sd > 0.0 for x in self._inputs)
         runs = [f"{1 + len(tighter(rung))} for the steps"]
-        if others[0]:
+        if other:
             own = 1 + (ladder.in_own_steps(rung) != rung)
-            runs.append(f"{own} for the model, {'one ' * (own > 1)}with {rung.on(others[0]).level}")
+            runs.append(f"{own} for the model, {'one ' * (own > 1)}with {rung.on(other).level}")
         runs += [f"{n} for {len(self._inputs)} uncertain input{'s' * (len(self._inputs) > 1)}"] if n else []
         return f"certifying beside the run, by runs of their own: {', '.join(runs)}; new equations are compiled first"
 
