@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from heavylift.coordinator.participants import KernelNode, configured, wiring
-from heavylift.coordinator.protocol import Coordinator, Node, run_in_memory
+from heavylift.coordinator.participants import KernelNode, Session
 from heavylift.coordinator.record import boxes
 from heavylift.coordinator.run import run
 from heavylift.kernel.islands import Islands
 from heavylift.kernel.simulation import Simulation
-from heavylift.nodes.devs import Simulator, Tag, seconds
-from heavylift.nodes.models import KERNEL, build
+from heavylift.nodes.devs import Tag, seconds
 from heavylift.nodes.scene import LoadedScene, bundled, parse
 from lifting import unstated
 
@@ -40,13 +38,10 @@ def scene(islands: str = "apart", end: float = END) -> LoadedScene:
 
 def simulated(islands: str = "apart") -> Simulation | Islands:
     plan = scene(islands).plan
-    models = build(plan)
-    kernel = KernelNode(configured(plan, models), lambda batch: None)
-    kernel._flush = lambda *least: None
-    wires = wiring(plan)
-    core = Coordinator([*models, KERNEL], wires.couplings, Tag(seconds(END)), wires.finish, lambda event: None)
-    run_in_memory(core, [*(Node(n, Simulator(m, wires=wires.all)) for n, m in models.items()), Node(KERNEL, kernel)])
-    return kernel.simulation
+    session = Session(plan, lambda config: KernelNode(config, lambda batch: None), end=Tag(seconds(END)))
+    session.kernel._flush = lambda *least: None  # type: ignore[method-assign]
+    session.advance()
+    return session.kernel.simulation
 
 
 def cost(*parts: Simulation) -> float:
