@@ -68,7 +68,8 @@ def red(scene: LoadedScene, word: str) -> list[Check]:
 def test_a_load_out_of_plumb_is_told_with_its_rope(lift: Lift) -> None:
     tight = "limits={off-lead: 0.1 deg}"
     assert not red(lift.read(tight), "off-lead")
-    aside = lift.read(tight, f"block.at=[{lift.x + 0.4} m, {lift.y} m, 3 m]")
+    far = 2.0 if lift.half < 5.0 else 0.4  # [m]; below a heavy hook block slings drag a light load back
+    aside = lift.read(tight, f"block.at=[{lift.x + far} m, {lift.y} m, 3 m]")
     assert red(aside, "off-lead")
 
 

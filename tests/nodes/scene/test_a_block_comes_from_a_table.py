@@ -7,7 +7,7 @@ import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scenes import bundled
-from lifting import unstated
+from lifting import bare, unstated
 
 BLOCKS = """\
 block;drawing;mass [t];size x [m];size y [m];size z [m];com x [m];com y [m];com z [m]
@@ -55,33 +55,33 @@ def refused(scene: Path, *settings: str) -> str:
 
 
 def test_the_plan_is_that_of_the_whole_text(scene: Path) -> None:
-    assert meant(load(scene)) == meant(load("lift", WRITTEN))
+    assert meant(load(scene)) == meant(bare("lift", WRITTEN))
 
 
 def test_what_the_scene_writes_wins_over_the_row(scene: Path) -> None:
     scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
-    assert meant(load(scene)) == meant(load("lift", [*WRITTEN, "block.mass=250 t"]))
+    assert meant(load(scene)) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
 def test_a_row_that_a_setting_names_wins_over_the_scene(scene: Path) -> None:
     heavier: LoadedScene = load(scene, ["block.from=blocks.csv#B18"])
     assert heavier.scene.block is not None
     assert heavier.scene.block.mass == 480e3
-    assert meant(heavier) == meant(load("lift", ["block.mass=480 t +- 3 %"]))
+    assert meant(heavier) == meant(bare("lift", ["block.mass=480 t +- 3 %"]))
 
 
 def test_a_scene_that_extends_another_may_take_another_block(scene: Path) -> None:
     (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: lift\nblock: {from: blocks.csv#B18}\n")
-    assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
+    assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
     scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
-    assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
+    assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
 
 
 def test_a_block_that_a_setting_gives_whole_wins_over_the_row_that_it_names(scene: Path) -> None:
     given = "{from: blocks.csv#B17, mass: 250 t, at: [40 m, 75 m, 6 m], lugs from: lugs.csv#B17, supports: "
     supports = "{height: 2 m, at: [[-8 m, -6 m], [8 m, -6 m], [-8 m, 6 m], [8 m, 6 m]]}}"
     whole = load(scene, [f"block={given}{supports}"])
-    assert meant(whole) == meant(load("lift", [*WRITTEN, "block.mass=250 t"]))
+    assert meant(whole) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
 def test_a_workbook_says_the_same(scene: Path) -> None:
@@ -161,7 +161,7 @@ def test_an_empty_cell_is_an_error_there_though_the_scene_beneath_has_the_key(sc
     (scene.parent / "next.yaml").write_text(
         f"extends: lift.yaml\nname: lift\nblock: {{from: blocks.csv#B19, {given}}}\n"
     )
-    assert meant(load(scene.parent / "next.yaml")) == meant(load("lift", ["block.mass=480 t"]))
+    assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
 
 
 def test_a_lug_that_a_table_lacks_is_not_that_of_the_scene_beneath(scene: Path) -> None:

@@ -13,6 +13,7 @@ from heavylift.coordinator.ladder import play
 from heavylift.nodes.plan import RatedLimit, Use
 from heavylift.nodes.scene import LoadedScene, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
+from lifting import unstated
 
 HEAD = "name,mass [t],size x [m],size y [m],size z [m]\n"
 
@@ -22,7 +23,7 @@ def begun(crane: str, folder: Path) -> str:
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     (folder / "blocks.csv").write_text(f"{HEAD}B,10,{long},{wide},4\n", encoding="utf-8")
     (text,) = new_scene_with("made", crane, "blocks.csv#B").values()
-    return text
+    return unstated(text)
 
 
 def uses(scene: LoadedScene) -> dict[tuple[str, str], float]:
