@@ -13,7 +13,7 @@ from heavylift.coordinator.ladder import play
 from heavylift.nodes.plan import RatedLimit, Use
 from heavylift.nodes.scene import LoadedScene, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
-from lifting import unstated
+from lifting import bare, unstated
 
 HEAD = "name,mass [t],size x [m],size y [m],size z [m]\n"
 
@@ -62,7 +62,7 @@ def test_each_limit_of_each_type_is_judged_at_its_worst_corner(
 
 def test_a_value_beyond_its_limit_at_the_worst_alone_is_red_and_says_at_which() -> None:
     """510 t use 97.0 % of a sling, 536 t 101.8 %; that a wider spread changes no value is seen beside."""
-    narrow, wide = (load("lift", [f"block.mass=510 t +- {part} %", "end=90 s"]) for part in (2, 5))
+    narrow, wide = (bare("lift", [f"block.mass=510 t +- {part} %", "end=90 s"]) for part in (2, 5))
     assert [x.value for x in narrow.uses] == [x.value for x in wide.uses]
     red = {c.subject: c for c in wide.checks if c.state == "red"}
     assert [*red] == ["loader-3.sling-1", "loader-3.sling-2"]
@@ -76,7 +76,7 @@ def test_a_value_beyond_its_limit_at_the_worst_alone_is_red_and_says_at_which() 
 
 
 def test_a_run_is_judged_by_the_same_part() -> None:
-    scene = load("lift", ["block.mass=510 t +- 5 %", "end=90 s"])
+    scene = bare("lift", ["block.mass=510 t +- 5 %", "end=90 s"])
     run = play(scene.plan)
     red = [f.sentence for f in run.verdict.findings if f.severity == "red"]
     assert len(red) == 2
