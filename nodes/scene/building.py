@@ -51,7 +51,7 @@ from .corners import cornered, designed, ends_of
 from .instances import several
 from .loaded_scene import LoadedScene, SceneFacts
 
-CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity"}  # keys that say how it is to be run
+CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples"}  # keys that say how it is to be run
 
 
 def facts(scene: schema.Scene) -> SceneFacts:

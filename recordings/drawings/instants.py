@@ -145,10 +145,7 @@ def _instant(
     slings = {tie["rope"] for tie in machines.ties(plan)}
     eyes = {hook["eye"]["body"] for hook in hooks}
     hung = {
-        x["name"]
-        for machine in every
-        if machine["name"] in rec.fact(HANGING, {})
-        for x in machine["system"]["bodies"]
+        x["name"] for machine in every if machine["name"] in rec.fact(HANGING, {}) for x in machine["system"]["bodies"]
     }
     frames = (hung | {tie["upper"]["body"] for tie in machines.ties(plan)}) - eyes
 

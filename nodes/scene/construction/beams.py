@@ -84,7 +84,7 @@ def on_hook(
     where, line = yard.source.where((*path, "hook")), mass_of(hook)
     winch = winch_of(rope.name, hook, rope.L0, away, hook.shortest + away, "")
     hoist = hoist_of(rope.name, hook, Point(given.parts.eye.body, (0.0, 0.0, 0.0)), where)
-    part = hoist.breaking / rope_factor(yard, called, hook)[0] - line / hook.falls * yard.scene.gravity * rope.L0
+    part = hoist.breaking / rope_factor(hook)[0] - line / hook.falls * yard.scene.gravity * rope.L0
     rated = max(hook.falls * part / lead_factor(hook.falls, hoist.drum_ends, hoist.efficiency), 0.0)
     falls = (x, y, top), pose[:3]
     hoist = msgspec.structs.replace(hoist, line=line, ends=falls, below=mass, rated=rated)

@@ -153,7 +153,7 @@ def test_each_check_of_each_type_is_a_value_or_told_as_missing(tmp_path: Path, m
 def test_what_a_type_states_of_its_drives_and_drum_is_judged(tmp_path: Path) -> None:
     """A pick 0.5 m aside, which the ropes lead to: T d / |d| along x, on the drive and on its brake."""
     text = library()["overhead-100"].read_text(encoding="utf-8").replace("overhead-100", "own")
-    text = text.replace("verb: travel,", "verb: travel, force: 8 kN, brake: 80 kN,")
+    text = text.replace("force: 40 kN, brake: 60 kN", "force: 8 kN, brake: 80 kN")
     assert "drum pull: 105 kN" in text
     text = text.replace("drum pull: 105 kN", "drum pull: 90 kN")
     (tmp_path / "own.yaml").write_text(text, encoding="utf-8")

@@ -149,8 +149,8 @@ YARDS = {
         "stage: lift",
         (
             "actions[1]: the rope crane.H3 has too little safety: its most loaded part carries 109.4 kN, 3.66 "
-            "times below its breaking force, 5.6 are needed (20 falls, 2 drum ends (assumed), sheave efficiency "
-            "0.98 (assumed): lead part 1.093 of the mean) (lift off)"
+            "times below its breaking force, 5.6 are needed (20 falls, 2 drum ends, sheave efficiency "
+            "0.98: lead part 1.093 of the mean) (lift off)"
         ),
     ),
     "centre of mass outside the lugs": (

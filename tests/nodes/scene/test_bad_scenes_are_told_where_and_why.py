@@ -16,8 +16,10 @@ from heavylift.kernel import ProtocolError, SceneError
 from heavylift.nodes.models import COMMANDER, KERNEL
 from heavylift.nodes.scene import bundled, load, parse
 from heavylift.nodes.scene.keys import RESERVED
+from lifting import unstated
 
 TEXTS = {name: path.read_text(encoding="utf-8") for name, path in bundled().items()}
+TEXTS |= {name: unstated(TEXTS[name]) for name in ("lift", "turnover")}
 HEAD = re.compile(r"(?P<file>[^:]+):(?P<line>\d+):(?P<column>\d+): error: (?P<told>.*)")
 
 BAD = WORDS | YARDS | ORDERS | REFERENCES

@@ -97,7 +97,7 @@ class _Hook:
     def roped(self) -> Iterator[RatedLimit]:
         """Its rope and drum."""
         given, (ends, efficiency, told) = self.given, reeving(self.given)
-        factor, source = rope_factor(self.yard, self.name, given)
+        factor, source = rope_factor(given)
         if given.fall_breaking:
             most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, efficiency)
             yield self.row(
@@ -106,7 +106,8 @@ class _Hook:
             )  # fmt: skip
             yield self.row("rope tension", "N", "rope_factor", value=most, factor=factor, source=source)
             partial = given.rope_partial_factor
-            own = {"partial_factor": (partial, "the scene", told)} if partial else {}
+            by = self.row("rope peak", "N", "rope_partial_factor").source
+            own = {"rope_partial_factor": (partial, by, told)} if partial else {}
             yield from strength_limits("hoist rope", self.name, given.fall_breaking, self.hook.where, own, told)
         else:
             yield self.row("rope tension", "N", "fall_breaking", note="give its hook a 'fall breaking'", source="")
@@ -129,9 +130,8 @@ class _Hook:
 
     def ends(self) -> Iterator[RatedLimit]:
         """How high it may be, and between which ends its winch moves."""
-        high = self.given.highest
-        told = {"value": high} if high is not None else {"note": "its type states none", "source": ""}
-        yield self.row("hook height", "m", "highest", **told)
+        if self.given.highest is not None:  # else its shortest rope is the upper end
+            yield self.row("hook height", "m", "highest", value=self.given.highest)
         winch = next((a for a in self.rows.machine.actuators if a.name == self.name), None)
         if winch is not None and winch.lower is not None and winch.upper is not None:
             yield self.row("rope length", "m", "longest", between=(winch.lower, winch.upper))
@@ -147,13 +147,11 @@ def reeving(given: HookKeys) -> tuple[int, float, str]:
     return ends, efficiency, f"{given.falls} falls, {ways}, {sheaves}: lead part {lead:.3f} of the mean"
 
 
-def rope_factor(yard: SceneBuilder, hook: str, given: HookKeys) -> tuple[float, str]:
+def rope_factor(given: HookKeys) -> tuple[float, str]:
     """Design factor of a hoist rope, and its source."""
     if given.rope_factor is not None:
         return given.rope_factor, "the scene"
-    path = ("machines", hook.partition(".")[0], "hooks", hook, "mechanism group")
-    stated = "mechanism_group" in given.model_fields_set and path not in yard.source.offered
-    own = stated or yard.source.written(path) != path
+    own = "mechanism_group" in given.model_fields_set
     return ROPE_FACTORS[given.mechanism_group], f"{ISO_4308}, {given.mechanism_group}{'' if own else ', assumed'}"
 
 
