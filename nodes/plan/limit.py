@@ -86,7 +86,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     though allowed.
     `factor`: design factor, or product of partial factors, that the value contains, of the force at which it breaks,
     `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.  `spread`: by how much its use
-    grows at the worst corner of uncertain `inputs`, measured at rest: of loads a part of it, else itself.
+    grows at the worst corner of uncertain `inputs`, measured at rest: by a part of it, or (`adds`) by itself.
     """
 
     subject: str
@@ -107,6 +107,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     factors: tuple[Factor, ...] = ()  # by which what is read becomes a design load
     rest: RestLoad | None = None  # of a design load
     spread: float = 0.0
+    adds: bool = False
     inputs: str = ""
     where: str = ""
 
@@ -185,7 +186,7 @@ class Use:
         limit, value = self.limit, self.value
         if not limit.spread or value is None or self.use is None:
             return self
-        use = self.use * (1.0 + limit.spread) if limit.loads else self.use + limit.spread
+        use = self.use + limit.spread if limit.adds else self.use * (1.0 + limit.spread)
         if limit.between is not None:
             low, high = limit.between
             middle, half = (low + high) / 2.0, (high - low) / 2.0

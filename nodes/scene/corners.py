@@ -144,6 +144,7 @@ def _spread(limit: RatedLimit, corners: _Corners, moved: Mapping[Key, list[str]]
     if key is None or key not in moved or not limit.known:
         return limit
     usual, most = corners.usual[key], corners.most[key]
-    spread = (most / usual - 1.0 if usual else 0.0) if limit.loads else most - usual
+    adds = not limit.loads or most > 2.0 * usual  # what was slack, or pulled straight down, grows in no proportion
+    spread = most - usual if adds else most / usual - 1.0
     inputs = ", ".join(moved[key])
-    return msgspec.structs.replace(limit, spread=spread, inputs=inputs) if spread > NOISE else limit
+    return msgspec.structs.replace(limit, spread=spread, adds=adds, inputs=inputs) if spread > NOISE else limit
