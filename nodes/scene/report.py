@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.description.findings import Check, Finding, State, clock
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
-from heavylift.nodes.limits.checks import HEAD, line_of, state_of
+from heavylift.nodes.limits.checks import HEAD, governing, line_of, open_checks, state_of
 from heavylift.nodes.limits.checks import rows as rows_of
 from heavylift.nodes.limits.reach import REACH, HookReach, reach_rows
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
@@ -63,6 +63,7 @@ class SceneReport:
     mobility: Mobility
     rows: tuple[HookLoadRow, ...]
     lines: tuple[str, ...]
+    brief: tuple[str, ...]  # of them what fits a screen
     uses: tuple[Use, ...] = ()  # of each limit, the worst on the path at rest
     findings: tuple[Finding, ...] = ()  # what is beyond a limit there, or should be reported
     checks: tuple[Check, ...] = ()  # all of that, and what is not checked, worst first
@@ -93,31 +94,31 @@ def report(
     models = len(built.machines) + len(built.models) + 1
     counts = (mobility.bodies, mobility.dof, ropes, slings, models, actions)
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
-    lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]
-    lines += [f"  {line}" for line in mobility.lines]
-    lines += [
+    size = f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))
+    configured = [
         f"  {m.name}: {', '.join(f'{key} {x}' for key, x in m.configuration.items())}"
         for m in built.machines
         if m.configuration
     ]
     rows: list[HookLoadRow] = []
     hooks = [hook for machine in built.machines for hook in machine.hooks]
-    loads = any(machine.cargo for machine in built.machines) and not built.lists
-    if loads and hooks and all(hook.capacity for hook in hooks):
+    loaded = any(machine.cargo for machine in built.machines) and not built.lists
+    if loaded and hooks and all(hook.capacity for hook in hooks):
         rows = _rows(built, statics)
-        lines += _page(rows)
+        loads = _page(rows)
     else:
-        lines += _ropes_at_rest(statics)
-    lines += _reached(built, statics)
-    lines += _limits(built, checks, findings) if checks else _lines(findings)
-    lines += _swing_free(built)
-    line = line_of(checks)
-    lines += ["", f"checks at rest: {line}"]
-    designed, listed = sheet(uses), gear(built)
-    told = [*table("Design loads:", designed), *(f"  {x}" for x in sources(uses)), *table("Rigger's list:", listed)]
-    lines[-2:-2] = told
+        loads = _ropes_at_rest(statics)
+    loads += _reached(built, statics)
+    listed = _limits(built, checks, findings) if checks else _lines(findings)
+    line, designed, items = line_of(checks), sheet(uses), gear(built)
+    verdict, ramps = f"checks at rest: {line}", _swing_free(built)
+    tables = [*table("Design loads:", designed), *(f"  {x}" for x in sources(uses)), *table("Rigger's list:", items)]
+    mobile = (f"  {line}" for line in mobility.lines)
+    lines = (size, *mobile, *configured, *loads, *listed, *ramps, *tables, "", verdict)
+    known = [*governing(checks), *_lines(findings), *open_checks(checks)]
+    brief = (size, *configured, *loads, *ramps, "", verdict, *known, "", "all checks: --verbose")
     judged = tuple(uses), tuple(findings), tuple(checks), line, state_of(checks)
-    return SceneReport(built.name, *counts, mobility, tuple(rows), tuple(lines), *judged, sheet=designed, gear=listed)
+    return SceneReport(built.name, *counts, mobility, tuple(rows), lines, brief, *judged, sheet=designed, gear=items)
 
 
 def _mobility(built: plan.Plan) -> Mobility:
@@ -198,7 +199,7 @@ def _page(rows: list[HookLoadRow]) -> list[str]:
         "",
         _line("largest load of the rope [t]", [f"{largest[h].on_rope / 1e3:.1f}" for h in hooks]),
         _line("without the hook block [t]", [f"{largest[h].below_hook / 1e3:.1f}" for h in hooks]),
-        _line("use of the hook's capacity", [f"{largest[h].use:.0%}" for h in hooks]),
+        _line("utilisation of the hook", [f"{largest[h].use:.0%}" for h in hooks]),
     ]
     return lines
 

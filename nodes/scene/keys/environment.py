@@ -27,8 +27,7 @@ from heavylift.nodes.scene.text import units as u
 from pydantic import Field, model_validator
 
 from .base import Base, Direction, Place, turned
-from .parts.forces import Matrix6
-from .parts.forces import WindForceKeys
+from .parts.forces import Matrix6, WindForceKeys
 from .parts.mechanics import Moments
 
 Response = tuple[Annotated[float, u.Quantity(u.RESPONSE, "zero")], u.Angle]
