@@ -27,7 +27,7 @@ from heavylift.nodes.scene.loading import parse
 
 from .axes import RANGE, Axis, Variant, axes_of
 from .motions import motion_of, motions
-from .variant import Row, Task, judged_uses, played
+from .variant import Row, Task, first_sentence, judged_uses, played
 
 LOG = logging.getLogger("heavylift.sweeps")
 NEAR = 0.005  # of the way from the start: how near the last green and the first red value shall be
@@ -74,10 +74,7 @@ class FoundLimit:
         if self.red is None:
             return ""
         row = self.runs[self.red]
-        text = str(row.get("verdict") or row["sentence"])
-        first = next((line for line in text.splitlines() if line), row["status"])
-        more = "; give it more, --set 'end=...'" if row.get("unfinished") else ""
-        return (first.partition(": error: ")[2] or first) + more
+        return reason(row) + ("; give it more, --set 'end=...'" if row.get("unfinished") else "")
 
     @property
     def limit(self) -> str:
@@ -98,8 +95,8 @@ class FoundLimit:
             return f"{self.path}: {self.wrong}"
         most, told = self.most, ""
         if isfinite(most.get("use", nan)):
-            when = f"in '{most['limit stage']}' at {clock(most['limit at [s]'], 1)}"
-            told = f", where {most['limit']} is used to {self.used} {when}"
+            when = f"in stage '{most['limit stage']}' at {clock(most['limit at [s]'], 1)}"
+            told = f", governed by {most['limit']} ({self.used}) {when}"
         return f"{self.path}: green up to {self.limit}{told}; red at {self.shown(self.red)}: {self.why}"
 
     def data(self) -> dict[str, object]:
@@ -108,6 +105,13 @@ class FoundLimit:
         return {key: getattr(self, key) for key in keys} | {
             "runs": [{"value": x} | {key: row.get(key) for key in TOLD} for x, row in sorted(self.runs.items())]
         }
+
+
+def reason(row: Row) -> str:
+    """Why a run is red or refused: the first sentence, without its place; its status where there is none."""
+    text = str(row.get("verdict") or row["sentence"])
+    first = next((line for line in text.splitlines() if line), str(row["status"]))
+    return first_sentence(first.partition("; worst: ")[2] or first)
 
 
 def askable(scene: LoadedScene) -> list[str]:
@@ -137,7 +141,8 @@ def limits_of_all(
     """How far each of several numbers may go, alone; side by side in processes.  `say` hears of the runs."""
 
     def told(name: str, value: str, row: Row) -> None:
-        say(f"  {name.partition('=')[0]} {value}: {row['status']}")
+        status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"
+        say(f"  {name.partition('=')[0]} {value}: {status}")
 
     scene = level_of(scene, say)
     if len(asked) == 1:

@@ -35,7 +35,7 @@ ALIKE = {
 }
 ANSWERS = "rows of a table, such as barge.csv#loaded; columns period [s], heading [deg], surge [m/m], surge phase [deg]"
 SHORT = {  # what a scene may write shorter than its models require
-    "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
+    "ActionLine": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
 }
 FILES = ({"type": "string"}, {"type": "array", "items": {"type": "string"}})
@@ -65,7 +65,7 @@ def json_schema() -> Schema:
         entries["additionalProperties"] = {"anyOf": [entries["additionalProperties"], ALIKE]}
     for name, key in (("Vessel", "responses"), ("Floating", "loads")):
         definitions[name]["properties"][f"{key} from"] = {"type": "string", "description": ANSWERS}
-    beams = definitions["Rig"]["properties"][BEAMS]["additionalProperties"]["anyOf"]
+    beams = definitions["RigKeys"]["properties"][BEAMS]["additionalProperties"]["anyOf"]
     beam = definitions[beams[0]["$ref"].rpartition("/")[2]]
     beam["required"] = [key for key in beam["required"] if key not in MADE]
     own = {key: value for key, value in beam["properties"].items() if key not in MADE}
@@ -79,7 +79,12 @@ def json_schema() -> Schema:
         definitions[name]["properties"]["gear"] = {"type": "string", "description": GEAR}
     definitions["Frame"]["anyOf"] = [{"required": definitions["Frame"].pop("required")}, {"required": ["gear"]}]
     item = {"type": "object", "properties": {"gear": {"type": "string"}}, "required": ["gear"], "description": GEAR}
-    for name, key in (("Slings", "shackle"), ("Slings", "length"), ("Equaliser", "shackle"), ("Rig", "shackle")):
+    for name, key in (
+        ("SlingKeys", "shackle"),
+        ("SlingKeys", "length"),
+        ("Equaliser", "shackle"),
+        ("RigKeys", "shackle"),
+    ):
         written = definitions[name]["properties"][key]
         definitions[name]["properties"][key] = {"anyOf": [written, item], "description": written.get("description", "")}
     block = definitions["Block"]
