@@ -189,9 +189,8 @@ def print_verdict(verdict: Judged) -> None:
         _print(line)
     if verdict.clearances and not verdict.red:
         _print(f"smallest clearance: {verdict.clearances[0].told}")
-    styles = {"red": "bold red", "warning": "yellow", "note": None}
     for f in likewise(verdict.findings):
-        _print(f"{f.severity}: {f.told}", styles[f.severity])
+        _print(f"{f.severity}: {f.told}", {"red": "bold red", "warning": "yellow"}.get(f.severity))
     for line in open_checks(verdict.checks):
         _print(line, "yellow")
 

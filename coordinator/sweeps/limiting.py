@@ -24,8 +24,9 @@ from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, unstated
 from heavylift.nodes.scene.loading import parse
+from heavylift.nodes.scene.text.spelling import range_of
 
-from .axes import RANGE, Axis, Variant, axes_of
+from .axes import Axis, Variant, axes_of
 from .motions import motion_of, motions
 from .variant import Row, Task, first_sentence, judged_uses, played
 
@@ -236,10 +237,10 @@ def _range(scene: LoadedScene, asked: str) -> tuple[Axis, float, float]:
     """The axis, where the search begins and where it ends at the latest, in its unit."""
     path, equals, values = (part.strip() for part in asked.partition("="))
     if equals:
-        ends = RANGE.fullmatch(values)
+        ends = range_of(values)
         if ends is None:
             raise SceneError(f"--of '{asked}': write PATH, or PATH=FROM..TO UNIT such as 'block.mass=300..900 t'")
-        first, last, unit = ends[1], ends[3], ends[4]
+        first, last, unit = ends.low, ends.high, ends.unit
         down = float(first) > float(last)
         try:
             (axis,) = axes_of(scene, [f"{path}={last}..{first} {unit}" if down else asked], sampling=True)[:1]

@@ -18,7 +18,7 @@ from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.construction.scene_builder import ramp_of
 from heavylift.nodes.scene.text.source import Path
-from heavylift.nodes.scene.text.units import NUMBER
+from heavylift.nodes.scene.text.spelling import NUMBER
 
 CREEP = 0.1  # of the loaded hoisting speed, with which loads are lifted off and set down unless they are ordered faster
 TURNS = 4.0  # times the rate that is written: a turn has no limit of its own, but that of what follows it

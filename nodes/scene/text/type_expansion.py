@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from .expressions import ExpressionError, Value, evaluated, shown_as, value_of
+from .expressions import ExpressionError, Parameters, value_of
 from .faults import closest
 from .source import Data, Path, Source
 
@@ -15,7 +15,6 @@ NAMED = (  # sections whose keys are names of parts
     *("hooks", "elastic", "shapes"),
 )
 BODIES, JOINTS = ("parent", "child", "body", "on", "radius from"), ("joint",)  # keys whose values name a body, a joint
-AXES = {"x": 0, "y": 1, "z": 2}
 
 
 @dataclass(frozen=True)
@@ -53,8 +52,6 @@ class Expansion:
         self.bodies: set[str] = set()
         self.joints: set[str] = set()
         self.computed = True
-        self.known: dict[str, Value | None] = {}
-        self.busy: list[str] = []
 
     def run(self) -> None:
         """The machine, below `machines` of the scene's data."""
@@ -177,13 +174,8 @@ class Expansion:
         return f"{self.prefix}{value}" if isinstance(value, str) and value in local else value
 
     def _computed(self, text: str, path: Path, to: Path) -> Data:
-        word = " ".join(text[1:].split())
-        if word in self.kind.parameters:
-            raw = self._raw(word)
-            if value_of(raw) is None and not (isinstance(raw, str) and raw.startswith("=")):
-                return raw  # a word, a list or a place, as it is
         try:
-            return shown_as(evaluated(text[1:], self._parameter))
+            return Parameters(self.kind.parameters, self.given).computed(text[1:])
         except ExpressionError as error:
             blank = len(text[1:]) - len(text[1:].lstrip())
             what = "crane" if self.at[0] == "cranes" else "frame"
@@ -192,27 +184,6 @@ class Expansion:
             self.source.fault((*self.base, *to), str(error), own, column=column)
             self.computed = False
             return None
-
-    def _raw(self, word: str) -> Data:
-        return self.given.get(word, self.kind.parameters[word])
-
-    def _parameter(self, word: str) -> Value | None:
-        """A parameter, or a number of a place."""
-        if word not in self.known:
-            name, _, axis = word.rpartition(".")
-            whole = word if word in self.kind.parameters else name
-            if whole not in self.kind.parameters:
-                return None
-            if whole in self.busy:
-                raise ExpressionError(f"the parameter '{whole}' depends on itself")
-            raw = self._raw(whole)
-            if whole != word:
-                raw = raw[AXES[axis]] if isinstance(raw, list) and len(raw) == len(AXES) else None
-            self.busy.append(whole)
-            computed = isinstance(raw, str) and raw.startswith("=") and whole not in self.given
-            self.known[word] = evaluated(str(raw)[1:], self._parameter) if computed else value_of(raw)
-            self.busy.pop()
-        return self.known[word]
 
     def _mark(self, path: Path, to: Path) -> None:
         """Where the text at `path` stands: in the type, or in the scene if it is a parameter that is given there."""
