@@ -59,12 +59,12 @@ from pythonfmu.enums import Fmi2Status
 KEPT = "scene.heavylift"
 CODE = """import ctypes
 
-from heavylift.coordinator.run.unit import Unit
+from heavylift.coordinator.run.unit import SceneUnit
 
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))  # pythonfmu gives back one that it has not taken, each time
 
 
-class {name}(Unit):
+class {name}(SceneUnit):
     pass
 """
 

@@ -112,7 +112,7 @@ def _stated(text: str) -> Stated | None:
     """The parts of a number with its uncertainty; None for any other text."""
     if len(text) > _LONGEST:
         return None
-    if (form := spread_of(text)) and number_and_unit(form[0])[0]:
+    if (form := spread_of(text)) and (number := number_and_unit(form[0])[0]) and math.isfinite(float(number)):
         return Stated(*form)
     ends = range_of(text)
     if ends is None or ends.step:

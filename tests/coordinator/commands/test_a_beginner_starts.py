@@ -49,7 +49,7 @@ def test_the_schema_accepts_all_bundled_scenes_and_tells_what_is_wrong() -> None
 
 def test_the_schema_tells_units_defaults_and_meanings() -> None:
     schema = json_schema()
-    crane = schema["$defs"]["Crane"]["properties"]
+    crane = schema["$defs"]["CraneKeys"]["properties"]
     assert crane["hook capacity"]["default"] == "450 t"
     assert crane["gantry speed"]["default"] == "30 m/min"
     assert crane["rails"]["default"] == ["0 m", "400 m"]
