@@ -17,7 +17,8 @@ def test_a_scene_of_any_name_is_checked(tmp_path: Path, given: dict[str, str]) -
     (folder / "größe.yaml").write_text("heavylift: 1\nname: a\nextends: pendulum\nend: soon\n", encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", "check", "größe.yaml"],
-        cwd=folder, env={k: x for k, x in os.environ.items() if k not in UNSET} | given, capture_output=True, check=False,
+        cwd=folder, env={k: x for k, x in os.environ.items() if k not in UNSET} | given, capture_output=True,
+        check=False,
     )  # fmt: skip
     assert done.returncode == 1
     assert b".yaml:4:6: error: end:" in done.stdout + done.stderr
