@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from math import inf
 from pathlib import Path
 
@@ -262,5 +263,9 @@ def _unmeasured(plan: Plan, why: str) -> Answer:
 def _name(scene: LoadedScene, question: Question) -> str:
     """Of the file that remembers an answer: by the whole plan, what is asked and named, and the code."""
     said = repr((question, scene.facts.named)).encode()
-    code = sources() + contents(ROOM / "nodes", ".py") + contents(ROOM / "coordinator" / "ladder", ".py")
-    return f"{hashlib.sha256(code + said + encode(scene.plan)).hexdigest()}.answer"
+    return f"{hashlib.sha256(_code() + said + encode(scene.plan)).hexdigest()}.answer"
+
+
+@cache
+def _code() -> bytes:
+    return sources() + contents(ROOM / "nodes", ".py") + contents(ROOM / "coordinator" / "ladder", ".py")

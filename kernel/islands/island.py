@@ -15,7 +15,7 @@ from heavylift.kernel.simulation.call_protocol import STOPPED
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
 from heavylift.kernel.simulation.native.sample_row import labels
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.kernel.simulation.snapshots import Snapshot, back, kept, mark
+from heavylift.kernel.simulation.snapshots import Snapshot, back, copied, mark
 
 from .components import islands_of
 
@@ -149,9 +149,15 @@ class Island(Simulation):
         return self._resting
 
     def snapshot(self) -> Snapshot:
-        """As of a simulation; where it has run ahead, of the state to which it may have to go back."""
-        self.order.check_begun()
-        return kept(self, self.native, self.marks[0][1] if self.marks else None)
+        """As of a simulation, and the states to which it may have to go back."""
+        return super().snapshot() | {"ahead": copied({"marks": self.marks, "span": self.span, "refused": self.refused})}
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """As of a simulation."""
+        super().restore(snapshot)
+        ahead = copied(snapshot["ahead"])
+        self.marks, self.span, self.refused = ahead["marks"], ahead["span"], ahead["refused"]
+        self._look()
 
     def _show_rest(self, pause: Callable[[], None]) -> None:
         """Islands show it, together with others, as far as they have not yet."""

@@ -33,7 +33,7 @@ from .island import Island, inherit
 from .running_ahead import SPAN, RunningAhead
 from .sample_merge import Joining, LiftRows, logged, untied
 
-KEPT = {"": ("rows", "notes", "epoch", "reached"), "order": ("phase",), "samples": ("number", "struck")}
+KEPT = {"": ("rows", "notes", "epoch", "reached", "_due"), "order": ("phase",), "samples": ("number", "struck")}
 
 
 class Islands(RunningAhead):
@@ -289,7 +289,6 @@ class Islands(RunningAhead):
             p.restore(part["of"])
             p.cuts.go_on(part["cuts"])
             p.told = len(p.log), part["noted"]
-            p.stand()
         write(self, copied(snapshot["common"]))
         for lift, rows in zip(self.lifts, snapshot["lifts"], strict=True):
             lift.rows[:] = rows

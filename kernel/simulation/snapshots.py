@@ -72,11 +72,10 @@ def copied(state: Snapshot) -> Snapshot:
     return state
 
 
-def kept(run: object, native: NativeState, marked: Snapshot | None = None) -> Snapshot:
-    """All that the future of a simulation depends on; of one that is to go on from where a `mark` was made."""
+def kept(run: object, native: NativeState) -> Snapshot:
+    """All that the future of a simulation depends on."""
     variant = {"locked": sorted(native.program.locked), "calm": sorted(native.calm)}
-    state = {path: values | (marked or {}).get(path, {}) for path, values in read(run, KEPT).items()}
-    return copied({"state": state, "variant": variant, "scene": _scene(native)})
+    return copied({"state": read(run, KEPT), "variant": variant, "scene": _scene(native)})
 
 
 def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:

@@ -152,13 +152,10 @@ def _built(
     hung = bent or any(machine.ties and not machine.hooks for machine in loaded.plan.mechanisms)
     on_levels = any(machine.levels and machine.hooks for machine in loaded.plan.machines)
     if (on_levels or hung) and (first := _first_rest(loaded, followed)):
-        rests = replace(loaded, plan=(rigged if hung else standing)(loaded.plan, first))
-        if followed:
-            rests.__dict__.update(statics=loaded.statics)  # the same path: it begins at that rest
+        loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
-            rests = replace(rests, plan=settled(rests.plan))
-        loaded = rests
-    loaded = replace(loaded, plan=weighed(loaded.plan))
+            loaded = _on_same_path(loaded, settled(loaded.plan))
+    loaded = _on_same_path(loaded, weighed(loaded.plan))
     if not followed:
         return loaded
 
@@ -171,9 +168,15 @@ def _built(
 
     ends = ends_of(scene, stated)
     limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, other)]
-    judged = replace(loaded, plan=msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
-    judged.__dict__.update(statics=loaded.statics)
-    return judged
+    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
+
+
+def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
+    """The scene with a plan that begins where the path at rest does, which is not followed again."""
+    other = replace(loaded, plan=built)
+    if "statics" in vars(loaded):
+        vars(other).update(statics=loaded.statics)
+    return other
 
 
 def _side_by_side(

@@ -6,7 +6,7 @@ The simplest Jackson network (Jackson 1957): it sees arrivals / (1 - again), and
 from bisect import insort
 
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tally, TimeWeighted, seconds, stream
-from heavylift.nodes.zoo.queue import PoissonGenerator, QueuedJob
+from heavylift.nodes.zoo.queue import Job, PoissonGenerator
 
 
 class QueueStatistics(Message):
@@ -20,7 +20,7 @@ class QueueStatistics(Message):
 class Station(Atomic):
     """One queue, c servers, each at a rate [1/s]; a job that is served joins the queue `again` with a probability."""
 
-    into, left = In(QueuedJob), Out(QueuedJob)
+    into, left = In(Job), Out(Job)
 
     def __init__(self, name: str, c: int, rate: float, again: float, seed: int) -> None:
         super().__init__(name)
@@ -29,7 +29,7 @@ class Station(Atomic):
     def start(self) -> None:
         """Empty."""
         self.random, self.stays, self.length = stream(self.seed, self.path), Tally(), TimeWeighted()
-        self.queue, self.busy = list[tuple[int, QueuedJob]](), list[tuple[int, bool, tuple[int, QueuedJob]]]()
+        self.queue, self.busy = list[tuple[int, Job]](), list[tuple[int, bool, tuple[int, Job]]]()
 
     def external(self, e: int, x: Bag) -> None:
         """Jobs queue, each with the time [ns] at which it came."""
@@ -47,7 +47,7 @@ class Station(Atomic):
             self.stays.add((self.now.t - job[0]) / 1e9)
         self.serve([] if leaves else [job])
 
-    def serve(self, more: list[tuple[int, QueuedJob]]) -> None:
+    def serve(self, more: list[tuple[int, Job]]) -> None:
         """Free servers take jobs; when one will be ready, and whether it will leave then, is drawn now."""
         self.queue += more
         while self.queue and len(self.busy) < self.c:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tag, seconds, stream
 
 
-class QueuedJob(Message):
+class Job(Message):
     """A piece of work by number."""
 
     number: int
@@ -28,7 +28,7 @@ class Counted(Message):
 class Generator(Atomic):
     """Gives job 0 at once and the next one every `period` [ns], until it is stopped."""
 
-    stop, job = In(Stop), Out(QueuedJob)
+    stop, job = In(Stop), Out(Job)
 
     def __init__(self, name: str, period: int) -> None:
         super().__init__(name)
@@ -41,7 +41,7 @@ class Generator(Atomic):
 
     def output(self) -> None:
         """The next job."""
-        self.job.send(QueuedJob(self.number))
+        self.job.send(Job(self.number))
 
     def internal(self) -> None:
         """Count, and wait for a period."""
@@ -74,7 +74,7 @@ class PoissonGenerator(Generator):
 class Processor(Atomic):
     """Works `duration` [ns] at one job; what comes meanwhile is lost."""
 
-    into, done = In(QueuedJob), Out(QueuedJob)
+    into, done = In(Job), Out(Job)
 
     def __init__(self, name: str, duration: int) -> None:
         super().__init__(name)
@@ -82,7 +82,7 @@ class Processor(Atomic):
 
     def start(self) -> None:
         """Idle."""
-        self.job: QueuedJob | None = None
+        self.job: Job | None = None
 
     def external(self, e: int, x: Bag) -> None:
         """Take the first job if there is none in hand."""
@@ -104,7 +104,7 @@ class Processor(Atomic):
 class Transducer(Atomic):
     """Counts what arrives and what is solved for `span` [ns], then says stop."""
 
-    arrived, solved, stop = In(QueuedJob), In(QueuedJob), Out(Stop)
+    arrived, solved, stop = In(Job), In(Job), Out(Stop)
 
     def __init__(self, name: str, span: int) -> None:
         super().__init__(name)
@@ -140,8 +140,8 @@ def frame(period: int, span: int) -> Coupled:
     generator, transducer = model.add(Generator("generator", period)), model.add(Transducer("transducer", span))
     model.connect(generator.job, transducer.arrived)
     model.connect(transducer.stop, generator.stop)
-    model.connect(generator.job, model.add_out("job", QueuedJob))
-    model.connect(model.add_in("solved", QueuedJob), transducer.solved)
+    model.connect(generator.job, model.add_out("job", Job))
+    model.connect(model.add_in("solved", Job), transducer.solved)
     return model
 
 

@@ -3,6 +3,7 @@
     scalar          None, bool, int of 64 bits, float, str, bytes: as they are
     [kind, ...]     all else, numbered from 0 in the order in which it is met
     ["@", number]   the same thing again, so that what was one thing, or a circle, is so again
+    ["="]           of a message: what its class has there, which it leaves out where it is encoded
 
 Objects are made without their `__init__`; their classes, functions and methods are looked up in the modules that are
 loaded: a stranger's bytes can build nonsense but call no function. Functions and methods, which a model may call later,
@@ -33,6 +34,7 @@ _BUILTIN = {  # beside the types
 _SCALARS = (type(None), bool, float, str, bytes)
 _DICTS: dict[type, str] = {dict: "dict", OrderedDict: "OrderedDict", Counter: "Counter", defaultdict: "defaultdict"}
 _MADE_IN_PYTHON = 1 << 9  # a flag of such classes
+_DEFAULT = "="
 _OPEN = object()  # in place of what is being made of its parts
 
 
@@ -99,7 +101,9 @@ class Freezer:
         elif isinstance(x, Enum):
             yield from ("enum", *_name(kind), x.name)
         elif isinstance(x, msgspec.Struct):
-            yield from ("struct", *_name(kind), *self._all(getattr(x, f) for f in x.__struct_fields__))
+            fields = zip(x.__struct_fields__, _defaults(kind), strict=True)
+            parts = ((getattr(x, name), default) for name, default in fields)
+            yield from ("struct", *_name(kind), *([_DEFAULT] if v is default else self.fold(v) for v, default in parts))
         elif isinstance(x, tuple) and hasattr(kind, "_make"):
             yield from ("namedtuple", *_name(kind), *self._all(x))
         elif (kind.__module__, kind.__name__) == ("numpy", "ndarray") and not x.dtype.hasobject:
@@ -166,7 +170,8 @@ class _Thawer:
                 return _class(rest, lambda cls: issubclass(cls, Enum))[rest[2]]
             case "struct":
                 struct = _class(rest, lambda cls: issubclass(cls, msgspec.Struct))
-                return struct(**dict(zip(struct.__struct_fields__, self._all(rest[2:]), strict=True)))
+                fields = zip(struct.__struct_fields__, rest[2:], strict=True)
+                return struct(**{name: self.unfold(part) for name, part in fields if part != [_DEFAULT]})
             case "namedtuple":
                 return _class(rest, lambda cls: issubclass(cls, tuple) and hasattr(cls, "_make"))(*self._all(rest[2:]))
             case "array":
@@ -206,6 +211,13 @@ class _Thawer:
         for name, value in zip(rest[2], self._all(rest[3:]), strict=True):
             object.__setattr__(made, name, value)
         return made
+
+
+@functools.cache
+def _defaults(cls: type[msgspec.Struct]) -> tuple[object, ...]:
+    """Of each field; encoders leave out what is identical to them, so equal values will not do."""
+    defaults = cls.__struct_defaults__
+    return (msgspec.NODEFAULT,) * (len(cls.__struct_fields__) - len(defaults)) + defaults
 
 
 def _plain(cls: type) -> bool:

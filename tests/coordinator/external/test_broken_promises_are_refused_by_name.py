@@ -15,7 +15,7 @@ from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport import FIFO, NodeLink, Ticket
 from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import FOREVER, AtomicResult, Event, Tag, ms
-from heavylift.nodes.zoo import QueuedJob, ring
+from heavylift.nodes.zoo import Job, ring
 
 RING = "heavylift.nodes.zoo.token_ring:ring(2, 1, 5_000_000)"
 TOKEN = b"\x81\xa6number\x00"
@@ -46,7 +46,7 @@ REFUSED = {  # what it says, and the sentence
         r"node s1 tells a lookahead of s1.in\\n; its out ports are s1.out",
     ),
     "wrong port": (done([event(ms(5), "exit")]), r"s1 at \(0.005 s, 0\) spoke on port exit: its out ports are out"),
-    "wrong type": (done([event(ms(5), type_=QueuedJob.__name__)]), "out carries Token, not Job"),
+    "wrong type": (done([event(ms(5), type_=Job.__name__)]), "out carries Token, not Job"),
     "unknown type": (done([event(ms(5), type_="Ufo")]), "port out: unknown message type 'Ufo'"),
     "not the message": (done([event(ms(5), payload=b"\x01")]), "port out: message Token cannot be decoded"),
     "a long number": (
@@ -54,7 +54,7 @@ REFUSED = {  # what it says, and the sentence
         "bytes of its Token are not the canonical",
     ),
     "of another type in its failure": (
-        m.Fail(Tag(ms(5)), "s1", "", "", [event(ms(5), type_="QueuedJob")]),
+        m.Fail(Tag(ms(5)), "s1", "", "", [event(ms(5), type_="Job")]),
         "s1 at .* out carries Token, not Job",
     ),
     "a result of others": (bye("ring.s10"), "node s1 tells a result of ring.s10: it tells those of its own models"),

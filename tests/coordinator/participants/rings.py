@@ -1,7 +1,7 @@
 """Models that tests distribute: each function builds the same one at each call."""
 
 from heavylift.nodes.devs import Atomic, Coupled, In, Out, ms, seconds
-from heavylift.nodes.zoo import QueuedJob, ring, workshop
+from heavylift.nodes.zoo import Job, ring, workshop
 
 
 def tokens() -> Coupled:
@@ -15,7 +15,7 @@ def work() -> Coupled:
 class Divider(Atomic):
     """Fails at its third job."""
 
-    into, done = In(QueuedJob), Out(QueuedJob)
+    into, done = In(Job), Out(Job)
 
     def external(self, e, x):
         self.shares = 1 / (2 - x[self.into][0].number)

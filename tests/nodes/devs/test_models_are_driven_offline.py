@@ -12,7 +12,7 @@ from heavylift.nodes.models import build_one
 from heavylift.nodes.models.parts import Done, Order, SetProfile
 from heavylift.nodes.plan import Motion
 from heavylift.nodes.scene import load
-from heavylift.nodes.zoo import Generator, Processor, QueuedJob
+from heavylift.nodes.zoo import Generator, Job, Processor
 
 
 def test_the_west_crane_travels_10_m_in_30_s() -> None:
@@ -25,13 +25,13 @@ def test_the_west_crane_travels_10_m_in_30_s() -> None:
 
 
 def test_a_model_is_driven_in_one_line() -> None:
-    jobs = [(seconds(t), "into", QueuedJob(t)) for t in (1, 2, 4)]
+    jobs = [(seconds(t), "into", Job(t)) for t in (1, 2, 4)]
     processor = Processor("p", seconds(2.5))
     assert drive(processor, jobs) == [
-        (Tag(seconds(3.5)), "done", QueuedJob(1)),
-        (Tag(seconds(6.5)), "done", QueuedJob(4)),
+        (Tag(seconds(3.5)), "done", Job(1)),
+        (Tag(seconds(6.5)), "done", Job(4)),
     ]
-    assert drive(processor, jobs, until=seconds(6.5)) == [(Tag(seconds(3.5)), "done", QueuedJob(1))]
+    assert drive(processor, jobs, until=seconds(6.5)) == [(Tag(seconds(3.5)), "done", Job(1))]
 
 
 def test_inputs_of_one_tag_are_one_bag_and_tags_may_have_microsteps() -> None:
@@ -61,17 +61,17 @@ def test_an_output_that_changes_its_model_is_refused() -> None:
 
 def test_transitions_can_be_looked_at() -> None:
     log: list[Transition] = []
-    drive(Processor("p", 10), [(5, "into", QueuedJob(1)), (15, "into", QueuedJob(2))], log=log.append)
+    drive(Processor("p", 10), [(5, "into", Job(1)), (15, "into", Job(2))], log=log.append)
     assert [(line.tag.t, line.kind) for line in log] == [(5, "external"), (15, "confluent"), (25, "internal")]
 
 
 @pytest.mark.parametrize(
     ("entry", "sentence"),
     [
-        ((1.5, "into", QueuedJob(1)), "p: the input for into comes at 1.5; give seconds(1.5) or a Tag, from 0 on"),
-        ((-1, "into", QueuedJob(1)), "p: the input for into comes at -1; give seconds(1.5) or a Tag, from 0 on"),
-        ((1, "in", QueuedJob(1)), "p: there is no in port in; its in ports: into"),
-        ((1, "done", QueuedJob(1)), "p: there is no in port done; its in ports: into"),
+        ((1.5, "into", Job(1)), "p: the input for into comes at 1.5; give seconds(1.5) or a Tag, from 0 on"),
+        ((-1, "into", Job(1)), "p: the input for into comes at -1; give seconds(1.5) or a Tag, from 0 on"),
+        ((1, "in", Job(1)), "p: there is no in port in; its in ports: into"),
+        ((1, "done", Job(1)), "p: there is no in port done; its in ports: into"),
         ((1, "into", Item(1)), "p.into carries Job, not Item"),
     ],
 )
